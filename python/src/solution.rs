@@ -31,7 +31,7 @@ use zonal_solve::SolveSettings;
 const INTERVAL: Duration = Duration::from_millis(20);
 
 /// The fields by band, in the order of [`BandFields`].
-const BAND_FIELDS: [&str; 6] =
+pub(crate) const BAND_FIELDS: [&str; 6] =
     ["radiosity", "incident", "direct", "error", "direct_error", "surroundings_error"];
 /// The fields of thermal mode, in the order of [`HeatFields`].
 const HEAT_FIELDS: [&str; 4] = ["temperature", "temperature_error", "net", "net_error"];
@@ -81,7 +81,8 @@ impl Solution {
         let bands = solution.scene.bands().count();
         let (mut band_fields, mut heat_fields) = (None, None);
         if solution.scene.bands().triples() == 1 {
-            let f = std::mem::take(&mut solution.fields);
+            let mut f = std::mem::take(&mut solution.fields);
+            f.direct.resize(f.radiosity.len(), Bands::ZERO);
             let own = |values: Vec<Bands>| -> PyResult<Py<PyArray2<f64>>> {
                 let array = arrays::bands(py, values)?;
                 arrays::read_only(array.as_any())?;

@@ -15,6 +15,7 @@
 //! | `emission` | [n, bands] | the part of the radiosity that is emitted, W/m² |
 
 use crate::arrays;
+use crate::solution::BAND_FIELDS;
 use numpy::PyArrayMethods;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -107,7 +108,7 @@ fn centre(s: &Solution, i: usize) -> Vec3 {
     if i < z.voxel_offset() {
         plate_centre(&z.patches[i].plate)
     } else if i < z.pane_offset() {
-        z.voxels[i - z.voxel_offset()].centre
+        z.voxels.at(i - z.voxel_offset()).centre
     } else {
         plate_centre(&z.panes[i - z.pane_offset()].plate)
     }
@@ -129,7 +130,7 @@ fn extinction(s: &Solution, i: usize) -> Bands {
     if i < z.voxel_offset() {
         Bands::ZERO
     } else if i < z.pane_offset() {
-        z.voxels[i - z.voxel_offset()].extinction
+        z.voxels.at(i - z.voxel_offset()).extinction
     } else {
         z.panes[i - z.pane_offset()].extinction
     }
@@ -163,7 +164,7 @@ pub(crate) fn field_of_triples<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let of = |f: &Fields, i: usize| -> Option<Bands> {
         let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
-        lists[field].get(i).copied()
+        if BAND_FIELDS[field] == "direct" { Some(f.direct_light(i)) } else { lists[field].get(i).copied() }
     };
     if s.triples().all(|t| of(&t.fields, 0).is_none()) {
         return Ok(arrays::rows(py, Vec::new(), s.scene.bands().count())?.into_any());

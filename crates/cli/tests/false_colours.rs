@@ -127,7 +127,7 @@ fn pixels_have_the_value_of_the_first_zone_on_their_ray() {
     let overview = Camera::overview(s.scene.bounds(), size.0 as f64 / size.1 as f64);
     let panes = s.zones.pane_offset();
     let net = |i: usize| heat.net[i] * if i < panes { 1.0 } else { s.zones.panes[i - panes].thickness };
-    let light = |i: usize| s.fields.incident[i].to_rgb()[0] + s.fields.direct[i].to_rgb()[0];
+    let light = |i: usize| s.fields.incident[i].to_rgb()[0] + s.fields.direct_light(i).to_rgb()[0];
     let fields: [(&str, bool, &str, ZoneValue); 4] = [
         ("temperature", true, "K", &|i| heat.temperature[i]),
         ("net-flux", true, "W/m2", &net),

@@ -316,7 +316,7 @@ fn mixed_scene(screen: bool) -> Scene {
 fn is_whole(zones: &Zones, i: usize) -> bool {
     i < zones.voxel_offset()
         || i >= zones.pane_offset()
-        || zones.voxels[i - zones.voxel_offset()].samples.is_empty()
+        || zones.voxels.at(i - zones.voxel_offset()).samples.is_empty()
 }
 
 /// Ratios of a pair to the oracle in each band, with the kinds of both zones.
@@ -439,7 +439,7 @@ fn cut_voxels_agree_with_oracle() {
         b => b,
     };
     let cut: Vec<usize> = (zones.voxel_offset()..zones.pane_offset())
-        .filter(|&i| !zones.voxels[i - zones.voxel_offset()].samples.is_empty())
+        .filter(|&i| !zones.voxels.at(i - zones.voxel_offset()).samples.is_empty())
         .collect();
     assert!(!cut.is_empty());
     let (mut count, mut squares, mut all, mut m) = (PairCounts::default(), Bands::ZERO, Bands::ZERO, 0.0);

@@ -157,7 +157,7 @@ fn compare_scene(seed: u64) -> Vec<BandComparison> {
         i if i < zones.pane_offset() => 'v',
         _ => 'p',
     };
-    let whole = |i: usize| kind(i) != 'v' || zones.voxels[i - zones.voxel_offset()].samples.is_empty();
+    let whole = |i: usize| kind(i) != 'v' || zones.voxels.at(i - zones.voxel_offset()).samples.is_empty();
     let (mut rng, mut out, mut pairs) = (Rng::new(7 * seed + 3), vec![], 0);
     while pairs < PAIRS {
         let (i, j) =

@@ -61,7 +61,7 @@ impl ExchangeBody {
         }
         if i < zones.pane_offset() {
             let grid = scene.voxel_grid().expect("volume zones come from a grid");
-            let lo = grid.corner(grid.coordinates(zones.voxels[i - zones.voxel_offset()].cell));
+            let lo = grid.corner(grid.coordinates(zones.voxels.at(i - zones.voxel_offset()).cell));
             return ExchangeBody::cuboid(lo, lo + grid.cell());
         }
         let p = &zones.panes[i - zones.pane_offset()];

@@ -4,7 +4,7 @@ use std::path::Path;
 use zonal_reference::SampleEstimate;
 use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, HeatBalance, trace_forward};
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_scene::{Band, Bands, Patch, Scene, VoxelZone, Zones};
+use zonal_scene::{Band, Bands, Patch, Scene, VoxelZones, Zones};
 
 /// Walks of a solution.
 const WALK_COUNT: usize = 100_000;
@@ -95,22 +95,10 @@ fn three_zones(s: &Scene) -> Zones {
         let (surface, normal, area) = (s.facets()[k].surface, plate.normal(), plate.area());
         Patch { facet: k, surface, plate, normal, area, reflectance: Bands::ZERO, emission: Bands::ZERO }
     };
-    let voxel = VoxelZone {
-        cell: 0,
-        centre: zonal_math::vec3(0.5, 0.5, 0.5),
-        volume: 1.0,
-        samples: Default::default(),
-        extinction: Bands::ONE,
-        albedo: Bands::ZERO,
-        emission: Bands::ZERO,
-        source: Bands::ZERO,
-    };
-    Zones {
-        patches: vec![patch(0), patch(1)],
-        voxels: vec![voxel],
-        cell_starts: vec![0, 1],
-        ..Zones::default()
-    }
+    let mut voxels = VoxelZones::whole(s.voxel_grid().unwrap());
+    assert_eq!((voxels.len(), voxels.at(0).volume), (1, 1.0));
+    voxels.update_extinction(|_, _| Bands::ONE);
+    Zones { patches: vec![patch(0), patch(1)], voxels, ..Zones::default() }
 }
 
 #[test]
@@ -136,7 +124,7 @@ fn error_covers_unsampled_grazing_directions_of_a_thin_layer() {
     for (kappa, sampled) in [(1e-3, true), (1e-7, false), (1e-11, false)] {
         let s = layer(1, &format!("extinction = {kappa:e}\nheat_source = 1e5"), "");
         let mut zones = three_zones(&s);
-        zones.voxels[0].extinction = Bands::splat(kappa);
+        zones.voxels.update_extinction(|_, _| Bands::splat(kappa));
         let g = solution(&s, Some(&zones)).zones[2][Band::first()];
         // Mean of 1e5/2 ∫ E1(κ|z − z'|) dz' over the thin layer, and the fluence of the walls.
         let exact = 0.5e5 * (1.5 - EULER_GAMMA - kappa.ln())

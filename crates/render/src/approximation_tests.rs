@@ -69,7 +69,7 @@ fn blocks(pixels: &[f64], width: usize) -> Vec<f64> {
 /// The light group of an emitter with its direct light on every zone.
 fn own_group(s: &Solution, lamp: &LightSampler, transport: &Transport) -> LightGroup {
     let free = Receiver::Free;
-    let volume = |z: &zonal_scene::VoxelZone| lamp.gather(transport, z.centre, free, 64, 7);
+    let volume = |z: zonal_scene::VoxelZone| lamp.gather(transport, z.centre, free, 64, 7);
     let mut direct = vec![Bands::ZERO; s.zones.voxel_offset()];
     direct.extend(s.zones.voxels.iter().map(volume));
     LightGroup {

@@ -1,4 +1,6 @@
-//! Storage of one value for each cell of a grid.
+//! Storage of one value for each cell of a grid, or for each zone of it.
+
+use crate::bands::Bands;
 
 /// One value per cell, stored once if it is the same in all cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +13,7 @@ pub(crate) enum CellValues<T> {
 
 impl<T: Copy + PartialEq> CellValues<T> {
     /// The value of a cell.
+    #[inline]
     pub(crate) fn get(&self, index: usize) -> T {
         match self {
             CellValues::Uniform(v) => *v,
@@ -30,10 +33,17 @@ impl<T: Copy + PartialEq> CellValues<T> {
         }
     }
     /// The values of a list of cells.
-    pub(crate) fn gathered(&self, cells: &[usize]) -> CellValues<T> {
+    pub(crate) fn gathered(&self, cells: impl Iterator<Item = usize>) -> CellValues<T> {
         match self {
             CellValues::Uniform(v) => CellValues::Uniform(*v),
-            CellValues::PerCell(list) => CellValues::PerCell(cells.iter().map(|&c| list[c]).collect()),
+            CellValues::PerCell(list) => CellValues::PerCell(cells.map(|c| list[c]).collect()),
+        }
+    }
+    /// Heap memory, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            CellValues::Uniform(_) => 0,
+            CellValues::PerCell(list) => size_of_val(list.as_slice()),
         }
     }
     /// Stores a single value if all are equal.
@@ -42,6 +52,25 @@ impl<T: Copy + PartialEq> CellValues<T> {
             && list.iter().all(|v| *v == list[0])
         {
             *self = CellValues::Uniform(list[0]);
+        }
+    }
+}
+
+impl CellValues<Bands> {
+    /// Replaces each of `len` values by a function of its index and value; stored once if all results have the same bits.
+    pub(crate) fn update(&mut self, len: usize, value: impl Fn(usize, Bands) -> Bands) {
+        if len == 0 {
+            return;
+        }
+        let new = |i: usize| value(i, self.get(i));
+        let (first, bits) = (new(0), |x: Bands| x.map_to(f64::to_bits));
+        if (1..len).all(|i| bits(new(i)) == bits(first)) {
+            *self = CellValues::Uniform(first);
+            return;
+        }
+        match self {
+            CellValues::Uniform(v) => *self = CellValues::PerCell((0..len).map(|i| value(i, *v)).collect()),
+            CellValues::PerCell(list) => list.iter_mut().enumerate().for_each(|(i, x)| *x = value(i, *x)),
         }
     }
 }

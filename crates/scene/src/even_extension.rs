@@ -19,6 +19,7 @@
 //! holds its own plates, then those of its images. A net power in W belongs to the scene; the extension has one for each image.
 
 use crate::bands::Bands;
+use crate::grid_geometry::GridGeometry;
 use crate::light::Light;
 use crate::light_group::{LightGroup, ZoneValues};
 use crate::plate::Plate;
@@ -29,7 +30,8 @@ use crate::solution::Solution;
 use crate::surface::Facet;
 use crate::thermal::{Thermal, ThermalCondition};
 use crate::voxel_grid::VoxelGrid;
-use crate::zones::{PaneZone, Patch, VoxelZone, Zones};
+use crate::voxel_zones::{VoxelPlace, VoxelZones};
+use crate::zones::{PaneZone, Patch, Zones};
 use zonal_math::Vec3;
 
 /// A reflection at planes across some axes.
@@ -282,14 +284,19 @@ impl EvenExtension {
         };
         let panes = all.panes.iter().filter(|p| inside(p)).cloned().collect();
         let mut out = Zones { patches, panes, ..Zones::default() };
-        let Some((dims, before)) = self.cells else { return out };
-        out.cell_starts.push(0);
-        for cell in 0..dims.iter().product() {
+        let (Some(grid), Some((dims, before))) = (self.scene.voxel_grid(), self.cells) else { return out };
+        let geometry = GridGeometry { min: grid.corner(before), cell: grid.cell(), dims };
+        let (mut places, mut of_zone) = (Vec::new(), Vec::new());
+        for cell in 0..geometry.len() {
             let at = self.cell_in_extension(coordinates(cell, dims), before);
-            let of = all.voxel_zones_of_cell(at);
-            out.voxels.extend(all.voxels[of].iter().map(|z| VoxelZone { cell, ..z.clone() }));
-            out.cell_starts.push(out.voxels.len() as u32);
+            for i in all.voxel_zones_of_cell(at) {
+                let zone = all.voxels.at(i);
+                let (centre, volume, samples) = (zone.centre, zone.volume, zone.samples.clone());
+                places.push(VoxelPlace { cell, centre, volume, samples });
+                of_zone.push(i);
+            }
         }
+        out.voxels = VoxelZones::with_properties_of(geometry, places, (&all.voxels, &of_zone));
         out
     }
 
@@ -323,7 +330,7 @@ impl EvenExtension {
     /// Adds the voxel zones of the extension by ascending cell.
     fn extend_voxels(&self, zones: &Zones, out: &mut Zones, base: &mut Vec<u32>) {
         let (Some(grid), Some((dims, before))) = (self.scene.voxel_grid(), self.cells) else { return };
-        out.cell_starts.push(0);
+        let (mut places, mut of_zone) = (Vec::new(), Vec::new());
         for cell in 0..grid.len() {
             let c = grid.coordinates(cell);
             // The cell of the scene, and the axes across which it is reflected.
@@ -336,13 +343,15 @@ impl EvenExtension {
             let r = self.reflections.iter().find(|r| r.axes() == reflected).unwrap_or(&self.reflections[0]);
             let from = zones.voxel_zones_of_cell((at[0] * dims[1] + at[1]) * dims[2] + at[2]);
             for z in from {
-                let zone = &zones.voxels[z];
+                let zone = zones.voxels.at(z);
                 let samples = zone.samples.reflected(reflected, grid.corner(c), grid.cell(), zone.volume);
-                out.voxels.push(VoxelZone { cell, centre: r.point(zone.centre), samples, ..zone.clone() });
-                base.push((zones.voxel_offset() + z) as u32);
+                let (centre, volume) = (r.point(zone.centre), zone.volume);
+                places.push(VoxelPlace { cell, centre, volume, samples });
+                of_zone.push(z);
             }
-            out.cell_starts.push(out.voxels.len() as u32);
         }
+        base.extend(of_zone.iter().map(|z| (zones.voxel_offset() + z) as u32));
+        out.voxels = VoxelZones::with_properties_of(*grid.geometry(), places, (&zones.voxels, &of_zone));
     }
 
     /// Number of distinct images of a light: of a sun, those with distinct directions; of a sky and of emitting surfaces 1, whose images are part

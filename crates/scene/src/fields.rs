@@ -9,7 +9,7 @@ pub struct Fields {
     pub radiosity: Vec<Bands>,
     /// Irradiance H of patches, fluence G of volume zones, W/m², **without** direct light.
     pub incident: Vec<Bands>,
-    /// H_dir of patches, G_dir of volume zones, W/m²: direct light only.
+    /// H_dir of patches, G_dir of volume zones, W/m²: direct light only. Empty without direct light.
     pub direct: Vec<Bands>,
     /// Estimated error of `incident`, W/m², including the part caused by the error of `direct`.
     pub error: Vec<Bands>,
@@ -22,6 +22,10 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// Direct light of zone `i`, W/m²; 0 without.
+    pub fn direct_light(&self, i: usize) -> Bands {
+        self.direct.get(i).copied().unwrap_or_default()
+    }
     /// Estimated error of the total incident flux of zone `i`, direct light included, W/m².
     pub fn total_error(&self, i: usize) -> Bands {
         let direct = self.direct_error.get(i).copied().unwrap_or_default();

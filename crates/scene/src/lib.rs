@@ -13,7 +13,8 @@
 //! | `scene_parts`, `validation`, `scene` | the parts of a scene, their validation, the validated [`Scene`] |
 //! | `coarsened_scene` | the scene on larger or smaller zones |
 //! | `even_extension` | scenes with mirrors as parts of their even extensions |
-//! | `zones`, [`voxel_samples`] | patches, voxel zones, pane zones; samples of cut voxels |
+//! | `grid_geometry`, `cell_values` | position and size of the cells of a grid; values stored once if they are equal |
+//! | `zones`, `voxel_zones`, [`voxel_samples`] | patches and pane zones; voxel zones; samples of cut voxels |
 //! | `fields`, [`light_group`], `energy_balance`, `heat_report`, `report`, `solution` | results |
 //! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
 //! | `progress`, [`checkpoint_store`] | observers and checkpoints of long computations |
@@ -39,6 +40,7 @@ mod even_extension;
 mod face_results;
 mod face_table;
 mod fields;
+mod grid_geometry;
 mod heat_report;
 mod light;
 pub mod light_group;
@@ -63,6 +65,7 @@ mod thermal_validation;
 mod validation;
 mod voxel_grid;
 pub mod voxel_samples;
+mod voxel_zones;
 mod zones;
 
 pub use band::{Band, BandCountError, PerBand};
@@ -97,4 +100,5 @@ pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
 pub use thermal_network::{Convection, LinkLaw, NodeCondition, NodeLink, ThermalNetwork, ThermalNode};
 pub use voxel_grid::VoxelGrid;
 pub use voxel_samples::{SUBCELLS, VolumeSample, VoxelSamples};
-pub use zones::{PaneZone, Patch, VoxelZone, Zones};
+pub use voxel_zones::{VoxelPlace, VoxelZone, VoxelZones};
+pub use zones::{PaneZone, Patch, Zones};

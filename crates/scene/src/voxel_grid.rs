@@ -6,6 +6,7 @@
 use crate::band::Band;
 use crate::bands::Bands;
 use crate::cell_values::CellValues;
+use crate::grid_geometry::GridGeometry;
 use crate::limits::{MAX_CELLS, MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MIN_CELL_EDGE};
 use crate::scene_error::{SceneError, invalid};
 use crate::thermal::ThermalCondition;
@@ -27,9 +28,7 @@ use zonal_math::{Vec3, vec3};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoxelGrid {
-    min: Vec3,
-    cell: Vec3,
-    dims: [usize; 3],
+    geometry: GridGeometry,
     extinction: CellValues<Bands>,
     albedo: CellValues<Bands>,
     emission: CellValues<Bands>,
@@ -67,9 +66,7 @@ impl VoxelGrid {
             );
         }
         Ok(VoxelGrid {
-            min,
-            cell,
-            dims,
+            geometry: GridGeometry { min, cell, dims },
             extinction: CellValues::Uniform(Bands::ZERO),
             albedo: CellValues::Uniform(Bands::ZERO),
             emission: CellValues::Uniform(Bands::ZERO),
@@ -207,16 +204,18 @@ impl VoxelGrid {
     /// # Errors
     /// If it has too many cells.
     pub(crate) fn evenly_extended(&self, axes: [bool; 3], low: [bool; 3]) -> Result<VoxelGrid, SceneError> {
-        let old = self.dims;
+        let old = self.geometry.dims;
         let dims = [0, 1, 2].map(|k| if axes[k] { old[k].saturating_mul(2) } else { old[k] });
-        let shift = |k: usize| if low[k] { old[k] as f64 * self.cell[k] } else { 0.0 };
-        let mut out = VoxelGrid::new(self.min - vec3(shift(0), shift(1), shift(2)), self.cell, dims)?;
+        let shift = |k: usize| if low[k] { old[k] as f64 * self.geometry.cell[k] } else { 0.0 };
+        let mut out =
+            VoxelGrid::new(self.geometry.min - vec3(shift(0), shift(1), shift(2)), self.geometry.cell, dims)?;
         let cells = if self.is_uniform() { Vec::new() } else { self.cells_of_extension(axes, low, &out) };
-        out.extinction = self.extinction.gathered(&cells);
-        out.albedo = self.albedo.gathered(&cells);
-        out.emission = self.emission.gathered(&cells);
-        out.source = self.source.gathered(&cells);
-        out.heat = self.heat.as_ref().map(|h| h.gathered(&cells));
+        let cells = || cells.iter().copied();
+        out.extinction = self.extinction.gathered(cells());
+        out.albedo = self.albedo.gathered(cells());
+        out.emission = self.emission.gathered(cells());
+        out.source = self.source.gathered(cells());
+        out.heat = self.heat.as_ref().map(|h| h.gathered(cells()));
         Ok(out)
     }
 
@@ -227,7 +226,7 @@ impl VoxelGrid {
         low: [bool; 3],
         extended: &VoxelGrid,
     ) -> Vec<usize> {
-        let old = self.dims;
+        let old = self.geometry.dims;
         let from = |k: usize, c: usize| match (axes[k], low[k]) {
             (true, true) if c < old[k] => old[k] - 1 - c,
             (true, true) => c - old[k],
@@ -241,9 +240,22 @@ impl VoxelGrid {
         (0..extended.len()).map(image).collect()
     }
 
+    /// Position and size of the cells.
+    pub(crate) fn geometry(&self) -> &GridGeometry {
+        &self.geometry
+    }
+    /// Extinction, albedo, emission and source of the cells.
+    pub(crate) fn properties(&self) -> [&CellValues<Bands>; 4] {
+        [&self.extinction, &self.albedo, &self.emission, &self.source]
+    }
+    /// Heap memory, bytes.
+    pub fn bytes(&self) -> usize {
+        let heat = self.heat.as_ref().map_or(0, CellValues::bytes);
+        self.properties().map(CellValues::bytes).iter().sum::<usize>() + heat
+    }
     /// Number of cells.
     pub fn len(&self) -> usize {
-        self.dims[0] * self.dims[1] * self.dims[2]
+        self.geometry.len()
     }
     /// Always false: a grid has at least one cell.
     pub fn is_empty(&self) -> bool {
@@ -251,46 +263,45 @@ impl VoxelGrid {
     }
     /// Lower corner, m.
     pub fn min(&self) -> Vec3 {
-        self.min
+        self.geometry.min
     }
     /// Upper corner, m.
     pub fn max(&self) -> Vec3 {
-        self.min + self.cell.scale(vec3(self.dims[0] as f64, self.dims[1] as f64, self.dims[2] as f64))
+        self.geometry.corner(self.geometry.dims)
     }
     /// Cell edges, m.
     pub fn cell(&self) -> Vec3 {
-        self.cell
+        self.geometry.cell
     }
     /// Cells along each axis.
     pub fn dims(&self) -> [usize; 3] {
-        self.dims
+        self.geometry.dims
     }
     /// Index of a cell by its coordinates.
     pub fn index(&self, c: [usize; 3]) -> usize {
-        (c[0] * self.dims[1] + c[1]) * self.dims[2] + c[2]
+        self.geometry.index(c)
     }
     /// Coordinates of a cell by its index.
     pub fn coordinates(&self, index: usize) -> [usize; 3] {
-        let (ny, nz) = (self.dims[1], self.dims[2]);
-        [index / (ny * nz), index / nz % ny, index % nz]
+        self.geometry.coordinates(index)
     }
     /// Lower corner of a cell, m.
     pub fn corner(&self, c: [usize; 3]) -> Vec3 {
-        self.min + self.cell.scale(vec3(c[0] as f64, c[1] as f64, c[2] as f64))
+        self.geometry.corner(c)
     }
     /// Centre of a cell, m.
     pub fn centre(&self, c: [usize; 3]) -> Vec3 {
-        self.corner(c) + self.cell * 0.5
+        self.geometry.centre(c)
     }
     /// The cell that contains `p`, if any.
     pub fn cell_at(&self, p: Vec3) -> Option<[usize; 3]> {
         let mut c = [0; 3];
         for axis in 0..3 {
-            let t = (p[axis] - self.min[axis]) / self.cell[axis];
-            if !(t >= 0.0 && t <= self.dims[axis] as f64) {
+            let t = (p[axis] - self.geometry.min[axis]) / self.geometry.cell[axis];
+            if !(t >= 0.0 && t <= self.geometry.dims[axis] as f64) {
                 return None;
             }
-            c[axis] = (t as usize).min(self.dims[axis] - 1);
+            c[axis] = (t as usize).min(self.geometry.dims[axis] - 1);
         }
         Some(c)
     }
@@ -321,8 +332,7 @@ impl VoxelGrid {
     /// True if all cells are equal in all properties.
     pub fn is_uniform(&self) -> bool {
         let same = |v: &CellValues<Bands>| matches!(v, CellValues::Uniform(_));
-        [&self.extinction, &self.albedo, &self.emission, &self.source].into_iter().all(same)
-            && !matches!(self.heat, Some(CellValues::PerCell(_)))
+        self.properties().into_iter().all(same) && !matches!(self.heat, Some(CellValues::PerCell(_)))
     }
     /// The extinction, if it is equal in all cells.
     pub fn uniform_extinction(&self) -> Option<Bands> {

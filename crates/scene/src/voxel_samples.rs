@@ -81,6 +81,11 @@ fn unpack_point(lo: Vec3, edges: Vec3, subcell: u8, q: [u16; 3]) -> Vec3 {
 }
 
 impl VoxelSamples {
+    /// Those of a whole voxel.
+    pub(crate) const fn none() -> VoxelSamples {
+        VoxelSamples(None)
+    }
+
     /// Packs samples given by ascending sub-cell; their volumes are scaled to sum to `volume` (m³). `lo` and `cell` are the lower corner
     /// and the edges of the voxel, m. Sub-cells are below SUBCELLS³; a second sample of a sub-cell is ignored.
     pub fn new(lo: Vec3, cell: Vec3, volume: f64, samples: &[VolumeSample]) -> VoxelSamples {

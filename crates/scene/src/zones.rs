@@ -4,7 +4,7 @@
 
 use crate::bands::Bands;
 use crate::plate::Plate;
-use crate::voxel_samples::VoxelSamples;
+use crate::voxel_zones::VoxelZones;
 use zonal_math::Vec3;
 
 /// A surface zone: one side of a piece of a facet.
@@ -24,27 +24,6 @@ pub struct Patch {
     pub reflectance: Bands,
     /// Emitted flux E, W/m², the mean over the patch; zero if the surface is a direct emitter.
     pub emission: Bands,
-}
-
-/// A volume zone: the part of a voxel outside solids, or one of the parts into which walls divide it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VoxelZone {
-    /// Index of the cell in the voxel grid.
-    pub cell: usize,
-    /// Centre of the free volume, a point of free space, m.
-    pub centre: Vec3,
-    /// Free volume V, m³.
-    pub volume: f64,
-    /// Sample points of a cut voxel; empty for a whole voxel.
-    pub samples: VoxelSamples,
-    /// Extinction κ, 1/m.
-    pub extinction: Bands,
-    /// Scattering albedo Ω.
-    pub albedo: Bands,
-    /// Blackbody emissive power E, W/m².
-    pub emission: Bands,
-    /// Volumetric source q, W/m³.
-    pub source: Bands,
 }
 
 /// A volume zone outside the voxel grid: a piece of a pane.
@@ -87,11 +66,9 @@ pub struct Zones {
     /// Surface zones.
     pub patches: Vec<Patch>,
     /// Volume zones of the voxel grid, by ascending cell.
-    pub voxels: Vec<VoxelZone>,
+    pub voxels: VoxelZones,
     /// Volume zones of the panes.
     pub panes: Vec<PaneZone>,
-    /// `cell_starts[c]..cell_starts[c+1]` are the voxel zones of cell c; empty without a voxel grid.
-    pub cell_starts: Vec<u32>,
     /// Reflectance of each patch in thermal mode where emissivities depend on temperature or side, whatever the equations use in its place; empty
     /// where every patch has that of its facet.
     pub own_reflectances: Vec<Bands>,
@@ -116,10 +93,7 @@ impl Zones {
     }
     /// The voxel zones of a cell, as indices into `voxels`.
     pub fn voxel_zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
-        if self.cell_starts.is_empty() {
-            return 0..0;
-        }
-        self.cell_starts[cell] as usize..self.cell_starts[cell + 1] as usize
+        self.voxels.zones_of_cell(cell)
     }
     /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G).
     pub fn response(&self, i: usize) -> (Bands, f64) {
@@ -127,7 +101,7 @@ impl Zones {
             let p = &self.patches[i];
             (p.reflectance, p.area)
         } else if i < self.pane_offset() {
-            let v = &self.voxels[i - self.voxel_offset()];
+            let v = self.voxels.at(i - self.voxel_offset());
             (0.25 * v.albedo, v.volume)
         } else {
             let p = &self.panes[i - self.pane_offset()];
@@ -139,7 +113,7 @@ impl Zones {
         if i < self.voxel_offset() {
             self.patches[i].emission
         } else if i < self.pane_offset() {
-            let v = &self.voxels[i - self.voxel_offset()];
+            let v = self.voxels.at(i - self.voxel_offset());
             let q = v.source.zip_map(v.extinction, |q, k| if k > 0.0 { q / (4.0 * k) } else { 0.0 });
             (1.0 - v.albedo) * v.emission + q
         } else {

@@ -22,8 +22,8 @@ pub(crate) struct SolvedColumns {
     pub results: Vec<IterationResult>,
     /// The incident power, if the engine determined it.
     pub incident: Option<IncidentPower>,
-    /// A vector of the iteration that is needed no longer: the fields take its memory.
-    pub spare: Vec<Bands>,
+    /// Vectors of the iteration that are needed no longer: the fields take their memory.
+    pub spare: [Vec<Bands>; 2],
 }
 
 /// Solves all groups, from a warm start if `initial_groups` has some of them; an engine that solved them already hands over its solution.
@@ -35,7 +35,9 @@ pub(crate) fn solve_groups(
     initial_groups: &[LightGroup],
 ) -> SolvedColumns {
     match built.solved.take() {
-        Some((results, incident)) => SolvedColumns { results, incident: Some(incident), spare: Vec::new() },
+        Some((results, incident)) => {
+            SolvedColumns { results, incident: Some(incident), spare: Default::default() }
+        }
         None => {
             let (results, spare) = iterate(context, built, surroundings, engine, initial_groups);
             SolvedColumns { results, incident: None, spare }
@@ -43,14 +45,14 @@ pub(crate) fn solve_groups(
     }
 }
 
-/// The results of all groups, and the vector of the weights.
+/// The results of all groups, the vector of the weights, and one of the iteration.
 fn iterate(
     context: &SolveContext,
     built: &BuiltEngine,
     surroundings: &SurroundingsExchange,
     engine: Engine,
     initial_groups: &[LightGroup],
-) -> (Vec<IterationResult>, Vec<Bands>) {
+) -> (Vec<IterationResult>, [Vec<Bands>; 2]) {
     // Extend weights, targets, sources and the warm start to the higher-order unknowns.
     let slope_zones = built.operator.slope_zones();
     let (mut weights, mut targets) = (reflection_weights(context.zones), closure_targets(context.zones));
@@ -71,13 +73,13 @@ fn iterate(
     let options = context.scene.options();
     if let Some(n) = options.scattering_orders {
         let results = neumann_series::solve(&system, &columns, n, context.checkpoints, context.progress);
-        return (results, weights);
+        return (results, [weights, Vec::new()]);
     }
     let floor =
         if engine == Engine::Hierarchical { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    let results = conjugate_gradients::solve(
+    let (results, vectors) = conjugate_gradients::solve(
         &system,
         columns,
         initial.as_deref(),
@@ -85,7 +87,7 @@ fn iterate(
         context.checkpoints,
         context.progress,
     );
-    (results, weights)
+    (results, [weights, vectors])
 }
 
 /// Source strengths of a group for the higher-order unknowns, from the surroundings and from direct light.

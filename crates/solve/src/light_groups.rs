@@ -91,7 +91,7 @@ fn separate_groups(scene: &Scene, zones: &Zones) -> Vec<SourceGroup> {
     for (s, surface) in scene.surfaces().iter().enumerate().filter(|(s, _)| emitting[*s]) {
         add(&surface.name, LightGroupKind::Surface(s));
     }
-    if zones.voxels.par_iter().any(|v| v.emission != Bands::ZERO || v.source != Bands::ZERO) {
+    if zones.voxels.distinct_media().any(|v| v.emission != Bands::ZERO || v.source != Bands::ZERO) {
         add(MEDIUM_GROUP, LightGroupKind::Medium);
     }
     if zones.panes.iter().any(|p| p.emission != Bands::ZERO) {

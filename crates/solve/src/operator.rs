@@ -61,8 +61,13 @@ pub(crate) trait ErrorModel: ExchangeOperator {
             column_errors: Vec::new(),
         }
     }
-    /// As [`ErrorModel::incident_power`], in the memory of the strengths; these are returned if the errors need them.
-    fn incident_power_in_place(&self, columns: Vec<Vec<Bands>>) -> Result<IncidentPower, Vec<Vec<Bands>>> {
+    /// As [`ErrorModel::incident_power`], in the memory of the strengths; these are returned if the errors need them. The error takes the memory of
+    /// `spare`.
+    fn incident_power_in_place(
+        &self,
+        columns: Vec<Vec<Bands>>,
+        _spare: Vec<Bands>,
+    ) -> Result<IncidentPower, Vec<Vec<Bands>>> {
         Err(columns)
     }
     /// The weakest grade among the factors.

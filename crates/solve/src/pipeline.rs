@@ -515,7 +515,7 @@ fn solve_columns(
         let columns = coupled.results.into_iter().map(|r| SolvedColumns {
             results: vec![r],
             incident: None,
-            spare: Vec::new(),
+            spare: Default::default(),
         });
         return Ok((columns.collect(), Some(coupled.zones)));
     }

@@ -162,9 +162,8 @@ fn scale_zones(zones: &mut Zones, kind: LightGroupKind, f: Bands) {
         p.emission *= f;
     }
     if all || kind == LightGroupKind::Medium {
-        for v in &mut zones.voxels {
-            (v.emission, v.source) = (v.emission * f, v.source * f);
-        }
+        zones.voxels.update_emission(|_, e| e * f);
+        zones.voxels.update_source(|_, q| q * f);
     }
     if all || kind == LightGroupKind::Panes {
         zones.panes.iter_mut().for_each(|p| p.emission *= f);
@@ -196,14 +195,14 @@ fn sum_of_groups(
         out
     };
     let incident = added(|g| (&g.incident, g.incident_scale));
-    let direct = added(|g| (&g.direct, g.direct_scale));
-    let direct_error = match groups.iter().any(|g| !g.direct_error.is_empty()) {
-        true => added(|g| (&g.direct_error, g.direct_scale)),
-        false => Vec::new(),
+    let added_if_any = |pick: fn(&LightGroup) -> (&ZoneValues, Bands)| {
+        if groups.iter().all(|g| pick(g).0.is_empty()) { Vec::new() } else { added(pick) }
     };
+    let direct = added_if_any(|g| (&g.direct, g.direct_scale));
+    let direct_error = added_if_any(|g| (&g.direct_error, g.direct_scale));
     let radiosity = |i: usize| {
         let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        e + rho * (incident[i] + direct[i])
+        e + rho * (incident[i] + direct.get(i).copied().unwrap_or_default())
     };
     // Errors of the groups before and after scaling.
     let own = known.map(|before| (before, added(|g| (&g.error, g.incident_scale))));
@@ -222,9 +221,8 @@ fn sum_of_groups(
         };
         Bands::from_fn(|b| rest(b).hypot(part[b] * sky[b]))
     };
-    let part = |e: &Bands| *e * sky;
     Fields {
-        surroundings_error: old.surroundings_error.par_iter().map(part).collect(),
+        surroundings_error: old.surroundings_error.par_iter().map(|e| *e * sky).collect(),
         radiosity: (0..n).into_par_iter().map(radiosity).collect(),
         error: (0..n).into_par_iter().map(error).collect(),
         incident,

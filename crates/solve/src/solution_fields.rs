@@ -15,13 +15,16 @@ use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones};
 
-/// The fields of all light and of each group. `incident` is the incident power if the engine determined it; `spare` is a vector whose memory the fields
+/// Results of the iteration, the incident power if the engine determined it, and vectors whose memory the fields take.
+pub(crate) type SolvedIteration<'a> = (&'a mut [IterationResult], Option<IncidentPower>, [Vec<Bands>; 2]);
+
+/// The fields of all light and of each group. `incident` is the incident power if the engine determined it; `spare` are vectors whose memory the fields
 /// take. Where nothing leaves the scene, the results have no strengths afterwards: the incident power takes their memory.
 pub(crate) fn assemble(
     context: &SolveContext,
     built: &mut BuiltEngine,
     surroundings: &SurroundingsExchange,
-    (results, incident, mut spare): (&mut [IterationResult], Option<IncidentPower>, Vec<Bands>),
+    (results, incident, [mut spare, of_error]): SolvedIteration,
     engine: Engine,
 ) -> (Fields, Vec<LightGroup>) {
     let (zones, n) = (context.zones, context.zones.len());
@@ -32,7 +35,7 @@ pub(crate) fn assemble(
     let fractions = take_unexplained_fractions(zones, &mut built.closure, surroundings);
     // Apply the operator to the solution.
     let IncidentPower { mut columns, mut error, column_errors } =
-        incident_power(built, surroundings, results, incident);
+        incident_power(built, surroundings, (results, of_error), incident);
     columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     // Compute the fields of each group and their sum.
     spare.par_iter_mut().for_each(|x| *x = Bands::ZERO);
@@ -45,7 +48,7 @@ pub(crate) fn assemble(
         min_incident: if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 },
         normalizes,
         normalization_change: vec![Bands::ZERO; n * usize::from(normalizes)],
-        fields: Fields { incident: spare, direct: vec![Bands::ZERO; n], ..Fields::default() },
+        fields: Fields { incident: spare, ..Fields::default() },
     };
     let mut groups = Vec::new();
     for ((source, result), incident) in context.sources.iter().zip(&*results).zip(columns) {
@@ -101,13 +104,15 @@ fn widen_errors(
 fn incident_power(
     built: &BuiltEngine,
     surroundings: &SurroundingsExchange,
-    results: &mut [IterationResult],
+    (results, spare): (&mut [IterationResult], Vec<Bands>),
     incident: Option<IncidentPower>,
 ) -> IncidentPower {
     let mut strengths: Vec<Vec<Bands>> =
         results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
-    if incident.is_none() && surroundings.is_closed() {
-        match built.operator.incident_power_in_place(strengths) {
+    let in_place = incident.is_none() && surroundings.is_closed();
+    let spare = if in_place { spare } else { Vec::new() };
+    if in_place {
+        match built.operator.incident_power_in_place(strengths, spare) {
             Ok(found) => return found,
             Err(given_back) => strengths = given_back,
         }
@@ -121,7 +126,7 @@ fn incident_power(
 fn radiosity(zones: &Zones, f: &Fields, mut out: Vec<Bands>) -> Vec<Bands> {
     out.par_iter_mut().enumerate().for_each(|(i, b)| {
         let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        *b = e + rho * (f.incident[i] + f.direct[i]);
+        *b = e + rho * (f.incident[i] + f.direct_light(i));
     });
     out
 }
@@ -180,6 +185,7 @@ impl GroupAssembly<'_> {
         // Add to the fields of all light.
         let f = &mut self.fields;
         f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f += h);
+        f.direct.resize(own.len().max(f.direct.len()), Bands::ZERO);
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f += d);
         let mut group = light_group(source, result, energy, (incident, own), self.engine);
         let error = direct_error::group_error(source, direct);

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 use std::ops::Range;
-use zonal_scene::{VoxelGrid, VoxelZone, Zones};
+use zonal_scene::{VoxelGrid, Zones};
 use zonal_transport::Transport;
 
 /// Free passage between the volume zones of a voxel grid.
@@ -32,9 +32,10 @@ impl<'a> UnobstructedCells<'a> {
         let stride = [dims[1] * dims[2], dims[2], 1];
         let whole = |cell: usize| {
             let of = zones.voxel_zones_of_cell(cell);
-            (of.len() == 1 && zones.voxels[of.start].samples.is_empty()).then(|| &zones.voxels[of.start])
+            (of.len() == 1 && zones.voxels.at(of.start).samples.is_empty()).then(|| zones.voxels.at(of.start))
         };
-        let bits = |z: &VoxelZone| {
+        let bits = |i: usize| {
+            let z = zones.voxels.at(i);
             let c = grid.coordinates(z.cell);
             let free = |k: &usize| {
                 z.samples.is_empty()
@@ -44,7 +45,7 @@ impl<'a> UnobstructedCells<'a> {
             };
             (0..3).filter(free).map(|k| 1 << k).sum()
         };
-        UnobstructedCells { grid, zones, free: zones.voxels.par_iter().map(bits).collect() }
+        UnobstructedCells { grid, zones, free: (0..zones.voxels.len()).into_par_iter().map(bits).collect() }
     }
 
     /// True if whole zone `z` is connected to the next whole cell along axis `k`.
@@ -60,7 +61,7 @@ impl<'a> UnobstructedCells<'a> {
         reach: usize,
     ) -> Option<impl Iterator<Item = CellRow> + Clone + use<'a>> {
         let (c, dims, side) =
-            (self.grid.coordinates(self.zones.voxels[z].cell), self.grid.dims(), 2 * reach + 1);
+            (self.grid.coordinates(self.zones.voxels.at(z).cell), self.grid.dims(), 2 * reach + 1);
         if (0..3).any(|k| c[k] < reach || c[k] + reach >= dims[k]) {
             return None;
         }
@@ -103,7 +104,7 @@ mod tests {
         let open = UnobstructedCells::new(grid, &zones, &transport);
         let mut found = [0; 2];
         for z in 0..zones.voxels.len() {
-            let c = grid.coordinates(zones.voxels[z].cell).map(|c| c as i64);
+            let c = grid.coordinates(zones.voxels.at(z).cell).map(|c| c as i64);
             for reach in [1, 2] {
                 let r = reach as i64;
                 let near = |k: usize, lo: i64, hi: i64| c[k] + r >= lo && c[k] - r <= hi;
@@ -119,7 +120,7 @@ mod tests {
                     for (z, step) in row.zones.zip(-r..) {
                         let want =
                             [c[0] + i64::from(row.offset[0]), c[1] + i64::from(row.offset[1]), c[2] + step];
-                        assert_eq!(grid.coordinates(zones.voxels[z].cell).map(|c| c as i64), want);
+                        assert_eq!(grid.coordinates(zones.voxels.at(z).cell).map(|c| c as i64), want);
                     }
                 }
             }

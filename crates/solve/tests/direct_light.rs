@@ -76,7 +76,7 @@ fn fields_of_several_lights_add_up() {
 
 /// H or G of zone `i` with direct light, first band.
 fn total(s: &Solution, i: usize) -> f64 {
-    (s.fields.incident[i] + s.fields.direct[i]).first()
+    (s.fields.incident[i] + s.fields.direct_light(i)).first()
 }
 
 /// A lamp as direct light and as a zone gives the same H and G.
@@ -126,7 +126,7 @@ fn sky_light_agrees_with_surroundings_of_equal_radiance() {
         let p = patches_of(&a, face);
         let [x, y] = [&a, &b].map(|s| {
             let t: Vec<Bands> = (0..s.zones.len())
-                .map(|i| Bands::splat(s.fields.incident[i].first() + s.fields.direct[i].first()))
+                .map(|i| Bands::splat(s.fields.incident[i].first() + s.fields.direct_light(i).first()))
                 .collect();
             mean(s, &t, &p)
         });
@@ -228,7 +228,7 @@ fn pairs_of_which_a_small_part_is_hidden_are_dimmed_by_it() {
     let want = 4.0 * sum / (n * n * n * n) as f64;
     let floor = patches_of(&s, "floor");
     assert_eq!(floor.len(), 1);
-    let [h, e] = [s.fields.direct[floor[0]], s.fields.direct_error[floor[0]]].map(|x| x.first());
+    let [h, e] = [s.fields.direct_light(floor[0]), s.fields.direct_error[floor[0]]].map(|x| x.first());
     assert!((h / want - 1.0).abs() < 0.01, "{h} ± {e}, {want}");
     assert!((h - want).abs() < 3.0 * e + 1e-3 * want, "{h} ± {e}, {want}");
 }

@@ -57,7 +57,7 @@ fn report(name: &str, s: &Solution) -> (f64, f64) {
             p.plate
         );
     } else {
-        let v = &s.zones.voxels[i - s.zones.voxel_offset()];
+        let v = s.zones.voxels.at(i - s.zones.voxel_offset());
         println!(
             "    worst {:.2e}: voxel {} at {:?}, volume {:.2e}, {} samples",
             far(i),
@@ -162,7 +162,7 @@ fn dark_maximum_and_lit_mean(s: &Solution, n: Vec3, c: f64) -> [(f64, f64); 2] {
             // Patches of the wall belong to the side that they face.
             (0, p.plate.centre() + p.normal * 1e-3)
         } else {
-            (1, s.zones.voxels[i - s.zones.voxel_offset()].centre)
+            (1, s.zones.voxels.at(i - s.zones.voxel_offset()).centre)
         };
         if n.dot(at) > c {
             out[k].0 = out[k].0.max(f.first());
@@ -213,7 +213,7 @@ fn walls_slightly_inside_the_voxel_grid_do_not_change_the_result() {
         // Slivers beyond the walls exchange with no emitter of the room and are excluded.
         let inside = |i: usize| {
             i < s.zones.voxel_offset() || {
-                let c = s.zones.voxels[i - s.zones.voxel_offset()].centre;
+                let c = s.zones.voxels.at(i - s.zones.voxel_offset()).centre;
                 c.min(Vec3::ONE) == c && c.max(Vec3::ZERO) == c
             }
         };

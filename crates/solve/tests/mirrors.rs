@@ -95,7 +95,7 @@ fn centre(zones: &Zones, i: usize) -> (Vec3, Vec3) {
     match i.checked_sub(zones.voxel_offset()) {
         None => (zones.patches[i].plate.centre(), zones.patches[i].normal),
         Some(v) => match v.checked_sub(zones.voxels.len()) {
-            None => (zones.voxels[v].centre, Vec3::ZERO),
+            None => (zones.voxels.at(v).centre, Vec3::ZERO),
             Some(p) => (zones.panes[p].plate.centre(), zones.panes[p].normal),
         },
     }
@@ -136,8 +136,8 @@ fn differs_by(part: &Solution, whole: &Solution) -> [f64; 2] {
     let (mut off, mut stated, mut all) = (0.0, 0.0, 0.0);
     for (i, j) in same_zones(part, whole).into_iter().enumerate() {
         let (x, y) = (
-            part.fields.incident[i] + part.fields.direct[i],
-            whole.fields.incident[j] + whole.fields.direct[j],
+            part.fields.incident[i] + part.fields.direct_light(i),
+            whole.fields.incident[j] + whole.fields.direct_light(j),
         );
         for b in Band::all() {
             off += (x[b] - y[b]).powi(2);

@@ -83,9 +83,9 @@ fn in_cells(s: &Solution) -> Vec<f64> {
     (0..s.scene.voxel_grid().unwrap().len())
         .map(|c| {
             let zones = s.zones.voxel_zones_of_cell(c);
-            let volume: f64 = zones.clone().map(|z| s.zones.voxels[z].volume).sum();
+            let volume: f64 = zones.clone().map(|z| s.zones.voxels.at(z).volume).sum();
             let sum: f64 = zones
-                .map(|z| s.zones.voxels[z].volume * s.fields.incident[s.zones.voxel_offset() + z].first())
+                .map(|z| s.zones.voxels.at(z).volume * s.fields.incident[s.zones.voxel_offset() + z].first())
                 .sum();
             if volume > 0.0 { sum / volume } else { 0.0 }
         })

@@ -30,11 +30,11 @@ fn sunlight_through_a_pane_obeys_beers_law() {
         let i = patches_of(&x, name)[0];
         let lit = patches_of(&x, name)
             .into_iter()
-            .max_by(|a, b| x.fields.direct[*a].first().total_cmp(&x.fields.direct[*b].first()))
+            .max_by(|a, b| x.fields.direct_light(*a).first().total_cmp(&x.fields.direct_light(*b).first()))
             .unwrap_or(i);
         for (b, k) in Band::all().zip([50.0f64, 100.0, 0.0]) {
             let want = 100.0 * cos * (-k * 0.01 / c).exp();
-            let got = x.fields.direct[lit][b];
+            let got = x.fields.direct_light(lit)[b];
             assert!((got / want - 1.0).abs() < 1e-9, "{degrees}°, {b:?}: {got} against {want}");
         }
         let e = &x.report.energy;

@@ -215,7 +215,7 @@ impl<'a> Transport<'a> {
     fn nearest_samples(&self, zones: &Zones, cell: usize, p: Vec3) -> Vec<(f64, usize, Vec3)> {
         let range = zones.voxel_zones_of_cell(cell);
         let nearest_sample = |z: usize| {
-            let samples = zones.voxels[z].samples.iter().map(|s| ((s.point - p).length2(), z, s.point));
+            let samples = zones.voxels.at(z).samples.iter().map(|s| ((s.point - p).length2(), z, s.point));
             samples.min_by(|a, b| a.0.total_cmp(&b.0))
         };
         let mut candidates: Vec<(f64, usize, Vec3)> = range.filter_map(nearest_sample).collect();

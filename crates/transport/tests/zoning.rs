@@ -11,10 +11,11 @@ use zonal_transport::{Transport, build_zones};
 fn zones(s: &Scene) -> Zones {
     let z = build_zones(s, &Transport::new(s)).unwrap();
     if let Some(map) = s.voxel_grid() {
-        assert_eq!(z.cell_starts.len(), map.len() + 1);
+        let of_cells = (0..map.len()).flat_map(|c| z.voxel_zones_of_cell(c));
+        assert!(of_cells.eq(0..z.voxels.len()));
         for c in 0..map.len() {
             for i in z.voxel_zones_of_cell(c) {
-                let v = &z.voxels[i];
+                let v = z.voxels.at(i);
                 assert_eq!(v.cell, c);
                 assert_eq!(map.cell_at(v.centre), Some(map.coordinates(c)));
                 let sum: f64 = v.samples.iter().map(|s| s.volume).sum();
@@ -107,7 +108,7 @@ fn solids_reduce_the_volume_of_zones() {
             let want = 1.0 - 0.42f64.powi(3);
             let off = (volume(&z) / want - 1.0).abs();
             assert!(off < bound * 9.0 / n as f64, "angle {angle}, {n} cells: {off}");
-            for v in &z.voxels {
+            for v in z.voxels.iter() {
                 for p in v.samples.iter().map(|s| s.point).chain([v.centre]) {
                     let deep = block.iter().all(|f| (p - f.origin).dot(f.normal()) < -1e-9);
                     assert!(!deep, "a sample in the solid");
@@ -160,7 +161,7 @@ fn volumes_at_cell_corners_are_exact() {
     let [x, y, z0] = [[0.07, 0.91], [0.11, 0.8], [0.03, 0.88]];
     let length = |e: [f64; 2], i: usize| (e[1].min((i + 1) as f64 / 3.0) - e[0].max(i as f64 / 3.0)).max(0.0);
     assert_eq!(z.voxels.len(), 27);
-    for v in &z.voxels {
+    for v in z.voxels.iter() {
         let c = [v.cell / 9, v.cell / 3 % 3, v.cell % 3];
         let want = length(x, c[0]) * length(y, c[1]) * length(z0, c[2]);
         assert!((v.volume / want - 1.0).abs() < 1e-9, "{c:?}: {} of {want}", v.volume);
@@ -348,7 +349,7 @@ fn oblique_wall_separates_the_volumes_of_both_sides() {
     let z = zones(&s);
     let side = |p: Vec3| (p - wall.origin).dot(wall.normal());
     let mut sums = [0.0; 2];
-    for v in &z.voxels {
+    for v in z.voxels.iter() {
         let front = side(v.centre) > 0.0;
         sums[front as usize] += v.volume;
         assert!(v.samples.iter().all(|s| (side(s.point) > 0.0) == front));

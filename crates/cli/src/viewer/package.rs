@@ -165,7 +165,7 @@ fn add_zones(pack: &mut Pack, s: &Solution) {
     for (g, group) in groups.iter().enumerate() {
         let of = |i: usize, direct: bool| match (s.groups.is_empty(), direct) {
             (true, false) => s.fields.incident[i],
-            (true, true) => s.fields.direct[i],
+            (true, true) => s.fields.direct_light(i),
             (false, false) => group.incident.at(i) * group.incident_scale,
             (false, true) => group.direct.at(i) * group.direct_scale,
         };

@@ -57,7 +57,7 @@ impl<'a> Exchange<'a> {
     ) -> Exchange<'a> {
         let cell = scene.voxel_grid().map_or(Vec3::ZERO, |v| v.cell());
         let cache = FactorCache::new(settings.aligned_tolerance);
-        let subcells = if zones.voxels.iter().any(|z| !z.samples.is_empty()) {
+        let subcells = if zones.voxels.cut_count() > 0 {
             subcell_table(cell * (1.0 / SUBCELLS as f64), &cache)
         } else {
             Vec::new()

@@ -92,7 +92,7 @@ impl Exchange<'_> {
             volumes: [a.measure, b.measure],
             distance,
             row: &row.factors,
-            cell: self.zones.voxels[j - self.zones.voxel_offset()].cell,
+            cell: self.zones.voxels.at(j - self.zones.voxel_offset()).cell,
             exact: &self.cache,
         });
         DistanceMoments { factor, mean_distance: distance, ..DistanceMoments::ZERO }
@@ -254,6 +254,6 @@ impl Exchange<'_> {
     }
 
     fn kappa(&self, i: usize) -> Bands {
-        self.zones.voxels[i - self.zones.voxel_offset()].extinction
+        self.zones.voxels.at(i - self.zones.voxel_offset()).extinction
     }
 }

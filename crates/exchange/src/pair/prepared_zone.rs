@@ -89,7 +89,7 @@ impl<'a> PreparedZones<'a> {
             prepared_plate(zones.patches[i].plate, None)
         } else if i < zones.pane_offset() {
             let grid = self.grid.expect("voxel zones come from a voxel grid");
-            prepared_voxel(&zones.voxels[i - zones.voxel_offset()], grid)
+            prepared_voxel(zones.voxels.at(i - zones.voxel_offset()), grid)
         } else {
             let k = i - zones.pane_offset();
             prepared_plate(zones.panes[k].plate, Some(k))
@@ -97,7 +97,7 @@ impl<'a> PreparedZones<'a> {
     }
 }
 
-fn prepared_voxel(z: &VoxelZone, grid: &VoxelGrid) -> PreparedZone {
+fn prepared_voxel(z: VoxelZone, grid: &VoxelGrid) -> PreparedZone {
     let cell = grid.cell();
     let lo = grid.corner(grid.coordinates(z.cell));
     let hi = lo + cell;

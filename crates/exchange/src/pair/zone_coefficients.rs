@@ -7,7 +7,7 @@ pub fn closure_target(zones: &Zones, i: usize) -> f64 {
     if i < zones.voxel_offset() {
         zones.patches[i].area
     } else if i < zones.pane_offset() {
-        4.0 * zones.voxels[i - zones.voxel_offset()].volume
+        4.0 * zones.voxels.at(i - zones.voxel_offset()).volume
     } else {
         let p = &zones.panes[i - zones.pane_offset()];
         4.0 * p.area * p.thickness
@@ -19,7 +19,7 @@ pub fn scaled_radiosity_coefficient(zones: &Zones, i: usize) -> Bands {
     if i < zones.voxel_offset() {
         Bands::ONE
     } else if i < zones.pane_offset() {
-        zones.voxels[i - zones.voxel_offset()].extinction
+        zones.voxels.at(i - zones.voxel_offset()).extinction
     } else {
         zones.panes[i - zones.pane_offset()].extinction
     }

@@ -66,7 +66,7 @@ fn describe(s: &Solution, i: usize) -> (&'static str, String, Vec3, f64) {
         let p = &z.patches[i];
         ("patch", csv_name(&s.scene.surfaces()[p.surface].name), p.plate.centre(), p.area)
     } else if i < z.pane_offset() {
-        let v = &z.voxels[i - z.voxel_offset()];
+        let v = z.voxels.at(i - z.voxel_offset());
         ("voxel", v.cell.to_string(), v.centre, v.volume)
     } else {
         let p = &z.panes[i - z.pane_offset()];

@@ -155,7 +155,7 @@ impl ScoreReader<'_> {
         let k = if i < z.voxel_offset() {
             &self.optics.surfaces[z.patches[i].surface]
         } else if i < z.pane_offset() {
-            &self.optics.cells[z.voxels[i - z.voxel_offset()].cell]
+            &self.optics.cells[z.voxels.at(i - z.voxel_offset()).cell]
         } else {
             &self.optics.panes[z.panes[i - z.pane_offset()].pane]
         };

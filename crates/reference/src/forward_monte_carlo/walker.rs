@@ -154,7 +154,7 @@ impl<'a> Walker<'a> {
                 .min_by(|a, b| parameter_excess(&a.1.1, at).total_cmp(&parameter_excess(&b.1.1, at)));
             return Some(self.start_in_pane(nearest?.0, Some(at), rng));
         }
-        let z = &zones.voxels[i - zones.voxel_offset()];
+        let z = zones.voxels.at(i - zones.voxel_offset());
         let grid = self.walk_scene.scene.voxel_grid()?;
         let lo = grid.corner(grid.coordinates(z.cell));
         let at = self.point_in_voxel_zone(z, lo, grid.cell(), rng);
@@ -162,7 +162,7 @@ impl<'a> Walker<'a> {
     }
 
     /// A random point of a volume zone: a sub-cell by its volume, in it a point that its sample point sees.
-    fn point_in_voxel_zone(&self, z: &VoxelZone, lo: Vec3, edge: Vec3, rng: &mut Rng) -> Vec3 {
+    fn point_in_voxel_zone(&self, z: VoxelZone, lo: Vec3, edge: Vec3, rng: &mut Rng) -> Vec3 {
         if z.samples.is_empty() {
             return rng.point_in_box(lo, lo + edge);
         }
@@ -361,7 +361,7 @@ impl<'a> Walker<'a> {
 
     /// The part of a divided cell that holds a point: the one of the nearest sample that sees it.
     fn visible_part(&self, zones: &Zones, range: std::ops::Range<usize>, at: Vec3) -> Option<usize> {
-        let samples = range.flat_map(|k| zones.voxels[k].samples.iter().map(move |s| (k, s.point)));
+        let samples = range.flat_map(|k| zones.voxels.at(k).samples.iter().map(move |s| (k, s.point)));
         let mut near: Vec<(usize, Vec3)> = samples.collect();
         near.sort_by(|a, b| (a.1 - at).length2().total_cmp(&(b.1 - at).length2()));
         near.iter().find(|(_, p)| self.walk_scene.visible(*p, at)).or(near.first()).map(|x| x.0)

@@ -54,7 +54,7 @@ impl Detector {
     }
 
     /// A volume zone.
-    pub fn voxel(z: &VoxelZone, grid: &VoxelGrid) -> Detector {
+    pub fn voxel(z: VoxelZone, grid: &VoxelGrid) -> Detector {
         let c = grid.coordinates(z.cell);
         let (lo, edge) = (grid.corner(c), grid.cell());
         if z.samples.is_empty() {

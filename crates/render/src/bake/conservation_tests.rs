@@ -112,7 +112,7 @@ fn furnished() -> Solution {
     s.fields.radiosity = (0..n)
         .map(|i| {
             let (e, (rho, _)) = (s.zones.emission(i), s.zones.response(i));
-            e + rho * (s.fields.incident[i] + s.fields.direct[i])
+            e + rho * (s.fields.incident[i] + s.fields.direct_light(i))
         })
         .collect();
     s

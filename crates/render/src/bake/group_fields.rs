@@ -67,7 +67,7 @@ impl<'a> GroupField<'a> {
     /// H_dir or G_dir of a zone, W/m².
     pub(super) fn direct(&self, zone: usize) -> Bands {
         match self.group {
-            None => self.s.fields.direct[zone],
+            None => self.s.fields.direct_light(zone),
             Some(g) => g.direct.at(zone) * g.direct_scale,
         }
     }

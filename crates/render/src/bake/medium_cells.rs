@@ -14,12 +14,12 @@ pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<Baked
     let (map, zones) = (s.scene.voxel_grid()?, &s.zones);
     let offset = zones.voxel_offset();
     let cells = map.len();
-    let volume = |c: usize| zones.voxel_zones_of_cell(c).map(|i| zones.voxels[i].volume).sum::<f64>();
+    let volume = |c: usize| zones.voxel_zones_of_cell(c).map(|i| zones.voxels.at(i).volume).sum::<f64>();
     let mean = |c: usize, value: &(dyn Fn(usize) -> Bands + Sync)| {
         let whole = volume(c);
         let mut sum = Bands::ZERO;
         for i in zones.voxel_zones_of_cell(c) {
-            let (x, weight) = (value(i), zones.voxels[i].volume / whole);
+            let (x, weight) = (value(i), zones.voxels.at(i).volume / whole);
             sum += weight * x;
         }
         to_single_precision(sum)
@@ -32,8 +32,8 @@ pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<Baked
         cell: map.cell(),
         dims: map.dims(),
         volume: (0..cells).into_par_iter().map(|c| volume(c) as f32).collect(),
-        extinction: grid(&|i| zones.voxels[i].extinction),
-        albedo: grid(&|i| zones.voxels[i].albedo),
+        extinction: grid(&|i| zones.voxels.at(i).extinction),
+        albedo: grid(&|i| zones.voxels.at(i).albedo),
         radiosity: groups.iter().map(|g| grid(&|i| g.radiosity(offset + i))).collect(),
         fluence: groups.iter().map(|g| grid(&|i| g.fluence(offset + i))).collect(),
     })

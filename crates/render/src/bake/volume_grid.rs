@@ -108,7 +108,7 @@ pub fn bake_volume_grid(
     progress: &dyn Progress,
 ) -> Option<VolumeGrid> {
     let map = solution.scene.voxel_grid()?;
-    if solution.zones.voxels.iter().all(|z| z.extinction == Bands::ZERO) {
+    if solution.zones.voxels.distinct_media().all(|z| z.extinction == Bands::ZERO) {
         return None;
     }
     let transport = Transport::new(&solution.scene);
@@ -122,7 +122,7 @@ pub fn bake_volume_grid(
     let known: Vec<bool> = zones.iter().map(|p| !p.is_empty()).collect();
     let order = extrapolation_order(&known, grid.dims);
     // Evaluate extinction and, group by group, radiosity.
-    let extinction = grid.mean(&zones, |z| solution.zones.voxels[z].extinction);
+    let extinction = grid.mean(&zones, |z| solution.zones.voxels.at(z).extinction);
     let source = GridSource {
         solution,
         transport: &transport,
@@ -197,7 +197,7 @@ impl<'a> PointGrid<'a> {
                     out.extend(
                         s.zones
                             .voxel_zones_of_cell(self.map.index([x, y, z]))
-                            .map(|i| (i, s.zones.voxels[i].centre)),
+                            .map(|i| (i, s.zones.voxels.at(i).centre)),
                     );
                 }
             }
@@ -259,7 +259,7 @@ impl GridSource<'_> {
         let light_samplers = self.sampled_lights(group);
         let indirect = |i: usize| {
             let (b, direct) = (group.radiosity(offset + i), group.direct(offset + i));
-            b - if light_samplers.is_empty() { Bands::ZERO } else { voxels[i].albedo * direct / 4.0 }
+            b - if light_samplers.is_empty() { Bands::ZERO } else { voxels.at(i).albedo * direct / 4.0 }
         };
         let means = (0..voxels.len()).into_par_iter().map(indirect).collect();
         let Some(field) = RadiosityField::from_means(s, self.transport, means) else {
@@ -270,7 +270,7 @@ impl GridSource<'_> {
             let Some(&(zone, p)) = list.first() else { return PerBand::default() };
             let (b, at) = (field.at(zone, p), self.grid.coordinates(i));
             let direct: Bands = light_samplers.iter().map(|l| self.direct_fluence(l, at, zone)).sum();
-            (b + voxels[zone].albedo * direct / 4.0).map_to(|x| x as f32)
+            (b + voxels.at(zone).albedo * direct / 4.0).map_to(|x| x as f32)
         };
         self.zones.par_iter().enumerate().map(at).collect()
     }
@@ -288,7 +288,7 @@ impl GridSource<'_> {
         const OCTANT_CENTRES: [[f64; 3]; DIRECT_LIGHT_POINTS] =
             [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.75, 0.25, 0.75], [0.25, 0.75, 0.75]];
         let (s, transport) = (self.solution, self.transport);
-        let cell = s.zones.voxels[zone].cell;
+        let cell = s.zones.voxels.at(zone).cell;
         let samples = if matches!(light_sampler.light(), Light::Sky { .. }) { SKY_SAMPLES } else { 1 };
         let (mut sum, mut n) = (Bands::ZERO, 0.0);
         for (i, [x, y, z]) in OCTANT_CENTRES.into_iter().enumerate() {

@@ -138,7 +138,7 @@ impl<'a> FinalGather<'a> {
         self.transport.traverse_grid(ray.origin, ray.at(end), &mut |cell, t0, t1| {
             let middle = ray.at(0.5 * (t0 + t1));
             if let Some(zone) = self.transport.volume_zone_at(&self.solution.zones, cell, middle) {
-                let kappa = self.solution.zones.voxels[zone].extinction;
+                let kappa = self.solution.zones.voxels.at(zone).extinction;
                 let l = self.segment_radiance(zone, kappa, t1 - t0, middle);
                 out += tau * l;
                 tau *= transmittance(kappa, t1 - t0);

@@ -140,11 +140,11 @@ impl<'a> ManyLights<'a> {
                 continue;
             }
             for zone in zones.voxel_zones_of_cell(map.index([x, y, z])) {
-                let from_cluster = zones.voxels[zone].centre - centre;
+                let from_cluster = zones.voxels.at(zone).centre - centre;
                 let r = from_cluster.length();
                 // End the shadow ray before the cluster's own facets.
                 let end = centre + from_cluster * (1.01 * radius / r.max(1e-12));
-                if r <= 1.01 * radius || trace_shadow_ray(self.transport, zones.voxels[zone].centre, end) {
+                if r <= 1.01 * radius || trace_shadow_ray(self.transport, zones.voxels.at(zone).centre, end) {
                     out.push((zone as u32, c as u32));
                 }
             }
@@ -155,7 +155,7 @@ impl<'a> ManyLights<'a> {
     /// Contribution of the far part to B of a voxel zone, W/m²: Ω G/4 at its centre. The number of shadow rays falls with the share of the
     /// emitter in B, of which `indirect` is the rest.
     pub(crate) fn far_radiosity(&self, zone: usize, indirect: Bands) -> Bands {
-        let z = &self.s.zones.voxels[zone];
+        let z = self.s.zones.voxels.at(zone);
         if z.albedo == Bands::ZERO || z.extinction == Bands::ZERO {
             return Bands::ZERO;
         }

@@ -65,7 +65,7 @@ impl<'a> PathBuilder<'a> {
         else {
             return;
         };
-        let z = &self.solution.zones.voxels[zone];
+        let z = self.solution.zones.voxels.at(zone);
         path.segments.push(VoxelSegment {
             t0,
             t1,

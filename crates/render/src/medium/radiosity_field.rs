@@ -9,13 +9,13 @@ use super::many_lights::ManyLights;
 use crate::lazy_values::LazyValues;
 use crate::node_interpolation::{BandGradients, GradientFit, NodeZone, node_value};
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, PerBand, Solution, VoxelGrid, VoxelZone};
+use zonal_scene::{Band, Bands, PerBand, Solution, VoxelGrid, VoxelZone, VoxelZones};
 use zonal_transport::Transport;
 
 /// A field that is evaluated at points of its cells.
 pub(crate) struct RadiosityField<'a> {
     map: &'a VoxelGrid,
-    zones: &'a [VoxelZone],
+    zones: &'a VoxelZones,
     interpolation: CornerInterpolation<'a>,
     corners: LazyValues<[PerBand<f32>; 8]>,
 }
@@ -28,8 +28,8 @@ impl<'a> RadiosityField<'a> {
         many_lights: Option<ManyLights<'a>>,
     ) -> Option<RadiosityField<'a>> {
         let offset = s.zones.voxel_offset();
-        let indirect = |(i, z): (usize, &VoxelZone)| {
-            let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct[offset + i]);
+        let indirect = |(i, z): (usize, VoxelZone)| {
+            let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct_light(offset + i));
             b - z.albedo * direct / 4.0
         };
         let means = s.zones.voxels.iter().enumerate().map(indirect).collect();
@@ -60,7 +60,7 @@ impl<'a> RadiosityField<'a> {
 
     /// B_ind, W/m², at a point of the zone.
     pub(crate) fn at(&self, zone: usize, p: Vec3) -> Bands {
-        let z = &self.zones[zone];
+        let z = self.zones.at(zone);
         let (corner, cell) = (self.map.corner(self.map.coordinates(z.cell)), self.map.cell());
         let [x, y, w] = [0, 1, 2].map(|k| ((p[k] - corner[k]) / cell[k]).clamp(0.0, 1.0));
         let c = self.corners.get(zone, || self.interpolation.corner_values(zone));
@@ -140,7 +140,7 @@ impl CornerInterpolation<'_> {
     /// The zone itself and the connected zones around it.
     fn connected(&self, i: usize) -> Vec<ConnectedZone> {
         let zones = &self.s.zones;
-        let own = &zones.voxels[i];
+        let own = zones.voxels.at(i);
         let c = self.map.coordinates(own.cell);
         let dims = self.map.dims();
         let mut list = Vec::with_capacity(32);
@@ -155,7 +155,7 @@ impl CornerInterpolation<'_> {
             let cell = self.map.index([0, 1, 2].map(|k| c[k] + d[k] - 1));
             let corners = CORNER_MASKS[0][d[0]] & CORNER_MASKS[1][d[1]] & CORNER_MASKS[2][d[2]];
             let free = !self.near_facet[cell] && !self.near_facet[own.cell];
-            let seen = |j: usize| free || !self.transport.occluded(own.centre, zones.voxels[j].centre);
+            let seen = |j: usize| free || !self.transport.occluded(own.centre, zones.voxels.at(j).centre);
             list.extend(zones.voxel_zones_of_cell(cell).filter(|&j| seen(j)).map(|j| (j as u32, corners)));
         }
         list
@@ -168,8 +168,9 @@ impl CornerInterpolation<'_> {
         let mut ranges = PerBand::splat((f64::INFINITY, f64::NEG_INFINITY));
         let own = self.value(i);
         for j in list.iter().map(|&(j, _)| j as usize) {
-            let (d, value) = (voxels[j].centre - voxels[i].centre, self.value(j));
-            for b in Band::all().filter(|&b| voxels[i].extinction[b] > 0.0 && voxels[j].extinction[b] > 0.0) {
+            let (from, to) = (voxels.at(i), voxels.at(j));
+            let (d, value) = (to.centre - from.centre, self.value(j));
+            for b in Band::all().filter(|&b| from.extinction[b] > 0.0 && to.extinction[b] > 0.0) {
                 if j != i {
                     fits[b].add(d, value[b] - own[b]);
                 }
@@ -182,15 +183,15 @@ impl CornerInterpolation<'_> {
     fn corner_values(&self, i: usize) -> [PerBand<f32>; 8] {
         let voxels = &self.s.zones.voxels;
         let list = self.connected(i);
-        let c = self.map.coordinates(voxels[i].cell);
+        let c = self.map.coordinates(voxels.at(i).cell);
         let whole = self.map.cell().product();
-        let mut here: Vec<(&VoxelZone, Bands, &VoxelFit)> = Vec::with_capacity(8);
+        let mut here: Vec<(VoxelZone, Bands, &VoxelFit)> = Vec::with_capacity(8);
         std::array::from_fn(|corner| {
             let at = [c[0] + (corner >> 2 & 1), c[1] + (corner >> 1 & 1), c[2] + (corner & 1)];
             let v = self.map.corner(at);
             here.clear();
             let touching = list.iter().filter(|n| n.1 >> corner & 1 == 1).map(|n| n.0 as usize);
-            here.extend(touching.map(|j| (&voxels[j], self.value(j), self.fit(j))));
+            here.extend(touching.map(|j| (voxels.at(j), self.value(j), self.fit(j))));
             Bands::from_fn(|b| {
                 let zones = here.iter().filter(|h| h.0.extinction[b] > 0.0).map(|(z, value, fit)| NodeZone {
                     weight: z.volume / whole + 1e-3,

@@ -9,7 +9,7 @@ use crate::spectral::enclosure::BoxEnclosure;
 use rayon::prelude::*;
 use zonal_scene::{Band, Scene, Zones};
 
-/// Bytes of a spectral solve: the engine, the zones, and the larger of the iteration and the fields.
+/// Bytes of a spectral solve: the engine, the medium, the zones, and the larger of the iteration and the fields.
 pub(crate) fn spectral_solve_bytes(
     scene: &Scene,
     zones: &Zones,
@@ -21,21 +21,29 @@ pub(crate) fn spectral_solve_bytes(
     let columns = light_groups::select_groups(scene, zones).0.len() as u64;
     let grey = kappa == 1
         && zones.patches.par_iter().all(|p| p.reflectance.is_grey() && p.emission.is_grey())
-        && zones.voxels.par_iter().all(|v| v.albedo.is_grey() && v.emission.is_grey() && v.source.is_grey());
+        && zones
+            .voxels
+            .distinct_media()
+            .all(|v| v.albedo.is_grey() && v.emission.is_grey() && v.source.is_grey());
     // Closure defects, weights and targets; the roots of the weights, and of each group the sources and the four vectors of the iteration, in one band
     // or all.
     let bands = if grey { 1 } else { Band::count() as u64 };
     let solving = 24 + 24 + 8 + 8 * bands + columns * (24 + 4 * 8 * bands);
-    // Radiosity, incident, direct, error; of each group the incident power, in an open box the strengths too, and the sum of several; direct light of
-    // each light.
+    // Radiosity, incident, error; of each group the incident power, in an open box the strengths too, and the sum of several. With lights, direct light
+    // and its error, and three vectors of its reflection; of each light the field, its error, and that of the group.
     let of_group = if enclosure.is_open() { 48 } else { 24 };
-    let fields = 4 * 24 + columns * of_group + 24 * u64::from(columns > 1);
-    let more = 24 * u64::from(enclosure.is_open()) + 120 * scene.lights().len() as u64;
+    let lights = scene.lights().len() as u64;
+    let direct = 5 * 24 * u64::from(lights > 0) + 3 * 24 * lights;
+    let fields = 3 * 24 + columns * of_group + 24 * u64::from(columns > 1) + direct;
+    let of_openings = 24 * u64::from(enclosure.is_open());
     let [voxel, patch] = [order.voxel_components() - 1, order.patch_components() - 1].map(|n| n as u64);
     let slopes = voxel * zones.voxels.len() as u64 + patch * zones.patches.len() as u64;
     // Of each slope the vectors of the iteration, and the index of its zone.
-    let unknowns = zones.len() as u64 * (solving.max(fields) + more) + slopes * (solving + 4);
-    SpectralOperator::bytes(&enclosure.grid, kappa, order) + size.zone_bytes + unknowns
+    let solving_with_lights = solving + 2 * 24 * lights;
+    let unknowns =
+        zones.len() as u64 * (solving_with_lights.max(fields) + of_openings) + slopes * (solving + 4);
+    let medium = scene.voxel_grid().map_or(0, |v| v.bytes() as u64);
+    SpectralOperator::bytes(&enclosure.grid, kappa, order) + medium + size.zone_bytes + unknowns
 }
 
 /// Bytes of a layered solve: the engine, the zones and the fields.

@@ -88,7 +88,7 @@ pub(crate) fn widen_by_balance(zones: &Zones, energy: &EnergyBalance, lost: Band
 
 /// Amount of the field incident on zone `i`, direct light included, W/m².
 fn total_incident(fields: &Fields, i: usize) -> Bands {
-    (fields.incident[i] + fields.direct[i]).abs()
+    (fields.incident[i] + fields.direct_light(i)).abs()
 }
 
 /// Adds a fraction of the incident field to the error of every zone; an infinite fraction of 0 is infinite too.

@@ -68,7 +68,7 @@ impl<'a> CellZones<'a> {
                 if range.is_empty() {
                     return WITHOUT_ZONE;
                 }
-                if range.len() == 1 && zones.voxels[range.start].samples.is_empty() {
+                if range.len() == 1 && zones.voxels.at(range.start).samples.is_empty() {
                     return range.start as u32;
                 }
                 divided.push(cell);
@@ -112,7 +112,9 @@ impl<'a> CellZones<'a> {
         }
         // Part of the sub-cell may lie behind a wall: the zone holds the point whose sample there sees it.
         let sees = |z: usize| {
-            let sample = self.zones.voxels.get(z).and_then(|z| z.samples.point_in(subcell as u8));
+            let sample = (z < self.zones.voxels.len())
+                .then(|| self.zones.voxels.at(z).samples)
+                .and_then(|s| s.point_in(subcell as u8));
             sample.is_some_and(|q| !self.transport.occluded(p, q))
         };
         let first = zone as usize;
@@ -151,7 +153,7 @@ fn divided_cell(
 ) -> [u32; SUBCELLS * SUBCELLS * SUBCELLS] {
     let range = zones.voxel_zones_of_cell(cell);
     let mut table = [WITHOUT_ZONE; SUBCELLS * SUBCELLS * SUBCELLS];
-    let masks: Vec<u64> = range.clone().map(|z| zones.voxels[z].samples.packed().0).collect();
+    let masks: Vec<u64> = range.clone().map(|z| zones.voxels.at(z).samples.packed().0).collect();
     for (k, entry) in table.iter_mut().enumerate() {
         let mut holders = range.clone().zip(&masks).filter(|(_, m)| *m >> k & 1 == 1);
         if let Some((z, _)) = holders.next() {

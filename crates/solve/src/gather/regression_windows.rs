@@ -208,7 +208,11 @@ impl<'a> VoxelAdjacency<'a> {
             all.extend(list);
         }
         let coordinates = |cell: usize| grid.coordinates(cell).map(|c| c as u32);
-        let places = zones.voxels.par_iter().map(|v| (coordinates(v.cell), v.centre)).collect();
+        let place = |i: usize| {
+            let v = zones.voxels.at(i);
+            (coordinates(v.cell), v.centre)
+        };
+        let places = (0..zones.voxels.len()).into_par_iter().map(place).collect();
         VoxelAdjacency { unobstructed, offset: zones.voxel_offset(), places, first, neighbours: all }
     }
 
@@ -264,7 +268,7 @@ struct FaceNeighbours<'a> {
 impl FaceNeighbours<'_> {
     /// Appends the volume zones across the faces of the cell of `z` whose centre is visible from its own.
     fn append(&self, z: usize, out: &mut Vec<u32>) {
-        let (own, dims) = (&self.zones.voxels[z], self.grid.dims());
+        let (own, dims) = (self.zones.voxels.at(z), self.grid.dims());
         let c = self.grid.coordinates(own.cell);
         for face in 0..6 {
             let (k, up) = (face / 2, face % 2 == 1);
@@ -274,7 +278,7 @@ impl FaceNeighbours<'_> {
             let mut to = c;
             to[k] = if up { c[k] + 1 } else { c[k] - 1 };
             for other in self.zones.voxel_zones_of_cell(self.grid.index(to)) {
-                let next = &self.zones.voxels[other];
+                let next = self.zones.voxels.at(other);
                 let passes = if own.samples.is_empty() && next.samples.is_empty() {
                     self.unobstructed.is_connected(if up { z } else { other }, k)
                 } else {

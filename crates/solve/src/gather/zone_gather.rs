@@ -178,7 +178,7 @@ impl<'a> Gatherer<'a> {
                 normal: Some(p.normal),
             }
         } else if i < zones.pane_offset() {
-            let v = &zones.voxels[i - zones.voxel_offset()];
+            let v = zones.voxels.at(i - zones.voxel_offset());
             ReceiverBall { centre: v.centre, radius: 0.5 * v.volume.cbrt(), normal: None }
         } else {
             let p = &zones.panes[i - zones.pane_offset()];

@@ -69,7 +69,7 @@ impl MemoryBudget {
         let (n, p) = (zones.len(), &MEMORY_PARAMS);
         let groups = select_groups(scene, zones).0.len();
         let each = p.zone_bytes + p.light_bytes * scene.lights().len() as u64 + p.group_bytes * groups as u64;
-        let cut = zones.voxels.iter().filter(|z| !z.samples.is_empty()).count() as u64;
+        let cut = zones.voxels.cut_count() as u64;
         let fixed = PROGRAM_BYTES + zone_bytes(zones) + p.cut_voxel_bytes * cut + n as u64 * each;
         let bands = band_groups(scene, InteriorPanes::of(transport)).1;
         let grey = bands == 1 && scene.panes().is_empty();

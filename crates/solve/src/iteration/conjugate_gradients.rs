@@ -41,14 +41,32 @@ const CHECKPOINT_INTERVAL: usize = 10;
 /// Iteration of one column with entries `E` in N bands: all, or one that represents all.
 #[derive(Clone, Debug, PartialEq)]
 struct CgColumn<E, const N: usize> {
-    y: Vec<E>,
-    r: Vec<E>,
-    p: Vec<E>,
+    vectors: ColumnVectors<E>,
     rr: [f64; N],
     power: [f64; N],
     status: [Option<SolveStatus>; N],
     residuals: [Vec<f64>; N],
     best: [(f64, usize); N],
+}
+
+/// The vectors y, r and p of a column, one after the other. One band of all three has the size of all bands of one vector, which takes the memory
+/// after the iteration.
+#[derive(Clone, Debug, PartialEq)]
+struct ColumnVectors<E>(Vec<[E; 3]>);
+
+impl<E> ColumnVectors<E> {
+    /// y, r and p.
+    fn all(&self) -> [&[E]; 3] {
+        let (y, others) = self.0.as_flattened().split_at(self.0.len());
+        let (r, p) = others.split_at(self.0.len());
+        [y, r, p]
+    }
+    fn all_mut(&mut self) -> [&mut [E]; 3] {
+        let n = self.0.len();
+        let (y, others) = self.0.as_flattened_mut().split_at_mut(n);
+        let (r, p) = others.split_at_mut(n);
+        [y, r, p]
+    }
 }
 
 impl<E, const N: usize> CgColumn<E, N> {
@@ -64,6 +82,8 @@ trait BandEntry<const N: usize>: VectorEntry {
     fn lanes(self) -> [f64; N];
     /// The inverse of [`BandEntry::lanes`].
     fn from_lanes(lanes: [f64; N]) -> Self;
+    /// A vector of any content in the memory of three.
+    fn into_bands(vectors: Vec<[Self; 3]>) -> Vec<Bands>;
     /// Replaces s of every column by g s.
     fn replace(operator: &dyn ExchangeOperator, columns: &mut Vec<Vec<Self>>);
     /// The entry that evaluates `f` for each band.
@@ -82,6 +102,13 @@ impl BandEntry<3> for Bands {
     fn from_lanes(lanes: [f64; 3]) -> Bands {
         Bands::from_rgb(lanes)
     }
+    fn into_bands(vectors: Vec<[Bands; 3]>) -> Vec<Bands> {
+        let n = vectors.len();
+        let mut out = vectors.into_flattened();
+        out.truncate(n);
+        out.shrink_to_fit();
+        out
+    }
     fn replace(operator: &dyn ExchangeOperator, columns: &mut Vec<Vec<Bands>>) {
         operator.replace_many(columns);
     }
@@ -95,6 +122,10 @@ impl BandEntry<1> for [f64; 1] {
     #[inline]
     fn from_lanes(lanes: [f64; 1]) -> [f64; 1] {
         lanes
+    }
+    fn into_bands(vectors: Vec<[[f64; 1]; 3]>) -> Vec<Bands> {
+        // Collected in place.
+        vectors.into_iter().map(|v| Bands::from_rgb(v.map(|[x]| x))).collect()
     }
     fn replace(operator: &dyn ExchangeOperator, columns: &mut Vec<Vec<[f64; 1]>>) {
         columns.iter_mut().for_each(|c| operator.replace_band(c));
@@ -122,7 +153,7 @@ fn is_grey(v: &[Bands]) -> bool {
 }
 
 /// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any. If all bands are identical, one is solved. The
-/// strengths take the memory of the sources.
+/// strengths take the memory of the sources. The second result is a vector of any content in the memory of those of the iteration.
 ///
 /// The state is saved in `checkpoints` every [`CHECKPOINT_INTERVAL`] iterations as stage `state-krylov`, and resumed from there. The iteration ends
 /// early if the observer interrupts it.
@@ -133,7 +164,7 @@ pub(crate) fn solve(
     stop: StoppingCriterion,
     checkpoints: &dyn CheckpointStore,
     progress: &dyn Progress,
-) -> Vec<IterationResult> {
+) -> (Vec<IterationResult>, Vec<Bands>) {
     let all = || sources.iter().chain(initial.unwrap_or_default());
     let one_band =
         system.operator.has_identical_bands() && is_grey(system.weights) && all().all(|v| is_grey(v));
@@ -150,7 +181,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     stop: StoppingCriterion,
     checkpoints: &dyn CheckpointStore,
     progress: &dyn Progress,
-) -> Vec<IterationResult> {
+) -> (Vec<IterationResult>, Vec<Bands>) {
     let root: Vec<E> = system.weights.par_iter().map(|w| E::from_lanes(first_lanes(w.sqrt()))).collect();
     let norm = ResidualNorm { root: &root, targets: system.targets };
     progress.begin("solving", stop.max_iterations as u64);
@@ -168,7 +199,8 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
         products.resize_with(active.len(), Vec::new);
         for (&c, product) in active.iter().zip(&mut products) {
             product.resize(root.len(), E::ZERO);
-            let of = root.par_iter().zip(&all[c].p);
+            let [_, _, p] = all[c].vectors.all();
+            let of = root.par_iter().zip(p);
             product.par_iter_mut().zip(of).for_each(|(x, (root, p))| *x = root.times(*p));
         }
         E::replace(system.operator, &mut products);
@@ -182,7 +214,13 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     }
     progress.end();
     drop(products);
-    all.into_iter().zip(sources).map(|(c, s)| finish(c, &root, s)).collect()
+    let mut spare = Vec::new();
+    let results = all.into_iter().zip(sources).map(|(c, s)| {
+        let (result, vectors) = finish(c, &root, s);
+        spare = E::into_bands(vectors.0);
+        result
+    });
+    (results.collect(), spare)
 }
 
 /// Name of the stage.
@@ -224,21 +262,22 @@ fn start_columns<E: BandEntry<N>, const N: usize>(
                 (norm.root[i].lanes(), first_lanes(s[i]), first_lanes(s0[i]));
             E::per_lane(|b| if root[b] > 0.0 { (s[b] - s0[b]) / root[b] } else { 0.0 })
         };
-        let y: Vec<E> = (0..s.len()).into_par_iter().map(over).collect();
-        let residual = |i: usize| {
-            let (root, g, y) = (norm.root[i].lanes(), g[i].lanes(), y[i].lanes());
-            E::per_lane(|b| root[b] * g[b] - y[b])
-        };
-        let r: Vec<E> = (0..g.len()).into_par_iter().map(residual).collect();
+        let mut vectors = ColumnVectors(vec![[E::ZERO; 3]; s.len()]);
+        let [y, r, p] = vectors.all_mut();
+        (y, &mut *r, p).into_par_iter().enumerate().for_each(|(i, (y, r, p))| {
+            *y = over(i);
+            let (root, g, y) = (norm.root[i].lanes(), g[i].lanes(), y.lanes());
+            *r = E::per_lane(|b| root[b] * g[b] - y[b]);
+            *p = *r;
+        });
+        let r = &*r;
         let power = powers[c];
         let left = multivector::sum(r.len(), |i| norm.power(i, r[i].lanes()));
         let relative: [f64; N] = per_band(|b| if power[b] > 0.0 { left[b] / power[b] } else { 0.0 });
         let status = relative.map(|x| (x <= stop.residual).then_some(SolveStatus::Converged));
         CgColumn {
             rr: multivector::sum(r.len(), |i| r[i].lanes().map(|x| x * x)),
-            p: r.clone(),
-            y,
-            r,
+            vectors,
             power,
             status,
             residuals: relative.map(|x| vec![x]),
@@ -260,8 +299,9 @@ fn iterate_column<E: BandEntry<N>, const N: usize>(
         let (root, product) = (norm.root[i].lanes(), product[i].lanes());
         per_band(|b| p[b] - root[b] * product[b])
     };
-    let pq: [f64; N] = multivector::sum(c.p.len(), |i| {
-        let p = c.p[i].lanes();
+    let [_, _, p] = c.vectors.all();
+    let pq: [f64; N] = multivector::sum(p.len(), |i| {
+        let p = p[i].lanes();
         let q = q(i, p);
         per_band(|b| p[b] * q[b])
     });
@@ -270,7 +310,8 @@ fn iterate_column<E: BandEntry<N>, const N: usize>(
     let [new, left] = step_along_direction(c, norm, alpha, q);
     let beta: [f64; N] = per_band(|b| if c.rr[b] > 0.0 { new[b] / c.rr[b] } else { 0.0 });
     c.rr = new;
-    c.p.par_iter_mut().zip(&c.r).for_each(|(p, r)| {
+    let [_, r, p] = c.vectors.all_mut();
+    p.par_iter_mut().zip(r).for_each(|(p, r)| {
         let (old, r) = (p.lanes(), r.lanes());
         *p = E::per_lane(|b| r[b] + beta[b] * old[b]);
     });
@@ -302,10 +343,11 @@ fn step_along_direction<E: BandEntry<N>, const N: usize>(
     alpha: [f64; N],
     q: impl Fn(usize, [f64; N]) -> [f64; N] + Sync,
 ) -> [[f64; N]; 2] {
+    let [y, r, p] = c.vectors.all_mut();
     let parts: Vec<[[f64; N]; 2]> = (
-        c.y.par_chunks_mut(multivector::CHUNK_LENGTH),
-        c.r.par_chunks_mut(multivector::CHUNK_LENGTH),
-        c.p.par_chunks(multivector::CHUNK_LENGTH),
+        y.par_chunks_mut(multivector::CHUNK_LENGTH),
+        r.par_chunks_mut(multivector::CHUNK_LENGTH),
+        p.par_chunks(multivector::CHUNK_LENGTH),
     )
         .into_par_iter()
         .enumerate()
@@ -334,26 +376,30 @@ fn is_representable<E: BandEntry<N>, const N: usize>(
     norm: &ResidualNorm<E>,
     b: usize,
 ) -> bool {
-    let whole = multivector::sum(c.y.len(), |i| norm.power(i, c.y[i].lanes()));
+    let [y, ..] = c.vectors.all();
+    let whole = multivector::sum(y.len(), |i| norm.power(i, y[i].lanes()));
     f64::EPSILON * whole[b] <= c.residuals[b].last().map_or(0.0, |r| r.max(ROUNDING_RESIDUAL)) * c.power[b]
 }
 
+/// The result of a column in the memory of its source, and its vectors.
 fn finish<E: BandEntry<N>, const N: usize>(
     c: CgColumn<E, N>,
     root: &[E],
     mut source: Vec<Bands>,
-) -> IterationResult {
+) -> (IterationResult, ColumnVectors<E>) {
     let of = |b: Band| b.index().min(N - 1);
-    source.par_iter_mut().zip(root).zip(&c.y).for_each(|((s, root), y)| {
+    let [y, ..] = c.vectors.all();
+    source.par_iter_mut().zip(root).zip(y).for_each(|((s, root), y)| {
         let (root, y, s0) = (root.lanes(), y.lanes(), *s);
         *s = Bands::from_fn(|b| s0[b] + root[of(b)] * y[of(b)]);
     });
-    IterationResult {
+    let result = IterationResult {
         strengths: source,
         status: PerBand::from_fn(|b| c.status[of(b)].unwrap_or(SolveStatus::MaxIterations)),
         residuals: PerBand::from_fn(|b| c.residuals[of(b)].clone()),
         power: Bands::from_fn(|b| c.power[of(b)]),
-    }
+    };
+    (result, c.vectors)
 }
 
 /// Encodes the state as a stage, the number of bands first.
@@ -362,7 +408,7 @@ fn encode_state<E: BandEntry<N>, const N: usize>(all: &[CgColumn<E, N>], next: u
     encoder.int(N);
     encoder.int(next);
     for c in all {
-        for v in [&c.y, &c.r, &c.p] {
+        for v in c.vectors.all() {
             encoder.reals(&v.iter().flat_map(|x| x.lanes()).collect::<Vec<f64>>());
         }
         encoder.reals(&c.rr);
@@ -393,12 +439,14 @@ fn decode_state<E: BandEntry<N>, const N: usize>(
     }
     let mut all = Vec::new();
     for _ in 0..columns {
-        let mut field = || -> Option<Vec<E>> {
+        let mut vectors = ColumnVectors(vec![[E::ZERO; 3]; zones]);
+        for v in vectors.all_mut() {
             let flat = decoder.reals()?;
-            (flat.len() == N * zones)
-                .then(|| flat.as_chunks::<N>().0.iter().map(|x| E::from_lanes(*x)).collect())
-        };
-        let [y, rest, p] = [field()?, field()?, field()?];
+            if flat.len() != N * zones {
+                return None;
+            }
+            v.iter_mut().zip(flat.as_chunks::<N>().0).for_each(|(v, x)| *v = E::from_lanes(*x));
+        }
         let (rr, power) = (decoder.reals()?.try_into().ok()?, decoder.reals()?.try_into().ok()?);
         let (mut status, mut residuals, mut best) = ([None; N], [const { Vec::new() }; N], [(0.0, 0); N]);
         for b in 0..N {
@@ -407,7 +455,7 @@ fn decode_state<E: BandEntry<N>, const N: usize>(
             residuals[b] = decoder.reals()?;
             best[b] = (*decoder.reals()?.first()?, decoder.int()?);
         }
-        all.push(CgColumn { y, r: rest, p, rr, power, status, residuals, best });
+        all.push(CgColumn { vectors, rr, power, status, residuals, best });
     }
     (decoder.at_end() && next > 0).then_some((all, next))
 }

@@ -53,7 +53,7 @@ impl LayerStack {
         for (i, v) in zones.voxels.iter().enumerate() {
             let layer = map.coordinates(v.cell)[axis];
             stack.element[zones.voxel_offset() + i] = layer as u32 + 1;
-            let f = &zones.voxels[*first[layer].get_or_insert(i)];
+            let f = zones.voxels.at(*first[layer].get_or_insert(i));
             let same = (v.extinction, v.albedo, v.emission, v.source)
                 == (f.extinction, f.albedo, f.emission, f.source)
                 && map.heat(v.cell) == map.heat(f.cell);
@@ -61,7 +61,7 @@ impl LayerStack {
                 return Err(format!("the medium varies within layer {layer}, along a periodic axis"));
             }
         }
-        let of_layer = |f: &Option<usize>| f.map_or(Bands::ZERO, |i| zones.voxels[i].extinction);
+        let of_layer = |f: &Option<usize>| f.map_or(Bands::ZERO, |i| zones.voxels.at(i).extinction);
         stack.extinction = first.iter().map(of_layer).collect();
         Ok(stack)
     }

@@ -117,7 +117,7 @@ fn largest_response(zones: &Zones, zone: u32) -> f64 {
     let v = match zone {
         FIRST_CODE.. => return 0.0,
         z if (z as usize) < zones.voxel_offset() => zones.patches[z as usize].reflectance,
-        z if (z as usize) < zones.pane_offset() => zones.voxels[z as usize - zones.voxel_offset()].albedo,
+        z if (z as usize) < zones.pane_offset() => zones.voxels.at(z as usize - zones.voxel_offset()).albedo,
         z => zones.panes[z as usize - zones.pane_offset()].albedo,
     };
     v.max_element()

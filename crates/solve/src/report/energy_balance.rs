@@ -94,7 +94,7 @@ fn add_zones(
         e.absorbed_surfaces[p.surface].1 += (1.0 - p.reflectance) * total(i) * p.area;
     }
     let [emitted, absorbed]: [Bands; 2] = multivector::sum(zones.voxels.len(), |k| {
-        let (i, v) = (zones.voxel_offset() + k, &zones.voxels[k]);
+        let (i, v) = (zones.voxel_offset() + k, zones.voxels.at(k));
         let absorption = v.extinction * (1.0 - v.albedo);
         let emitted = emits(i) * (4.0 * absorption * v.emission + v.source);
         [v.volume * emitted, v.volume * (absorption * total(i))]

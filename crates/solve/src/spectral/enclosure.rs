@@ -5,7 +5,6 @@
 
 use super::axes::OTHER_AXES;
 use super::grid::BoxGrid;
-use rayon::prelude::*;
 use zonal_math::Vec3;
 use zonal_scene::PatchRule;
 use zonal_scene::{Band, Bands, Patch, PerBand, PlateKind, Scene, VoxelGrid, Zones};
@@ -45,7 +44,7 @@ impl BoxEnclosure {
         if !scene.panes().is_empty() {
             return Err("there are panes".into());
         }
-        let whole = zones.voxels.len() == map.len() && zones.voxels.par_iter().all(|z| z.samples.is_empty());
+        let whole = zones.voxels.len() == map.len() && zones.voxels.cut_count() == 0;
         if !whole {
             return Err("surfaces cut or fill voxels, or voxels lie outside the walls".into());
         }

@@ -276,15 +276,17 @@ impl SpectralOperator {
         scale(s);
     }
 
-    /// Error of the incident power: the radii of the factors, and the rounding of the transforms.
-    fn incident_error(&self, arriving: &[Bands]) -> Vec<Bands> {
+    /// Error of the incident power, in the memory of `out`: the radii of the factors, and the rounding of the transforms.
+    fn incident_error(&self, arriving: &[Bands], mut out: Vec<Bands>) -> Vec<Bands> {
         let n = arriving.len().max(1) as f64;
         let square = |x: &[Bands]| crate::iteration::multivector::sum(x.len(), |i| x[i] * x[i]);
         let rms = (square(arriving) / n).sqrt();
         let length: usize = self.grid().lengths().iter().product();
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
         let radius = self.group.map_to_bands(|g| self.kernels[g].radius) + self.defect;
-        arriving.par_iter().map(|p| radius * p.abs() + rounding * rms).collect()
+        out.resize(arriving.len(), Bands::ZERO);
+        out.par_iter_mut().zip(arriving).for_each(|(e, p)| *e = radius * p.abs() + rounding * rms);
+        out
     }
 }
 
@@ -350,24 +352,28 @@ impl ExchangeOperator for SpectralOperator {
 
 impl ErrorModel for SpectralOperator {
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
-        Some(self.incident_error(&self.apply(strengths)))
+        Some(self.incident_error(&self.apply(strengths), Vec::new()))
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         let copies: Vec<Vec<Bands>> = columns.to_vec();
-        self.incident_power_in_place(copies).unwrap_or_else(|found| IncidentPower {
+        self.incident_power_in_place(copies, Vec::new()).unwrap_or_else(|found| IncidentPower {
             columns: found,
             error: None,
             column_errors: Vec::new(),
         })
     }
-    fn incident_power_in_place(&self, columns: Vec<Vec<Bands>>) -> Result<IncidentPower, Vec<Vec<Bands>>> {
+    fn incident_power_in_place(
+        &self,
+        columns: Vec<Vec<Bands>>,
+        spare: Vec<Bands>,
+    ) -> Result<IncidentPower, Vec<Vec<Bands>>> {
         let mut found = columns;
         self.replace_many(&mut found);
         // The buffers of the products would lie beside the fields of the solution.
         self.volume.free_buffers();
         let error = match &found[..] {
-            [one] => self.incident_error(one),
-            all => self.incident_error(&total(self.len(), all)),
+            [one] => self.incident_error(one, spare),
+            all => self.incident_error(&total(self.len(), all), spare),
         };
         Ok(IncidentPower { columns: found, error: Some(error), column_errors: Vec::new() })
     }

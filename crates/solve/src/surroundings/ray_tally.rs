@@ -51,7 +51,7 @@ impl TracedScene<'_> {
         }
         match i.checked_sub(self.zones.pane_offset()) {
             Some(k) => plate(&self.zones.panes[k].plate),
-            None => (self.zones.voxels[i - self.zones.voxel_offset()].centre, 0.5 * self.cell().length()),
+            None => (self.zones.voxels.at(i - self.zones.voxel_offset()).centre, 0.5 * self.cell().length()),
         }
     }
 }

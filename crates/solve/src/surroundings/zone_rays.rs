@@ -83,7 +83,7 @@ pub(crate) fn point_in_zone(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3]) ->
     }
     match i.checked_sub(zones.pane_offset()) {
         Some(k) => on(&zones.panes[k].plate),
-        None => voxel_point(&zones.voxels[i - zones.voxel_offset()], cell, p),
+        None => voxel_point(zones.voxels.at(i - zones.voxel_offset()), cell, p),
     }
 }
 
@@ -93,7 +93,7 @@ pub(crate) fn pane_ray_weight(z: &PaneZone, dir: Vec3) -> Bands {
 }
 
 /// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the stored samples of a cut one.
-pub(crate) fn voxel_point(z: &VoxelZone, cell: Vec3, u: [f64; 3]) -> Vec3 {
+pub(crate) fn voxel_point(z: VoxelZone, cell: Vec3, u: [f64; 3]) -> Vec3 {
     let whole = || z.centre + cell.scale(Vec3::from_array(u) - Vec3::splat(0.5));
     z.samples.point_at(u[0]).unwrap_or_else(whole)
 }

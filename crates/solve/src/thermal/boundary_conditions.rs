@@ -21,27 +21,26 @@ pub fn apply_boundary_conditions(scene: &Scene, zones: &mut [Zones]) {
         (0..balances.len()).map(of_zone).collect()
     };
     let all: Vec<_> = (0..triples.len()).map(of_triple).collect();
-    zones.iter_mut().zip(all).for_each(|(zones, sources)| set_sources(zones, sources));
+    zones.iter_mut().zip(all).for_each(|(zones, sources)| set_sources(zones, &sources));
 }
 
 /// Sets emission and sources of zones, each with its thermal condition.
-fn set_sources(zones: &mut Zones, sources: Vec<(ThermalCondition, Bands)>) {
-    let mut list = sources.into_iter();
-    for (p, (condition, own)) in zones.patches.iter_mut().zip(&mut list) {
-        p.emission = own;
+fn set_sources(zones: &mut Zones, sources: &[(ThermalCondition, Bands)]) {
+    let (of_patches, others) = sources.split_at(zones.voxel_offset());
+    let (of_voxels, of_panes) = others.split_at(zones.voxels.len());
+    for (p, (condition, own)) in zones.patches.iter_mut().zip(of_patches) {
+        p.emission = *own;
         if !matches!(condition, ThermalCondition::Temperature(_)) {
             p.reflectance = Bands::ONE;
         }
     }
-    for (v, (condition, own)) in zones.voxels.iter_mut().zip(&mut list) {
+    let is_known = |k: usize| matches!(of_voxels[k].0, ThermalCondition::Temperature(_));
+    zones.voxels.update_albedo(|k, old| if is_known(k) { old } else { Bands::ONE });
+    zones.voxels.update_emission(|k, _| if is_known(k) { of_voxels[k].1 } else { Bands::ZERO });
+    zones.voxels.update_source(|k, old| if is_known(k) { old } else { of_voxels[k].1 });
+    for (p, (condition, own)) in zones.panes.iter_mut().zip(of_panes) {
         match condition {
-            ThermalCondition::Temperature(_) => v.emission = own,
-            _ => (v.albedo, v.emission, v.source) = (Bands::ONE, Bands::ZERO, own),
-        }
-    }
-    for (p, (condition, own)) in zones.panes.iter_mut().zip(&mut list) {
-        match condition {
-            ThermalCondition::Temperature(_) => p.emission = own,
+            ThermalCondition::Temperature(_) => p.emission = *own,
             _ => (p.albedo, p.emission) = (Bands::ONE, Bands::ZERO),
         }
     }
@@ -56,11 +55,9 @@ pub(super) fn set_emissive_powers(scene: &Scene, zones: &mut Zones, emissive: &[
         p.reflectance = own[i].reflect;
         p.emission = (own[i].absorb * emissive[i]).map(|w| w.max(0.0));
     }
-    for (k, v) in zones.voxels.iter_mut().enumerate() {
-        let i = voxels + k;
-        (v.albedo, v.source) = (own[i].reflect, Bands::ZERO);
-        v.emission = emissive[i].map(|w| w.max(0.0));
-    }
+    zones.voxels.update_albedo(|k, _| own[voxels + k].reflect);
+    zones.voxels.update_emission(|k, _| emissive[voxels + k].map(|w| w.max(0.0)));
+    zones.voxels.update_source(|_, _| Bands::ZERO);
     for (k, p) in zones.panes.iter_mut().enumerate() {
         let i = panes + k;
         (p.albedo, p.emission) = (own[i].reflect, emissive[i].map(|w| w.max(0.0)));

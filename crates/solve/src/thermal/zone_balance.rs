@@ -50,7 +50,7 @@ impl ZoneBalance {
     }
     /// h of zone `i`, W/m².
     pub(super) fn incident_flux(&self, fields: &Fields, i: usize) -> Bands {
-        self.incident_share * (fields.incident[i] + fields.direct[i])
+        self.incident_share * (fields.incident[i] + fields.direct_light(i))
     }
 }
 
@@ -134,7 +134,7 @@ impl<'a> ZoneBalances<'a> {
             };
         }
         let (kappa, albedo, known, kind) = if i < zones.pane_offset() {
-            let cell = zones.voxels[i - zones.voxel_offset()].cell;
+            let cell = zones.voxels.at(i - zones.voxel_offset()).cell;
             // A scene with voxel zones has a voxel grid.
             let map = self.scene.voxel_grid();
             let of = |f: &dyn Fn(&zonal_scene::VoxelGrid) -> Bands| map.map_or(Bands::ZERO, f);

@@ -116,7 +116,7 @@ pub(crate) fn unlevel_rms(s: &Solution, m: f64) -> (f64, f64) {
         if i < n {
             s.zones.patches[i].area
         } else if i < s.zones.pane_offset() {
-            s.zones.voxels[i - n].volume
+            s.zones.voxels.at(i - n).volume
         } else {
             let p = &s.zones.panes[i - s.zones.pane_offset()];
             p.area * p.thickness

@@ -144,7 +144,8 @@ fn enclosing_solid<'a>(scene: &'a Scene, transport: &Transport, surface: usize) 
 fn medium_outside_rooms(scene: &Scene, transport: &Transport, zones: &Zones) -> Option<String> {
     let grid = scene.voxel_grid().filter(|_| transport.exterior_medium_is_inert())?;
     let cell = grid.cell().product();
-    let missing = |c: usize| cell - zones.voxel_zones_of_cell(c).map(|z| zones.voxels[z].volume).sum::<f64>();
+    let missing =
+        |c: usize| cell - zones.voxel_zones_of_cell(c).map(|z| zones.voxels.at(z).volume).sum::<f64>();
     let cells: Vec<usize> = (0..grid.len()).filter(|c| missing(*c) > ROUNDING_SHARE * cell).collect();
     let step = cells.len().div_ceil(MAX_TESTED_CELLS).max(1);
     let tested = cells.iter().step_by(step).copied();

@@ -26,7 +26,7 @@ pub use cell_overlap::{crossed_cells, crossed_subcells};
 pub use exclusions::excluded_parts;
 
 use crate::transport::Transport;
-use zonal_scene::{EvenExtension, PlateKind, Scene, SceneError, Zones};
+use zonal_scene::{EvenExtension, PlateKind, Scene, SceneError, VoxelZones, Zones};
 
 /// A face longer than this fraction of the scene's diagonal counts as a wall of an enclosure.
 const MIN_WALL_LENGTH_SHARE: f64 = 1e-2;
@@ -66,11 +66,11 @@ fn zones_without_mirrors(scene: &Scene, transport: &Transport) -> Result<Zones, 
     check_resolved(scene)?;
     let patches = patches::patches(scene, transport)?;
     let panes = patches::panes(scene)?;
-    let (voxels, cell_starts) = match scene.voxel_grid() {
+    let voxels = match scene.voxel_grid() {
         Some(grid) => voxel_zones::voxel_zones(scene, grid, transport),
-        None => Default::default(),
+        None => VoxelZones::default(),
     };
-    Ok(Zones { patches, voxels, panes, cell_starts, own_reflectances: Vec::new() })
+    Ok(Zones { patches, voxels, panes, own_reflectances: Vec::new() })
 }
 
 /// Refuses enclosures so thin that rays leave them: long rectangles of too small a width. Exempt are periodic scenes, whose enclosure

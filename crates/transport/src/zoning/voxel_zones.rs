@@ -2,18 +2,13 @@
 
 use super::cell_lattice::LineCrossings;
 use super::cell_overlap::{CellContact, overlaps};
-use super::cell_parts::{ResolvedCell, resolve_cell};
+use super::cell_parts::{CellPart, ResolvedCell, resolve_cell};
 use crate::transport::Transport;
 use rayon::prelude::*;
-use zonal_math::Vec3;
-use zonal_scene::{Scene, VoxelGrid, VoxelSamples, VoxelZone};
+use zonal_scene::{Scene, VoxelGrid, VoxelPlace, VoxelZones};
 
-/// The volume zones by ascending cell, and the index of the first zone of each cell.
-pub(super) fn voxel_zones(
-    scene: &Scene,
-    grid: &VoxelGrid,
-    transport: &Transport,
-) -> (Vec<VoxelZone>, Vec<u32>) {
+/// The volume zones by ascending cell.
+pub(super) fn voxel_zones(scene: &Scene, grid: &VoxelGrid, transport: &Transport) -> VoxelZones {
     // Resolve the cells that facets intersect.
     let (contact, pairs) = overlaps(scene, grid, transport.tolerance().edge);
     let lacks_medium = whole_cells_without_medium(grid, transport, &contact);
@@ -26,53 +21,26 @@ pub(super) fn voxel_zones(
         })
         .collect();
     if runs.is_empty() && lacks_medium.is_empty() {
-        return all_cells(grid);
+        return VoxelZones::whole(grid);
     }
     // List the zones cell by cell.
-    let part_count = |r: &ResolvedCell| if let ResolvedCell::Parts(p) = r { p.len() } else { 1 };
-    let whole_count = contact.iter().filter(|m| **m != CellContact::Intersected).count();
-    let mut zones = Vec::with_capacity(whole_count + resolved.iter().map(part_count).sum::<usize>());
-    let mut first = Vec::with_capacity(grid.len() + 1);
     let mut resolved = resolved.into_iter();
-    for cell in 0..grid.len() {
-        first.push(zones.len() as u32);
-        match contact[cell] {
+    let of_cell = |cell: usize| {
+        let (parts, is_whole) = match contact[cell] {
             CellContact::Intersected => match resolved.next() {
-                Some(ResolvedCell::Parts(parts)) => {
-                    zones.extend(parts.into_iter().map(|p| zone(grid, cell, p.centre, p.volume, p.samples)))
-                }
-                _ => zones.push(whole_cell(grid, cell)),
+                Some(ResolvedCell::Parts(parts)) => (parts, false),
+                _ => (Vec::new(), true),
             },
-            _ if !lacks_medium.is_empty() && lacks_medium[cell] => {}
-            _ => zones.push(whole_cell(grid, cell)),
-        }
-    }
-    first.push(zones.len() as u32);
-    (zones, first)
+            _ => (Vec::new(), lacks_medium.is_empty() || !lacks_medium[cell]),
+        };
+        let whole = is_whole.then(|| VoxelPlace::whole(grid, cell));
+        parts.into_iter().map(move |p| place(cell, p)).chain(whole)
+    };
+    VoxelZones::new(grid, (0..grid.len()).flat_map(of_cell))
 }
 
-/// Every cell as one zone.
-fn all_cells(grid: &VoxelGrid) -> (Vec<VoxelZone>, Vec<u32>) {
-    let zones = (0..grid.len()).into_par_iter().map(|cell| whole_cell(grid, cell)).collect();
-    (zones, (0..=grid.len() as u32).collect())
-}
-
-fn whole_cell(grid: &VoxelGrid, cell: usize) -> VoxelZone {
-    let centre = grid.centre(grid.coordinates(cell));
-    zone(grid, cell, centre, grid.cell().product(), VoxelSamples::default())
-}
-
-fn zone(grid: &VoxelGrid, cell: usize, centre: Vec3, volume: f64, samples: VoxelSamples) -> VoxelZone {
-    VoxelZone {
-        cell,
-        centre,
-        volume,
-        samples,
-        extinction: grid.extinction(cell),
-        albedo: grid.albedo(cell),
-        emission: grid.emission(cell),
-        source: grid.source(cell),
-    }
+fn place(cell: usize, part: CellPart) -> VoxelPlace {
+    VoxelPlace { cell, centre: part.centre, volume: part.volume, samples: part.samples }
 }
 
 /// For each cell without intersecting facets: whether it has no medium. Empty when all cells have medium. Neighbours that no facet

@@ -191,7 +191,7 @@ fn place(scene: &Scene, zones: &Zones, i: usize) -> String {
     if i >= zones.pane_offset() {
         return format!("piece {i} of a pane");
     }
-    let v = &zones.voxels[i - zones.voxel_offset()];
+    let v = zones.voxels.at(i - zones.voxel_offset());
     let whole = if v.samples.is_empty() { "whole" } else { "cut" };
     format!("{whole} voxel {i}, {:.1e} m³ at {}", v.volume, point(v.centre.array()))
 }

@@ -15,7 +15,7 @@ pub(crate) fn detector(scene: &Scene, zones: &Zones, i: usize) -> Detector {
         return Detector::Pane { pane: z.pane, plate: z.plate };
     }
     let grid = scene.voxel_grid().expect("voxel zones have a voxel grid");
-    Detector::voxel(&zones.voxels[i - zones.voxel_offset()], grid)
+    Detector::voxel(zones.voxels.at(i - zones.voxel_offset()), grid)
 }
 
 /// Up to `count` zones of a range at random, each with equal chances, ascending.

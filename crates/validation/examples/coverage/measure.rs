@@ -373,7 +373,7 @@ pub(crate) fn names(s: &Solution, truth: &ForwardSolution) -> Vec<Quantity> {
 /// Incident flux, temperatures and net powers of zones.
 pub(crate) fn zones(s: &Solution, truth: &ForwardSolution) -> Vec<Quantity> {
     let mut out = Vec::new();
-    let h = |i: usize| s.fields.incident[i] + s.fields.direct[i];
+    let h = |i: usize| s.fields.incident[i] + s.fields.direct_light(i);
     let grey = s.scene.thermal().is_some_and(|t| t.band_fractions.is_grey());
     let scale = (0..s.zones.len()).map(|i| h(i).abs()).fold(Bands::ZERO, Bands::max);
     let word = |i: usize| {

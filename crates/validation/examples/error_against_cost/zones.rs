@@ -81,7 +81,7 @@ pub(crate) fn place(zones: &Zones, i: usize) -> (Vec3, f64) {
     if i < zones.voxel_offset() {
         (zones.patches[i].plate.centre(), zones.patches[i].area)
     } else if i < zones.pane_offset() {
-        let v = &zones.voxels[i - zones.voxel_offset()];
+        let v = zones.voxels.at(i - zones.voxel_offset());
         (v.centre, v.volume)
     } else {
         let p = &zones.panes[i - zones.pane_offset()];

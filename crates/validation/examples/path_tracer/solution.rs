@@ -84,7 +84,7 @@ fn size(zones: &Zones, i: usize) -> f64 {
     if i < zones.voxel_offset() {
         zones.patches[i].area
     } else if i < zones.pane_offset() {
-        zones.voxels[i - zones.voxel_offset()].volume
+        zones.voxels.at(i - zones.voxel_offset()).volume
     } else {
         zones.panes[i - zones.pane_offset()].area
     }
@@ -131,7 +131,7 @@ impl ZoneRow {
     /// Compares `incident`, or all light where `total`.
     fn new(s: &Solution, g: &SampledZones, total: bool) -> ZoneRow {
         let ours = |i: usize| -> Bands {
-            let (a, d) = (s.fields.incident[i], s.fields.direct[i]);
+            let (a, d) = (s.fields.incident[i], s.fields.direct_light(i));
             if total { a + d } else { a }
         };
         let truth = |r: &DetectorReading| if total { r.total } else { r.incident };
@@ -226,7 +226,7 @@ fn listing(s: &Solution, groups: &[SampledZones]) -> String {
             let c = if i < z.voxel_offset() {
                 z.patches[i].plate.centre()
             } else if i < z.pane_offset() {
-                z.voxels[i - z.voxel_offset()].centre
+                z.voxels.at(i - z.voxel_offset()).centre
             } else {
                 z.panes[i - z.pane_offset()].plate.centre()
             };
@@ -243,7 +243,7 @@ fn listing(s: &Solution, groups: &[SampledZones]) -> String {
                     b.index(),
                     f.incident[i][b],
                     f.error[i][b],
-                    f.direct[i][b],
+                    f.direct_light(i)[b],
                     r.incident[b].value,
                     r.incident[b].error,
                     r.total[b].value,

@@ -90,7 +90,7 @@ impl Sample {
                 };
                 let shape = || vec![n, bands];
                 add("radiosity", shape(), "W/m2", of(&|s, i| s.fields.radiosity[i]));
-                add("incident", shape(), "W/m2", of(&|s, i| s.fields.incident[i] + s.fields.direct[i]));
+                add("incident", shape(), "W/m2", of(&|s, i| s.fields.incident[i] + s.fields.direct_light(i)));
                 add("incident_error", shape(), "W/m2", of(&|s, i| s.fields.total_error(i)));
             }
         }

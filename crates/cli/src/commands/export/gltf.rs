@@ -246,7 +246,7 @@ fn radiance_samples(s: &Solution, quantity: ColourQuantity) -> Vec<[f32; 3]> {
         let f = &s.fields;
         let light = match quantity {
             ColourQuantity::Radiosity => f.radiosity[i],
-            ColourQuantity::Irradiance => f.incident[i] + f.direct[i],
+            ColourQuantity::Irradiance => f.incident[i] + f.direct_light(i),
         };
         let until = (EXPOSURE_SAMPLES as f64 * sum / area).round() as usize;
         out.resize(until.clamp(out.len(), EXPOSURE_SAMPLES), light.to_rgb().map(|x| (x / PI) as f32));

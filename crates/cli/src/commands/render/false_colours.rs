@@ -48,17 +48,17 @@ impl FieldQuantity {
             |list: &[f64]| list.iter().filter(|x| x.is_finite()).fold(0.0, |m: f64, x| m.max(x.abs()));
         // The sum over the bands in thermal mode, the mean in light mode as in the viewer.
         let is_rgb = s.scene.bands().is_rgb();
-        let scalar = |i: usize, of: fn(&Fields) -> &[Bands]| {
+        let scalar = |i: usize, of: fn(&Fields, usize) -> Bands| {
             if is_rgb {
-                let v = of(f)[i];
+                let v = of(f, i);
                 return s.scene.thermal().map_or(v.mean(), |t| t.band_fractions.total(v));
             }
-            let all = s.all_bands(|t| of(&t.fields)[i]);
+            let all = s.all_bands(|t| of(&t.fields, i));
             let sum: f64 = all.iter().sum();
             if s.scene.thermal().is_some() { sum } else { sum / all.len() as f64 }
         };
         let zones = 0..s.zones.len();
-        let radiosity = || zones.clone().map(|i| scalar(i, |f| &f.radiosity)).collect::<Vec<f64>>();
+        let radiosity = || zones.clone().map(|i| scalar(i, |f, i| f.radiosity[i])).collect::<Vec<f64>>();
         let values = match self {
             FieldQuantity::Temperature => heat?.temperature.clone(),
             FieldQuantity::NetFlux => {
@@ -70,7 +70,9 @@ impl FieldQuantity {
             }
             FieldQuantity::Radiosity => radiosity(),
             FieldQuantity::Irradiance => {
-                zones.clone().map(|i| scalar(i, |f| &f.incident) + scalar(i, |f| &f.direct)).collect()
+                let [indirect, direct]: [fn(&Fields, usize) -> Bands; 2] =
+                    [|f, i| f.incident[i], |f, i| f.direct_light(i)];
+                zones.clone().map(|i| scalar(i, indirect) + scalar(i, direct)).collect()
             }
         };
         let scale = if self == FieldQuantity::NetFlux { largest(&radiosity()) } else { largest(&values) };

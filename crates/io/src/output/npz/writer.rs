@@ -151,9 +151,9 @@ impl<W: Write + Seek> NpzWriter<W> {
         self.bands_of_triples.iter().sum()
     }
 
-    /// Bands of zones, an array of shape `[zones, bands]`, from those of each triple; an empty triple beside values in another stands for zeros.
-    pub(crate) fn bands(&mut self, name: &str, triples: &[&[Bands]]) -> io::Result<()> {
-        let zones = triples.iter().map(|t| t.len()).max().unwrap_or(0);
+    /// Bands of zones, an array of shape `[zones, bands]` with at least `least` rows, from those of each triple; an empty triple stands for zeros.
+    pub(crate) fn bands(&mut self, name: &str, triples: &[&[Bands]], least: usize) -> io::Result<()> {
+        let zones = triples.iter().map(|t| t.len()).fold(least, usize::max);
         self.begin(name, ElementType::F64, &[zones, self.band_count()])?;
         let value = |t: usize, i: usize| if triples[t].is_empty() { Bands::ZERO } else { triples[t][i] };
         self.stream_bands(zones, value, f64::to_le_bytes)

@@ -14,9 +14,9 @@ use std::io::Cursor;
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandSet, Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
-    SceneError, SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelSamples,
-    VoxelZone, Zones,
+    BandSet, Bands, Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
+    SceneError, SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelPlace,
+    VoxelSamples, VoxelZones, Zones,
 };
 
 /// Reads a solution and validates its shapes, ranges and numbers. Files of the format version before are read too.
@@ -87,13 +87,12 @@ fn read(
         panes: read_pane_zones(&mut npz, &scene)?,
         ..Zones::default()
     };
-    let zones = with_cell_starts(zones, &scene);
     // Read the fields.
     let n = zones.len();
     let fields = Fields {
         radiosity: npz.bands("radiosity", n)?,
         incident: npz.bands("incident", n)?,
-        direct: npz.bands("direct", n)?,
+        direct: unless_zeros(npz.bands("direct", n)?),
         error: npz.errors("error", n, Absence::Refused)?,
         direct_error: npz.errors("direct_error", n, Absence::Allowed)?,
         surroundings_error: npz.errors("surroundings_error", n, Absence::Allowed)?,
@@ -287,6 +286,12 @@ fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<Voxel
     voxel_grid.seal().map_err(|e| scene_error(npz, &e))
 }
 
+/// The direct light; empty if there is none.
+fn unless_zeros(direct: Vec<Bands>) -> Vec<Bands> {
+    let is_zero = |b: &Bands| b.map_to(f64::to_bits) == Bands::ZERO.map_to(f64::to_bits);
+    if direct.iter().all(is_zero) { Vec::new() } else { direct }
+}
+
 fn read_patches(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<Patch>, FileError> {
     let plates = npz.plates("patch")?;
     let n = plates.len();
@@ -308,7 +313,7 @@ fn read_patches(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<Patch>, Fi
     Ok(plates.into_iter().enumerate().map(patch).collect())
 }
 
-fn read_voxels(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<VoxelZone>, FileError> {
+fn read_voxels(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<VoxelZones, FileError> {
     let cell = npz.ints("voxel_cell", None, scene.voxel_grid().map_or(0, |v| v.len()))?;
     let n = cell.len();
     if !cell.is_sorted() {
@@ -342,17 +347,19 @@ fn read_voxels(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<VoxelZone>,
     let Some(parts) = parts else {
         return Err(npz.error("part_subcell", "a sample is out of range; solve the scene again"));
     };
-    let voxel = |(i, samples): (usize, VoxelSamples)| VoxelZone {
+    let place = |(i, samples): (usize, VoxelSamples)| VoxelPlace {
         cell: cell[i],
         centre: centre[i],
         volume: volume[i],
         samples,
-        extinction: extinction[i],
-        albedo: albedo[i],
-        emission: emission[i],
-        source: source[i],
     };
-    Ok(parts.into_iter().enumerate().map(voxel).collect())
+    let Some(grid) = scene.voxel_grid() else { return Ok(VoxelZones::default()) };
+    let mut zones = VoxelZones::new(grid, parts.into_iter().enumerate().map(place));
+    zones.update_extinction(|i, _| extinction[i]);
+    zones.update_albedo(|i, _| albedo[i]);
+    zones.update_emission(|i, _| emission[i]);
+    zones.update_source(|i, _| source[i]);
+    Ok(zones)
 }
 
 fn read_pane_zones(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<PaneZone>, FileError> {
@@ -376,17 +383,4 @@ fn read_pane_zones(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<PaneZon
         emission: emission[i],
     };
     Ok(plates.into_iter().enumerate().map(zone).collect())
-}
-
-/// Fills `cell_starts` from the ascending cells of the voxel zones.
-pub(super) fn with_cell_starts(mut zones: Zones, scene: &Scene) -> Zones {
-    if let Some(v) = scene.voxel_grid() {
-        let mut first = vec![0u32; v.len() + 1];
-        zones.voxels.iter().for_each(|z| first[z.cell + 1] += 1);
-        for c in 0..v.len() {
-            first[c + 1] += first[c];
-        }
-        zones.cell_starts = first;
-    }
-    zones
 }

@@ -1,7 +1,6 @@
 //! Solution files: round trips, files of earlier versions, damaged and hostile files.
 
 use super::header::encode_header;
-use super::read::with_cell_starts;
 use super::{read_solution, write_solution};
 use crate::output::npz::npy::{ElementType, header};
 use crate::output::report::report_json;
@@ -14,7 +13,7 @@ use zonal_scene::{
     ErrorEstimate, FaceMesh, FaceTable, Facet, FacetValues, Fields, HeatReport, HeatRow, HeatRowKind, Lens,
     Light, LightGroup, LightGroupKind, Pane, PaneZone, Patch, PerBand, Plate, Report, Scene, SceneParts,
     Sides, Solution, SolveOptions, SolveStatus, Surface, Surroundings, Texture, Thermal, ThermalCondition,
-    ThermalFields, VolumeSample, VoxelGrid, VoxelSamples, VoxelZone, ZoneValues, Zones,
+    ThermalFields, VolumeSample, VoxelGrid, VoxelPlace, VoxelSamples, VoxelZones, ZoneValues, Zones,
 };
 use zonal_scene::{Convection, LinkLaw, NodeCondition, NodeLink, NodeResult, ThermalNetwork, ThermalNode};
 
@@ -155,20 +154,22 @@ fn zones(scene: &Scene) -> Zones {
         emission: Bands::splat(0.25),
     };
     let map = scene.voxel_grid().unwrap();
-    let voxel = |cell: usize, samples: Vec<VolumeSample>| VoxelZone {
+    let voxel = |cell: usize, samples: Vec<VolumeSample>| VoxelPlace {
         cell,
         centre: Vec3::splat(0.25),
         volume: 0.125,
         samples: VoxelSamples::new(map.corner(map.coordinates(cell)), map.cell(), 0.125, &samples),
-        extinction: Bands::splat(0.1),
-        albedo: Bands::splat(0.5),
-        emission: Bands::ZERO,
-        source: Bands::ZERO,
     };
     let sample = |subcell| VolumeSample { point: Vec3::splat(0.1), volume: 0.01, subcell };
-    let zones = Zones {
+    let places = [voxel(0, vec![]), voxel(2, vec![sample(1), sample(63)]), voxel(2, vec![sample(5)])];
+    let mut voxels = VoxelZones::new(map, places);
+    voxels.update_extinction(|_, _| Bands::splat(0.1));
+    voxels.update_albedo(|_, _| Bands::splat(0.5));
+    voxels.update_emission(|i, _| Bands::splat(i as f64));
+    voxels.update_source(|_, _| Bands::ZERO);
+    Zones {
         patches: vec![patch(0), patch(1)],
-        voxels: vec![voxel(0, vec![]), voxel(2, vec![sample(1), sample(63)]), voxel(2, vec![sample(5)])],
+        voxels,
         panes: vec![PaneZone {
             pane: 0,
             plate: facet(0),
@@ -180,8 +181,7 @@ fn zones(scene: &Scene) -> Zones {
             emission: Bands::ZERO,
         }],
         ..Zones::default()
-    };
-    with_cell_starts(zones, scene)
+    }
 }
 
 fn solution() -> Solution {

@@ -64,16 +64,17 @@ fn write<W: Write + Seek>(out: W, s: &Solution) -> io::Result<()> {
 }
 
 fn write_fields<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
-    let mut bands = |name: &str, of: fn(&Fields) -> &Vec<Bands>| {
+    let zones = triples[0].zones.len();
+    let mut bands = |name: &str, of: fn(&Fields) -> &Vec<Bands>, least: usize| {
         let list: Vec<&[Bands]> = triples.iter().map(|t| of(&t.fields).as_slice()).collect();
-        npz.bands(name, &list)
+        npz.bands(name, &list, least)
     };
-    bands("radiosity", |f| &f.radiosity)?;
-    bands("incident", |f| &f.incident)?;
-    bands("direct", |f| &f.direct)?;
-    bands("error", |f| &f.error)?;
-    bands("direct_error", |f| &f.direct_error)?;
-    bands("surroundings_error", |f| &f.surroundings_error)?;
+    bands("radiosity", |f| &f.radiosity, zones)?;
+    bands("incident", |f| &f.incident, zones)?;
+    bands("direct", |f| &f.direct, zones)?;
+    bands("error", |f| &f.error, zones)?;
+    bands("direct_error", |f| &f.direct_error, 0)?;
+    bands("surroundings_error", |f| &f.surroundings_error, 0)?;
     let Some(h) = &triples[0].fields.heat else { return Ok(()) };
     for (name, list) in
         THERMAL_ARRAYS.into_iter().zip([&h.temperature, &h.temperature_error, &h.net, &h.net_error])
@@ -101,14 +102,14 @@ fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) 
     npz.ints("voxel_cell", voxels.iter().map(|v| v.cell))?;
     npz.vectors("voxel_centre", voxels.iter().map(|v| v.centre))?;
     npz.reals("voxel_volume", voxels.iter().map(|v| v.volume))?;
-    npz.band_rows("voxel_extinction", &n, |t, i| triples[t].zones.voxels[i].extinction)?;
-    npz.band_rows("voxel_albedo", &n, |t, i| triples[t].zones.voxels[i].albedo)?;
-    npz.band_rows("voxel_emission", &n, |t, i| triples[t].zones.voxels[i].emission)?;
-    npz.band_rows("voxel_source", &n, |t, i| triples[t].zones.voxels[i].source)?;
+    npz.band_rows("voxel_extinction", &n, |t, i| triples[t].zones.voxels.at(i).extinction)?;
+    npz.band_rows("voxel_albedo", &n, |t, i| triples[t].zones.voxels.at(i).albedo)?;
+    npz.band_rows("voxel_emission", &n, |t, i| triples[t].zones.voxels.at(i).emission)?;
+    npz.band_rows("voxel_source", &n, |t, i| triples[t].zones.voxels.at(i).source)?;
     let mut parts = 0;
     let first = (0..voxels.len() + 1).map(|i| {
         let first = parts;
-        parts += voxels.get(i).map_or(0, |v| v.samples.len());
+        parts += if i < voxels.len() { voxels.at(i).samples.len() } else { 0 };
         first
     });
     npz.ints("voxel_part_first", first)?;

@@ -60,11 +60,11 @@ fn cell(map: &VoxelGrid, i: usize) -> usize {
 fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
     let (zones, f, n, first) = (&s.zones, &s.fields, map.len(), s.zones.voxel_offset());
     let here = move |i: usize| zones.voxel_zones_of_cell(cell(map, i));
-    let volume = move |i: usize| here(i).map(|j| zones.voxels[j].volume).sum::<f64>();
+    let volume = move |i: usize| here(i).map(|j| zones.voxels.at(j).volume).sum::<f64>();
     let mean = move |i: usize, value: &dyn Fn(usize) -> Bands| {
         let (whole, mut sum) = (volume(i), Bands::ZERO);
         for j in here(i) {
-            let (x, fraction) = (value(j), zones.voxels[j].volume / whole);
+            let (x, fraction) = (value(j), zones.voxels.at(j).volume / whole);
             sum += fraction * x;
         }
         sum
@@ -74,15 +74,15 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
     let mut out = vec![
         of("radiosity [W/m2]", &f.radiosity),
         of("fluence [W/m2]", &f.incident),
-        of("direct [W/m2]", &f.direct),
+        DataArray::bands("direct [W/m2]", n, move |i| mean(i, &|j| f.direct_light(first + j))),
         of("error [W/m2]", &f.error),
         DataArray::bands("direct error [W/m2]", n, move |i| {
             mean(i, &|j| f.direct_error.get(first + j).copied().unwrap_or_default())
         }),
-        DataArray::bands("extinction [1/m]", n, move |i| mean(i, &|j| zones.voxels[j].extinction)),
-        DataArray::bands("albedo", n, move |i| mean(i, &|j| zones.voxels[j].albedo)),
-        DataArray::bands("emission [W/m2]", n, move |i| mean(i, &|j| zones.voxels[j].emission)),
-        DataArray::bands("source [W/m3]", n, move |i| mean(i, &|j| zones.voxels[j].source)),
+        DataArray::bands("extinction [1/m]", n, move |i| mean(i, &|j| zones.voxels.at(j).extinction)),
+        DataArray::bands("albedo", n, move |i| mean(i, &|j| zones.voxels.at(j).albedo)),
+        DataArray::bands("emission [W/m2]", n, move |i| mean(i, &|j| zones.voxels.at(j).emission)),
+        DataArray::bands("source [W/m3]", n, move |i| mean(i, &|j| zones.voxels.at(j).source)),
         DataArray::scalar("volume [m3]", NumberType::Float64, n, volume),
         DataArray::scalar("zones", NumberType::Int64, n, move |i| here(i).len() as f64),
         DataArray::scalar("zone", NumberType::Int64, n, move |i| {
@@ -93,7 +93,7 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
         let one = |name: &str, list: &'a [f64], power: i32| {
             let value = move |i: usize| {
                 let whole = volume(i);
-                let terms = here(i).map(|j| zones.voxels[j].volume / whole * list[first + j].powi(power));
+                let terms = here(i).map(|j| zones.voxels.at(j).volume / whole * list[first + j].powi(power));
                 terms.fold(0.0, |sum, x| sum + x).powf(1.0 / f64::from(power))
             };
             DataArray::scalar(name, NumberType::Float64, n, value)

@@ -119,7 +119,7 @@ fn fields<'a>(c: &'a ZoneCells<'a>) -> Vec<DataArray<'a>> {
         of("radiosity [W/m2]", &f.radiosity),
         DataArray::bands("irradiance [W/m2]", n, move |i| when(true, i)),
         DataArray::bands("fluence [W/m2]", n, move |i| when(false, i)),
-        of("direct [W/m2]", &f.direct),
+        DataArray::bands("direct [W/m2]", n, move |i| f.direct_light(c.zone(i))),
         of("error [W/m2]", &f.error),
         DataArray::bands("direct error [W/m2]", n, move |i| {
             f.direct_error.get(c.zone(i)).copied().unwrap_or_default()

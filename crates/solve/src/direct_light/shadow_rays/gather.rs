@@ -89,7 +89,7 @@ pub(crate) fn expected_rays(
             if largest(o.unoccluded) * o.relative_error(0) <= wanted {
                 return 0.0;
             }
-            let averaged = !is_sun && i >= patches && zones.voxels[i - patches].samples.is_empty();
+            let averaged = !is_sun && i >= patches && zones.voxels.at(i - patches).samples.is_empty();
             let share = if o.agrees() { DISAGREEING_NEIGHBOURS } else { 1.0 };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
             share * sampler.resample(i, o, most, wanted).count as f64

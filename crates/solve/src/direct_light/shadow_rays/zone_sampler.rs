@@ -127,7 +127,7 @@ impl<'a> ZoneLightSampler<'a> {
                     (p.plate.at(u, v), Receiver::Surface(p.normal))
                 }
                 None => {
-                    let z = &self.zones.voxels[i - self.zones.voxel_offset()];
+                    let z = self.zones.voxels.at(i - self.zones.voxel_offset());
                     (voxel_point(z, self.cell, [u, v, w]), Receiver::Free)
                 }
             };
@@ -214,7 +214,7 @@ impl<'a> ZoneLightSampler<'a> {
             let (corners, n) = p.plate.corners();
             corners[..n].iter().for_each(|&x| corner(x, Receiver::Surface(p.normal)));
         } else if let Some(grid) = self.grid {
-            let [x, y, z] = grid.coordinates(self.zones.voxels[i - self.zones.voxel_offset()].cell);
+            let [x, y, z] = grid.coordinates(self.zones.voxels.at(i - self.zones.voxel_offset()).cell);
             (0..8).for_each(|k| {
                 corner(grid.corner([x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)]), Receiver::Free)
             });
@@ -267,7 +267,7 @@ impl<'a> ZoneLightSampler<'a> {
     /// The cell of a voxel zone, or the cell in front of a patch.
     pub(super) fn cell_of(&self, grid: &VoxelGrid, i: usize) -> Option<usize> {
         let Some(p) = self.zones.patches.get(i) else {
-            return Some(self.zones.voxels[i - self.zones.voxel_offset()].cell);
+            return Some(self.zones.voxels.at(i - self.zones.voxel_offset()).cell);
         };
         let before = p.plate.centre() + p.normal * (0.25 * grid.cell().max_abs());
         grid.cell_at(before).map(|c| grid.index(c))

@@ -72,7 +72,7 @@ pub(super) fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -
         let cell = grid.index(cell);
         let reemits = grid.heat(cell).is_some_and(|k| !matches!(k, ThermalCondition::Temperature(_)));
         let scattering = grid.extinction(cell) * if reemits { Bands::ONE } else { grid.albedo(cell) };
-        let h = fields.incident[i] + fields.direct.get(i).copied().unwrap_or_default();
+        let h = fields.incident[i] + fields.direct_light(i);
         let share = (BACKSCATTERED_SHARE * scattering * across).min(Bands::ONE);
         // The radiosity of a direct emitter does not include its emission.
         let surface = &scene.surfaces()[p.surface];

@@ -46,7 +46,7 @@ fn symmetric_factors_match_conjugate_gradients() {
         (0..12).map(|i| Bands::from_rgb([(i % 5) as f64, 1.0, 0.0])).collect(),
         vec![Bands::from_rgb([0.0, 2.0, 1.0]); 12],
     ];
-    let exact = crate::iteration::conjugate_gradients::solve(
+    let (exact, _) = crate::iteration::conjugate_gradients::solve(
         &system,
         sources.to_vec(),
         None,

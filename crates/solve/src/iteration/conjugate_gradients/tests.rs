@@ -19,6 +19,7 @@ fn run(
         &NoCheckpoints,
         &NoProgress,
     )
+    .0
 }
 
 #[test]
@@ -82,8 +83,8 @@ fn warm_start_at_the_solution_needs_no_iteration() {
     let weights: Vec<Bands> = rows.iter().map(|t| Bands::splat(0.9 / t)).collect();
     let system = LinearSystem { operator: &g, weights: &weights, targets: &rows };
     let stop = StoppingCriterion { residual: 1e-10, max_iterations: 100 };
-    let once = solve(&system, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
-    let again =
+    let (once, _) = solve(&system, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
+    let (again, _) =
         solve(&system, vec![source], Some(&[once[0].strengths.clone()]), stop, &NoCheckpoints, &NoProgress);
     assert_eq!(again[0].residuals[Band::first()].len(), 1);
     assert!(once[0].residuals[Band::first()].len() > 2);
@@ -103,7 +104,7 @@ fn resumed_iteration_is_bit_identical() {
         let store = MemoryStore::default();
         let with = |n, v: &dyn CheckpointStore| {
             let stop = StoppingCriterion { residual: 1e-30, max_iterations: n };
-            solve_bands::<E, N>(system, sources.to_vec(), None, stop, v, &NoProgress)
+            solve_bands::<E, N>(system, sources.to_vec(), None, stop, v, &NoProgress).0
         };
         let straight = with(35, &NoCheckpoints);
         with(14, &store);

@@ -6,7 +6,6 @@ use crate::direct_light::shadow_rays;
 use crate::layered::layer_stack::{LayerStack, has_varying_layers};
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones,
@@ -64,12 +63,10 @@ pub fn direct_light_cost(scene: &Scene, zones: &Zones, transport: &Transport, th
 
 /// Bytes of the zones themselves.
 pub(crate) fn zone_bytes(zones: &Zones) -> u64 {
-    let parts: usize = zones.voxels.par_iter().map(|z| z.samples.bytes()).sum();
     let bytes = zones.patches.len() * size_of::<Patch>()
-        + zones.voxels.len() * size_of::<VoxelZone>()
-        + zones.panes.len() * size_of::<PaneZone>()
-        + zones.cell_starts.len() * size_of::<u32>()
-        + parts;
+        + zones.voxels.bytes()
+        + zones.panes.len() * size_of::<PaneZone>();
+
     bytes as u64
 }
 
@@ -81,7 +78,7 @@ impl ProblemSize {
         ProblemSize {
             patches: zones.patches.len(),
             voxels: zones.voxels.len(),
-            cut: zones.voxels.par_iter().filter(|z| !z.samples.is_empty()).count(),
+            cut: zones.voxels.cut_count(),
             panes: zones.panes.len(),
             pairs: (n as u64 * (n as u64 + 1)) / 2,
             groups,
@@ -132,8 +129,8 @@ const TINY_FACET_SIZE: f64 = 1e-4;
 pub(crate) fn max_voxel_thickness(scene: &Scene, zones: &Zones) -> f64 {
     let Some(map) = scene.voxel_grid() else { return 0.0 };
     let edge = map.cell().max_abs();
-    let worst = |z: &VoxelZone| z.extinction.iter().fold(0.0f64, |m, k| m.max(k * edge));
-    zones.voxels.par_iter().map(worst).reduce(|| 0.0, f64::max)
+    let worst = |z: VoxelZone| z.extinction.iter().fold(0.0f64, |m, k| m.max(k * edge));
+    zones.voxels.distinct_media().map(worst).fold(0.0, f64::max)
 }
 
 /// Diagnostics of a scene: those of its reader, tiny facets, and voxels of optical depth `thickness` that are too thick for the basis.
