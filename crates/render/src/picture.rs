@@ -230,7 +230,8 @@ fn focus_distance(transport: &Transport, camera: &Camera) -> Option<f64> {
     pane.or(wall)
 }
 
-fn render_pixels(
+/// Renders the view of a camera from an integrator.
+pub(crate) fn render_pixels(
     integrator: &Integrator,
     camera: &PerspectiveCamera,
     options: &RenderOptions,

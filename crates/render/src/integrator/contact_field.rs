@@ -107,3 +107,65 @@ impl<'a> ContactField<'a> {
         (gathered.irradiance - interpolated) * (s * s * (3.0 - 2.0 * s))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::radiance::Integrator;
+    use super::*;
+    use crate::test_scenes::{quad, solution, surface};
+    use crate::view_ray::ViewRay;
+    use std::f64::consts::PI;
+    use zonal_math::vec3;
+    use zonal_scene::SceneParts;
+
+    /// Height and half the width of a plate of emission 1 above a floor, m.
+    const HEIGHT: f64 = 0.1;
+    const HALF: f64 = 0.2;
+
+    /// H of the floor below the plate: the midpoint rule over h²/(π r⁴).
+    fn exact(p: Vec3) -> f64 {
+        let n = 200;
+        let step = 2.0 * HALF / n as f64;
+        let at = |k: usize| -HALF + (k as f64 + 0.5) * step;
+        let cell = |k: usize| {
+            let r2 = (at(k / n) - p.x).powi(2) + (at(k % n) - p.y).powi(2) + HEIGHT * HEIGHT;
+            HEIGHT * HEIGHT / (PI * r2 * r2) * step * step
+        };
+        (0..n * n).map(cell).sum()
+    }
+
+    #[test]
+    fn light_near_a_floor_is_resolved_within_its_patches() {
+        let floor = quad(0, vec3(-1.0, -1.0, 0.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 2.0, 0.0));
+        let edge = 2.0 * HALF;
+        let plate = quad(1, vec3(-HALF, -HALF, HEIGHT), vec3(0.0, edge, 0.0), vec3(edge, 0.0, 0.0));
+        let parts = SceneParts {
+            surfaces: vec![surface("floor", 0.5, 0.0), surface("plate", 0.0, 1.0)],
+            facets: vec![floor, plate],
+            ..SceneParts::default()
+        };
+        // The mean of the patch of 0.25 m about the point.
+        let mean = |p: Vec3, n: Vec3| {
+            let at = |k: usize| 0.25 * ((k as f64 + 0.5) / 8.0 - 0.5);
+            let points = (0..64).map(|k| exact(vec3(p.x + at(k / 8), p.y + at(k % 8), 0.0)));
+            if p.z == 0.0 && n.z > 0.0 { points.sum::<f64>() / 64.0 } else { 0.0 }
+        };
+        let s = solution(parts, mean, |_| 0.0);
+        let transport = Transport::new(&s.scene);
+        let smooth = Integrator::new(&s, &transport);
+        let mut resolved = Integrator::new(&s, &transport);
+        resolved.look_from(Viewpoint { origin: vec3(0.0, 0.0, 0.05), pixel_angle: 1e-3 });
+        let sampler = RaySampler::of_ray(0, 1, [0.5; 3]);
+        let (mut worst, mut worst_smooth) = (0.0f64, 0.0f64);
+        for k in 0..60 {
+            let x = 0.5 * k as f64 / 60.0;
+            let ray = ViewRay { origin: vec3(x, 0.03, 0.05), dir: vec3(0.0, 0.0, -1.0) };
+            let off = |i: &Integrator| {
+                let h = i.radiance(ray, sampler).first() * PI / 0.5;
+                (h - exact(ray.origin)).abs() / exact(vec3(0.0, 0.0, 0.0))
+            };
+            (worst, worst_smooth) = (worst.max(off(&resolved)), worst_smooth.max(off(&smooth)));
+        }
+        assert!(worst < 0.04 && worst_smooth > 0.15, "{worst:.3}, interpolated {worst_smooth:.3}");
+    }
+}
