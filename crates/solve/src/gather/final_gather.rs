@@ -42,6 +42,8 @@ struct GatherParams {
     noise_share: f64,
     /// Least share that remains for the noise where other errors are large.
     min_noise_share: f64,
+    /// Noise over the other errors where these alone exceed the tolerance: less noise would change little.
+    noise_over_large_errors: f64,
     /// Samples of a zone for each node of its cut, and the least and most nodes.
     samples_per_cut_node: usize,
     cut_nodes: [usize; 2],
@@ -58,8 +60,9 @@ const GATHER_PARAMS: GatherParams = GatherParams {
     equal_weight_multiple: 2.0,
     noise_share: 0.85,
     min_noise_share: 0.4,
+    noise_over_large_errors: 0.6,
     samples_per_cut_node: 1,
-    cut_nodes: [16, 256],
+    cut_nodes: [64, 256],
 };
 
 /// Expected samples of a zone for a tolerance: the geometric mean over rooms with and without obstacles, models, the small church and Sponza at
@@ -427,7 +430,8 @@ impl Goal {
         let wanted = |kind: usize| {
             let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
             let left = (1.0 - others * others).max(0.0).sqrt().max(p.min_noise_share);
-            p.noise_share * left * task.tolerance
+            let beside_others = if others > 1.0 { p.noise_over_large_errors * others } else { 0.0 };
+            (p.noise_share * left).max(beside_others) * task.tolerance
         };
         Goal {
             noise: [0, 1].map(|kind| sum[kind].max(guide[kind])),

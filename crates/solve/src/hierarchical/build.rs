@@ -7,7 +7,7 @@ use crate::iteration::IterationResult;
 use crate::operator::ErrorModel;
 use crate::ray::padded_bands::PaddedBands;
 use crate::ray::ray_operator::{PathContinuation, RayOperator};
-use crate::ray::ray_sampling::{RaysPerZone, rays_measure_escape, rays_per_zone};
+use crate::ray::ray_sampling::{RaysPerZone, is_large, rays_measure_escape, rays_per_zone};
 use crate::report::closure;
 use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
@@ -136,7 +136,8 @@ impl StoredSolution {
         Ok(StoredSolution { results, strengths, incident, noise })
     }
 
-    /// The numbers of rays with which the noise of the radiosities has its share of the tolerance; `None` where `rays` suffice or are the most.
+    /// The numbers of rays with which the noise of the radiosities has its share of the tolerance; `None` where `rays` suffice or are the most, and for
+    /// large scenes, whose few rays of each zone show too much noise: the gather states what reaches the result.
     fn more_rays(
         &self,
         context: &SolveContext,
@@ -145,6 +146,9 @@ impl StoredSolution {
         max_rays: f64,
     ) -> Option<RaysPerZone> {
         let (zones, tolerance) = (context.zones, context.scene.options().tolerance);
+        if is_large(zones) {
+            return None;
+        }
         let fields = Fields {
             error: operator.incident_noise(&self.noise),
             incident: (0..zones.len()).map(|i| self.incident.iter().map(|c| c[i]).sum()).collect(),

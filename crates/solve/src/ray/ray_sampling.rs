@@ -42,7 +42,7 @@ pub(crate) const RAY_SAMPLING_PARAMS: RaySamplingParams = RaySamplingParams {
 };
 
 /// True above [`RaySamplingParams::max_zones_for_escape`] zones.
-fn is_large(zones: &Zones) -> bool {
+pub(crate) fn is_large(zones: &Zones) -> bool {
     zones.len() > RAY_SAMPLING_PARAMS.max_zones_for_escape
 }
 
