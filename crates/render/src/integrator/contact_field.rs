@@ -120,13 +120,13 @@ mod tests {
 
     /// Height and half the width of a plate of emission 1 above a floor, m.
     const HEIGHT: f64 = 0.1;
-    const HALF: f64 = 0.2;
+    const HALF_WIDTH: f64 = 0.2;
 
     /// H of the floor below the plate: the midpoint rule over h²/(π r⁴).
     fn exact(p: Vec3) -> f64 {
         let n = 200;
-        let step = 2.0 * HALF / n as f64;
-        let at = |k: usize| -HALF + (k as f64 + 0.5) * step;
+        let step = 2.0 * HALF_WIDTH / n as f64;
+        let at = |k: usize| -HALF_WIDTH + (k as f64 + 0.5) * step;
         let cell = |k: usize| {
             let r2 = (at(k / n) - p.x).powi(2) + (at(k % n) - p.y).powi(2) + HEIGHT * HEIGHT;
             HEIGHT * HEIGHT / (PI * r2 * r2) * step * step
@@ -137,8 +137,9 @@ mod tests {
     #[test]
     fn light_near_a_floor_is_resolved_within_its_patches() {
         let floor = quad(0, vec3(-1.0, -1.0, 0.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 2.0, 0.0));
-        let edge = 2.0 * HALF;
-        let plate = quad(1, vec3(-HALF, -HALF, HEIGHT), vec3(0.0, edge, 0.0), vec3(edge, 0.0, 0.0));
+        let edge = 2.0 * HALF_WIDTH;
+        let plate =
+            quad(1, vec3(-HALF_WIDTH, -HALF_WIDTH, HEIGHT), vec3(0.0, edge, 0.0), vec3(edge, 0.0, 0.0));
         let parts = SceneParts {
             surfaces: vec![surface("floor", 0.5, 0.0), surface("plate", 0.0, 1.0)],
             facets: vec![floor, plate],

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! error_against_cost scenes DIR [--former-keys]
-//! error_against_cost references --references DIR [--method walks|dense] [--patches 200] [--voxels 200] [--error 0.01] [--max-paths N]
+//! error_against_cost references --references DIR [--method walks|continued|dense] [--patches 200] [--voxels 200] [--error 0.01] [--max-paths N]
 //!                    [--samples 4] [--tolerance 0.003] [--seed 1]
 //! error_against_cost measure --references DIR [--csv TABLE.csv] [--engines auto,hierarchical,dense] [--tolerances 0.3,…] [--quick]
 //!                    [--limit 60] [--zonal PATH] [--former-keys]
@@ -15,8 +15,9 @@
 //! Solves run in a process of their own (`solve`, as `zonal solve`), or of `--zonal PATH`, so that an older binary has the same references.
 //!
 //! `references` picks patches and volume zones at random and measures them by walks on zones, whose mean is the solution of the zonal
-//! equations, for every light group, and by path tracing without zones; or it solves by the dense engine several times. `measure` takes the
-//! dense reference where there is one. The measured error is relative L2 of indirect light, of the worst band; the noise of the reference
+//! equations, for every light group, and by path tracing without zones (`walks`); by walks that go on from the points that they meet, as the rays of the
+//! hierarchical engine do (`continued`); or it solves by the dense engine several times. `measure` compares each engine with the reference of its equations,
+//! the dense one before that of walks. The measured error is relative L2 of indirect light, of the worst band; the noise of the reference
 //! is subtracted, and points where it is more than a third of the error have a star.
 
 #[path = "../common/watch.rs"]

@@ -12,16 +12,13 @@ use zonal_report::plot::{LOG_LOG, Plot, SeriesMark, tick_label};
 const INTRODUCTION: &str = "# Error against cost
 
 Each scene is solved with each engine from coarse to fine tolerances. *L2* is the relative error of indirect light (H of patches, G of volumes; the worse
-of both, of the worst band) against the zonal equations on the same zones, with the noise of the reference subtracted. A star marks points whose noise is
+of both, of the worst band) against the equations that the engine solves, on the same zones, with the noise of the reference subtracted. A star marks points whose noise is
 more than a third of the error. *Total* is the error against path-traced means, the discretization error included. Times are processor seconds of the whole
 solve, reading and writing included. The table is [error-against-cost.csv](error-against-cost.csv).
 
-Rays of the hierarchical engine go on within patches that they hit close by, which resolves light and shadow within these patches. The zonal equations
-do not. Where things touch, its L2 and the shares of zones within twice their stated error therefore have the discretization error as a floor; *total*, against
-light traced without zones, has not.
-
 References are random walks that go on from a uniformly random point of each zone (`zonal_reference::path_tracer`), whose mean is the solution of the zonal
-equations, or several independent solves of the dense engine at a small tolerance.
+equations, or several independent solves of the dense engine at a small tolerance. Rays of the hierarchical engine go on from the points where they hit patches
+close by, which resolves light and shadow within these patches; its reference are walks that do the same (`continued`).
 
 ";
 
@@ -30,6 +27,7 @@ const REPRODUCTION: &str = "## Reproduction
 ```text
 cargo build --release --package zonal-validation --example error_against_cost
 target/release/examples/error_against_cost references --references REFERENCES
+target/release/examples/error_against_cost references --references REFERENCES --method continued --error 0.007 --max-paths 2000000
 target/release/examples/error_against_cost references --references REFERENCES --method dense --scenes chapel,furnished-room
 target/release/examples/error_against_cost measure --references REFERENCES --csv docs/error-against-cost.csv --limit 600
 target/release/examples/error_against_cost page --csv docs/error-against-cost.csv --page docs/error-against-cost.md

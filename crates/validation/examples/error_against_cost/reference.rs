@@ -150,7 +150,7 @@ fn flat(values: &[Bands]) -> Vec<f64> {
 }
 
 impl Reference {
-    /// The file of a scene's reference by a method, `walks` or `dense`.
+    /// The file of a scene's reference by a method, `walks`, `continued` or `dense`.
     pub(crate) fn file(folder: &Path, scene: &str, method: &str) -> PathBuf {
         folder.join(format!("{scene}-{method}.npz"))
     }
