@@ -74,7 +74,7 @@ pub fn scene_text(plan: &ChurchPlan, mesh: &str, patch: f64, cell: f64) -> Strin
 name = \"church\"
 
 [solve]
-tolerance = {}
+tolerance = 0.2
 patch_size = {patch}         # metres: the root of a patch's area
 patch_rule = \"area\"
 light_groups = \"each\"
@@ -83,8 +83,7 @@ light_groups = \"each\"
 name = \"church\"
 mesh = {{ file = \"{mesh}\", rotate_degrees = [90, 0, 0] }}   # glTF has y up
 ",
-        plan.bays,
-        if plan.fine { 0.1 } else { 0.2 }
+        plan.bays
     );
     for hue in &HUES {
         let kappa =

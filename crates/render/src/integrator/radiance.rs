@@ -92,10 +92,12 @@ impl<'a> Integrator<'a> {
         self
     }
 
-    /// Prepares the fields of a camera: corrections near contacts, unless H is gathered, and the irradiance of skies, unless every sample is asked for.
+    /// Prepares the fields of a camera: corrections near contacts, unless H is gathered or there is a medium, in which every ray of a node would pass
+    /// tens of voxels, and the irradiance of skies, unless every sample is asked for.
     pub(crate) fn look_from(&mut self, viewpoint: Viewpoint) {
+        let resolves_contacts = self.gather.is_none() && self.solution.scene.voxel_grid().is_none();
         let contacts = || ContactField::new(self.solution, self.transport, viewpoint);
-        self.contacts = self.gather.is_none().then(contacts);
+        self.contacts = resolves_contacts.then(contacts);
         let fast = self.lights.accuracy == DirectLightAccuracy::Clustered;
         let skies = || SkyField::new(self.solution, self.transport, viewpoint);
         self.skies = fast.then(skies).flatten();
