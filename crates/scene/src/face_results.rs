@@ -60,7 +60,7 @@ impl Solution {
 
     fn add_patch(&self, i: usize, s: &mut FaceSums) {
         let (p, f) = (&self.zones.patches[i], &self.fields);
-        let (area, h, dh) = (p.area, f.incident[i] + f.direct[i], f.total_error(i));
+        let (area, h, dh) = (p.area, f.incident[i] + f.direct_light(i), f.total_error(i));
         let absorb = 1.0 - p.reflectance;
         let mut radiosity_error = p.reflectance * dh;
         let net = match (&f.heat, self.scene.thermal()) {

@@ -22,6 +22,11 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// The field `direct` from the direct light of all zones: empty where there is none.
+    #[must_use]
+    pub fn direct_unless_zero(all: Vec<Bands>) -> Vec<Bands> {
+        if all.iter().all(|b| *b == Bands::ZERO) { Vec::new() } else { all }
+    }
     /// Direct light of zone `i`, W/m²; 0 without.
     pub fn direct_light(&self, i: usize) -> Bands {
         self.direct.get(i).copied().unwrap_or_default()

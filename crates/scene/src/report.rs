@@ -58,7 +58,7 @@ impl ErrorEstimate {
                 return indirect;
             }
             let squares_of_sum = |x: &[Bands], y: &[Bands]| {
-                let both = range.clone().map(|i| x[i] + y[i]);
+                let both = range.clone().map(|i| x[i] + y.get(i).copied().unwrap_or_default());
                 sum_of_squares(&both.collect::<Vec<_>>())
             };
             let total = ratio(

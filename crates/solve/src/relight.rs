@@ -198,7 +198,7 @@ fn sum_of_groups(
     let added_if_any = |pick: fn(&LightGroup) -> (&ZoneValues, Bands)| {
         if groups.iter().all(|g| pick(g).0.is_empty()) { Vec::new() } else { added(pick) }
     };
-    let direct = added_if_any(|g| (&g.direct, g.direct_scale));
+    let direct = Fields::direct_unless_zero(added_if_any(|g| (&g.direct, g.direct_scale)));
     let direct_error = added_if_any(|g| (&g.direct_error, g.direct_scale));
     let radiosity = |i: usize| {
         let (e, (rho, _)) = (zones.emission(i), zones.response(i));

@@ -185,7 +185,9 @@ impl GroupAssembly<'_> {
         // Add to the fields of all light.
         let f = &mut self.fields;
         f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f += h);
-        f.direct.resize(own.len().max(f.direct.len()), Bands::ZERO);
+        if own.iter().any(|d| *d != Bands::ZERO) {
+            f.direct.resize(own.len(), Bands::ZERO);
+        }
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f += d);
         let mut group = light_group(source, result, energy, (incident, own), self.engine);
         let error = direct_error::group_error(source, direct);

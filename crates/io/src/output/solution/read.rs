@@ -14,7 +14,7 @@ use std::io::Cursor;
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandSet, Bands, Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
+    BandSet, Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
     SceneError, SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelPlace,
     VoxelSamples, VoxelZones, Zones,
 };
@@ -92,7 +92,7 @@ fn read(
     let fields = Fields {
         radiosity: npz.bands("radiosity", n)?,
         incident: npz.bands("incident", n)?,
-        direct: unless_zeros(npz.bands("direct", n)?),
+        direct: Fields::direct_unless_zero(npz.bands("direct", n)?),
         error: npz.errors("error", n, Absence::Refused)?,
         direct_error: npz.errors("direct_error", n, Absence::Allowed)?,
         surroundings_error: npz.errors("surroundings_error", n, Absence::Allowed)?,
@@ -284,12 +284,6 @@ fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<Voxel
         }
     }
     voxel_grid.seal().map_err(|e| scene_error(npz, &e))
-}
-
-/// The direct light; empty if there is none.
-fn unless_zeros(direct: Vec<Bands>) -> Vec<Bands> {
-    let is_zero = |b: &Bands| b.map_to(f64::to_bits) == Bands::ZERO.map_to(f64::to_bits);
-    if direct.iter().all(is_zero) { Vec::new() } else { direct }
 }
 
 fn read_patches(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<Vec<Patch>, FileError> {
