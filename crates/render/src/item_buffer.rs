@@ -12,13 +12,12 @@
 //! Every pixel is a function of its position alone; strips of rows bound the memory and change nothing.
 
 use crate::camera::{PerspectiveCamera, subpixel};
-use crate::surface::tiles::patch_tiles;
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_math::Vec3;
-use zonal_scene::{Camera, Lens, Plate, Progress, Solution};
-use zonal_transport::patch_locator::{PatchLocator, pane_piece_locator};
+use zonal_scene::{Camera, Lens, Progress, Solution};
+use zonal_transport::patch_locator::{PatchLocator, facet_side_locator, pane_piece_locator};
 use zonal_transport::{Hit, Transport};
 
 /// Rays along a side of a pixel at an edge, and in all.
@@ -160,13 +159,11 @@ impl<'a> ItemBuffer<'a> {
         panes: PaneVisibility,
     ) -> ItemBuffer<'a> {
         let scene = &solution.scene;
-        let sheets: Vec<Plate> = scene.facets().iter().flat_map(|f| [f.plate, f.plate]).collect();
-        let tiles = patch_tiles(solution);
         let pinhole = Camera { lens: Lens::default(), ..camera.clone() };
         ItemBuffer {
             solution,
             transport: Transport::new(scene),
-            patches: PatchLocator::new(&sheets, tiles.iter().map(|t| (&t.plate, t.sheet))),
+            patches: facet_side_locator(scene, &solution.zones),
             panes: (panes == PaneVisibility::Opaque).then(|| pane_piece_locator(scene, &solution.zones)),
             slice: None,
             camera: PerspectiveCamera::new(&pinhole, width, height),
@@ -256,7 +253,7 @@ impl<'a> ItemBuffer<'a> {
 
     /// The patch at a hit; `None` on sides without a zone.
     fn patch(&self, hit: &Hit) -> Option<u32> {
-        self.patches.locate(2 * hit.facet + usize::from(!hit.front), [hit.u, hit.v])
+        self.patches.locate(hit.side(), [hit.u, hit.v])
     }
 
     /// Distance, m, and item at which a ray meets the slice of the medium.

@@ -101,4 +101,4 @@ pub use thermal_network::{Convection, LinkLaw, NodeCondition, NodeLink, ThermalN
 pub use voxel_grid::VoxelGrid;
 pub use voxel_samples::{SUBCELLS, VolumeSample, VoxelSamples};
 pub use voxel_zones::{VoxelPlace, VoxelZone, VoxelZones};
-pub use zones::{PaneZone, Patch, Zones};
+pub use zones::{MAX_CONTINUED_PATCH_SIZES, PaneZone, Patch, Zones};

@@ -26,6 +26,19 @@ pub struct Patch {
     pub emission: Bands,
 }
 
+/// Length of a ray from a surface, over the square root of the area of the patch that it hits, below which the ray goes on from the point hit: there the
+/// radiosity varies within the patch. On a ball that lies on a floor the error against light traced without zones is 1.6 % in this way, where the zonal
+/// equations are 4.6 % off (`docs/error-against-cost.md`).
+pub const MAX_CONTINUED_PATCH_SIZES: f64 = 1.5;
+
+impl Patch {
+    /// True where a ray from a surface that hits the patch at this distance (m) goes on from the point hit.
+    #[must_use]
+    pub fn continues_rays(&self, distance: f64) -> bool {
+        distance < MAX_CONTINUED_PATCH_SIZES * self.area.sqrt()
+    }
+}
+
 /// A volume zone outside the voxel grid: a piece of a pane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaneZone {

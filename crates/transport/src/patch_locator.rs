@@ -48,12 +48,26 @@ struct PieceMap {
     kind: PlateKind,
 }
 
-/// A locator of the patches on the sides of all facets: side 2k is the front of facet k, side 2k + 1 its back.
+/// Number of a side of a facet: 2k is the front of facet k, 2k + 1 its back.
+pub fn facet_side(facet: usize, front: bool) -> usize {
+    2 * facet + usize::from(!front)
+}
+
+/// The plates of the sides of all facets.
+pub fn facet_sides(scene: &Scene) -> Vec<Plate> {
+    scene.facets().iter().flat_map(|f| [f.plate, f.plate]).collect()
+}
+
+/// The side of a facet on which a patch lies.
+pub fn side_of_patch(scene: &Scene, patch: &Patch) -> usize {
+    let is_back = patch.normal.dot(scene.facets()[patch.facet].plate.normal()) < 0.0;
+    facet_side(patch.facet, !is_back)
+}
+
+/// A locator of the patches on the sides of all facets.
 pub fn facet_side_locator(scene: &Scene, zones: &Zones) -> PatchLocator {
-    let facets = scene.facets();
-    let sides: Vec<Plate> = facets.iter().flat_map(|f| [f.plate, f.plate]).collect();
-    let is_back = |p: &Patch| p.normal.dot(facets[p.facet].plate.normal()) < 0.0;
-    PatchLocator::new(&sides, zones.patches.iter().map(|p| (&p.plate, 2 * p.facet + usize::from(is_back(p)))))
+    let pieces = zones.patches.iter().map(|p| (&p.plate, side_of_patch(scene, p)));
+    PatchLocator::new(&facet_sides(scene), pieces)
 }
 
 /// The index of each pane's first plate among all pane plates, and a locator of the pieces of all panes.

@@ -6,6 +6,7 @@
 
 use crate::bvh::Bvh;
 use crate::intersect::Tolerance;
+use crate::patch_locator::facet_side;
 use crate::shaft_culling::{Shaft, ShaftEnd};
 use crate::solids::Solids;
 use crate::{grid_traversal, occluder_culling};
@@ -25,6 +26,13 @@ pub struct Hit {
     pub v: f64,
     /// True when the ray meets the front of the facet.
     pub front: bool,
+}
+
+impl Hit {
+    /// Number of the side that the ray meets ([`facet_side`]).
+    pub fn side(&self) -> usize {
+        facet_side(self.facet, self.front)
+    }
 }
 
 /// Intersection of a segment with a pane.

@@ -60,6 +60,12 @@ impl<'a> ContactField<'a> {
         }
     }
 
+    /// Leaves the nodes of the camera before.
+    pub(crate) fn look_from(&mut self, viewpoint: Viewpoint) {
+        self.viewpoint = viewpoint;
+        self.lattices = LazyValues::new(self.solution.zones.voxel_offset());
+    }
+
     /// The correction of `irradiance`, the interpolated H, at a point of patch `i`, W/m².
     pub(crate) fn correction(
         &self,
@@ -101,7 +107,7 @@ impl<'a> ContactField<'a> {
         let patch = &self.solution.zones.patches[i];
         let reach = REACH_IN_PATCH_SIZES * patch.area.sqrt();
         let sampler = RaySampler::of_ray(0, 1, [0.5; 3]);
-        let gathered = self.gather.irradiance(inputs, (at, patch.normal), reach, sampler);
+        let gathered = self.gather.irradiance_and_nearness(inputs, (at, patch.normal), reach, sampler);
         let s = (gathered.nearness / FULL_NEARNESS).min(1.0);
         let interpolated = irradiance.on_tile(i, at);
         (gathered.irradiance - interpolated) * (s * s * (3.0 - 2.0 * s))

@@ -10,7 +10,7 @@
 //! sequence, the shift a hash of the pixel. Method: final gather of radiosity solutions (Cohen & Wallace, *Radiosity and Realistic
 //! Image Synthesis*, 1993). Cost: N rays a surface point.
 //!
-//! A ray that hits a patch within [`MAX_CONTINUED_PATCH_SIZES`] square roots of its area sees the radiosity of the point hit, which the patch averages:
+//! A ray that hits a patch close by (`Patch::continues_rays`), as do the rays of a solve, sees the radiosity of the point hit, which the patch averages:
 //! light is sampled there, and the ray goes on in a direction of cosine density,
 //!
 //! ```text
@@ -32,12 +32,10 @@ use zonal_transport::{Hit, Transport};
 /// Optical depth below which a segment takes the mean of its zone in place of the interpolated value.
 const MAX_DEPTH_OF_ZONE_MEAN: f64 = 0.1;
 
-/// Length of a ray, over the square root of the area of the patch that it hits, below which it goes on from there: that of the rays of a solve.
-const MAX_CONTINUED_PATCH_SIZES: f64 = 1.5;
 /// Most vertices of a ray that goes on.
 const MAX_VERTICES: usize = 4;
 
-/// What a gather reads beside its own fields.
+/// The inputs of a gather other than its own fields.
 #[derive(Clone, Copy)]
 pub(crate) struct GatherInputs<'b> {
     /// Segments of rays.
@@ -89,8 +87,13 @@ impl<'a> FinalGather<'a> {
         }
     }
 
-    /// H without direct light, W/m², at a surface point with the unit normal `normal`; surfaces within `reach` metres count as near.
-    pub(crate) fn irradiance(
+    /// H without direct light, W/m², at a surface point with its unit normal.
+    pub(crate) fn irradiance(&self, inputs: GatherInputs, at: (Vec3, Vec3), sampler: RaySampler) -> Bands {
+        self.irradiance_and_nearness(inputs, at, f64::MAX, sampler).irradiance
+    }
+
+    /// The same with the nearness of surfaces within `reach` metres.
+    pub(crate) fn irradiance_and_nearness(
         &self,
         inputs: GatherInputs,
         (point, normal): (Vec3, Vec3),
@@ -154,13 +157,12 @@ impl<'a> FinalGather<'a> {
         if !h.front && scene.surfaces()[scene.facets()[h.facet].surface].sides == Sides::Front {
             return Bands::ZERO;
         }
-        let tile = self.surfaces.tile_at(2 * h.facet + usize::from(!h.front), [h.u, h.v]);
+        let tile = self.surfaces.tile_at(h.side(), [h.u, h.v]);
         let Some(i) = tile else { return Bands::ZERO };
         let patch = &self.solution.zones.patches[i];
-        let near = h.t < MAX_CONTINUED_PATCH_SIZES * patch.area.sqrt();
         let point = gather_ray.ray.at(h.t);
         let radiosity = self.surfaces.on_tile(i, point);
-        if !near || gather_ray.vertices >= MAX_VERTICES {
+        if !patch.continues_rays(h.t) || gather_ray.vertices >= MAX_VERTICES {
             return radiosity / PI;
         }
         let reflectance = scene.reflectance_at(h.facet, h.u, h.v);

@@ -4,7 +4,7 @@
 //! wanted pixels between nodes. Values at the (n + 1)² nodes are computed when a camera ray needs them, and interpolated linearly along both
 //! parameters of the plate, or on the triangles of a triangle.
 //!
-//! Most fields are smooth. A block of [`BLOCK`] × [`BLOCK`] intervals whose middle node agrees with its corners is interpolated between these; the
+//! Most fields are smooth. A block of [`INTERVALS_PER_BLOCK`] × [`INTERVALS_PER_BLOCK`] intervals whose middle node agrees with its corners is interpolated between these; the
 //! other nodes of the block are not computed.
 
 use crate::lazy_values::LazyValues;
@@ -16,7 +16,7 @@ use zonal_transport::patch_locator::clamped_parameters;
 const NODE_INSET: f64 = 1e-3;
 
 /// Intervals along the edge of a block.
-const BLOCK: usize = 4;
+const INTERVALS_PER_BLOCK: usize = 4;
 /// Largest deviation of the middle of a smooth block from its corners, and largest difference of these, over the scale of the values.
 const MAX_DEVIATION: f64 = 0.02;
 const MAX_DIFFERENCE: f64 = 0.25;
@@ -48,7 +48,11 @@ pub(crate) struct NodeLattice {
 impl NodeLattice {
     /// A lattice of about `intervals` intervals along each edge, at least one: whole blocks, or fewer than a block.
     pub(crate) fn new(intervals: usize) -> NodeLattice {
-        let intervals = if intervals < BLOCK { intervals.max(1) } else { intervals - intervals % BLOCK };
+        let intervals = if intervals < INTERVALS_PER_BLOCK {
+            intervals.max(1)
+        } else {
+            intervals - intervals % INTERVALS_PER_BLOCK
+        };
         NodeLattice { intervals, values: LazyValues::new((intervals + 1) * (intervals + 1)) }
     }
 
@@ -61,7 +65,7 @@ impl NodeLattice {
             *self.values.get(a * (n + 1) + b, || node(inside))
         };
         let at = clamped_parameters(plate, point).map(|u| u * n as f64);
-        let blocks = NodeBlock::around(at, BLOCK, n);
+        let blocks = NodeBlock::around(at, INTERVALS_PER_BLOCK, n);
         let block = blocks.filter(|b| b.is_smooth(plate.kind, n, scale, &value));
         match block.or_else(|| NodeBlock::around(at, 1, n)) {
             Some(block) => block.interpolated(plate.kind, n, at, &value),

@@ -96,8 +96,13 @@ impl<'a> Integrator<'a> {
     /// tens of voxels, and the irradiance of skies, unless every sample is asked for.
     pub(crate) fn look_from(&mut self, viewpoint: Viewpoint) {
         let resolves_contacts = self.gather.is_none() && self.solution.scene.voxel_grid().is_none();
-        let contacts = || ContactField::new(self.solution, self.transport, viewpoint);
-        self.contacts = resolves_contacts.then(contacts);
+        match &mut self.contacts {
+            Some(contacts) => contacts.look_from(viewpoint),
+            None if resolves_contacts => {
+                self.contacts = Some(ContactField::new(self.solution, self.transport, viewpoint));
+            }
+            None => {}
+        }
         let fast = self.lights.accuracy == DirectLightAccuracy::Clustered;
         let skies = || SkyField::new(self.solution, self.transport, viewpoint);
         self.skies = fast.then(skies).flatten();
@@ -178,11 +183,10 @@ impl<'a> Integrator<'a> {
         if rho == Bands::ZERO {
             return emission / PI;
         }
-        let sheet = 2 * hit.facet + usize::from(!hit.front);
         let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };
-        let patch = self.irradiance.tile_at(sheet, [hit.u, hit.v]);
+        let patch = self.irradiance.tile_at(hit.side(), [hit.u, hit.v]);
         let indirect = match (&self.gather, patch) {
-            (Some(gather), _) => gather.irradiance(inputs, (point, normal), 1.0, sampler).irradiance,
+            (Some(gather), _) => gather.irradiance(inputs, (point, normal), sampler),
             (None, Some(i)) => self.interpolated_irradiance(inputs, i, point),
             (None, None) => Bands::ZERO,
         };

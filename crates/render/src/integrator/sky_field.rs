@@ -45,8 +45,8 @@ pub(crate) fn is_sky(sampler: &LightSampler) -> bool {
 impl<'a> SkyField<'a> {
     /// `None` for a scene without skies.
     pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>, viewpoint: Viewpoint) -> Option<Self> {
-        let samplers = s.scene.lights().iter().map(|l| LightSampler::new(&s.scene, l));
-        let skies: Vec<LightSampler> = samplers.filter(is_sky).collect();
+        let skies = s.scene.lights().iter().filter(|l| matches!(l, Light::Sky { .. }));
+        let skies: Vec<LightSampler> = skies.map(|l| LightSampler::new(&s.scene, l)).collect();
         let lattices = LazyValues::new(s.zones.voxel_offset());
         (!skies.is_empty()).then_some(SkyField { solution: s, transport, skies, viewpoint, lattices })
     }

@@ -1,11 +1,11 @@
 //! Patches and pane pieces as tiles of the plates from which they are cut, and fields on them.
 //!
-//! Sheet 2f is the front of facet f, sheet 2f + 1 its back; the sheets of panes are their plates in order.
+//! The sheets of patches are the sides of the facets (`facet_side`); the sheets of panes are their plates in order.
 
 use super::patch_field::{PatchField, PlateTile};
-use zonal_scene::{Bands, PaneZone, Patch, Plate, Solution};
+use zonal_scene::{Bands, PaneZone, Patch, Solution};
 use zonal_transport::Transport;
-use zonal_transport::patch_locator::pane_plates;
+use zonal_transport::patch_locator::{facet_sides, pane_plates, side_of_patch};
 
 /// A field on the patches; `values` has one entry per zone.
 pub(crate) fn patch_field<'a>(
@@ -13,20 +13,14 @@ pub(crate) fn patch_field<'a>(
     transport: &'a Transport<'a>,
     values: &[Bands],
 ) -> PatchField<'a> {
-    let sheets: Vec<Plate> = s.scene.facets().iter().flat_map(|f| [f.plate, f.plate]).collect();
     let tiles = patch_tiles(s);
     let values = values[..tiles.len()].to_vec();
-    PatchField::new(tiles, values, &sheets, Some(transport))
+    PatchField::new(tiles, values, &facet_sides(&s.scene), Some(transport))
 }
 
 /// The patches as tiles.
 pub(crate) fn patch_tiles(s: &Solution) -> Vec<PlateTile> {
-    let facets = s.scene.facets();
-    let tile = |p: &Patch| PlateTile {
-        plate: p.plate,
-        normal: p.normal,
-        sheet: 2 * p.facet + usize::from(p.normal.dot(facets[p.facet].plate.normal()) < 0.0),
-    };
+    let tile = |p: &Patch| PlateTile { plate: p.plate, normal: p.normal, sheet: side_of_patch(&s.scene, p) };
     s.zones.patches.iter().map(tile).collect()
 }
 

@@ -7,7 +7,7 @@ use crate::spectral::SpectralOperator;
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
 use rayon::prelude::*;
-use zonal_scene::{Band, Scene, Zones};
+use zonal_scene::{Band, Light, Scene, Zones};
 
 /// Bytes of a spectral solve: the engine, the medium, the zones, and the larger of the iteration and the fields.
 pub(crate) fn spectral_solve_bytes(
@@ -30,10 +30,12 @@ pub(crate) fn spectral_solve_bytes(
     let bands = if grey { 1 } else { Band::count() as u64 };
     let solving = 24 + 24 + 8 + 8 * bands + columns * (24 + 4 * 8 * bands);
     // Radiosity, incident, error; of each group the incident power, in an open box the strengths too, and the sum of several. With lights, direct light
-    // and its error, and three vectors of its reflection; of each light the field, its error, and that of the group.
+    // and its error, and four vectors of its reflection, six where shadow rays draw signs; of each light the field, its error, and that of the group.
     let of_group = if enclosure.is_open() { 48 } else { 24 };
     let lights = scene.lights().len() as u64;
-    let direct = 5 * 24 * u64::from(lights > 0) + 3 * 24 * lights;
+    let has_shadow_rays = scene.lights().iter().any(|l| !matches!(l, Light::Emitter { .. }));
+    let of_reflection = if has_shadow_rays { 6 } else { 4 };
+    let direct = (2 + of_reflection) * 24 * u64::from(lights > 0) + 3 * 24 * lights;
     let fields = 3 * 24 + columns * of_group + 24 * u64::from(columns > 1) + direct;
     let of_openings = 24 * u64::from(enclosure.is_open());
     let [voxel, patch] = [order.voxel_components() - 1, order.patch_components() - 1].map(|n| n as u64);

@@ -53,7 +53,7 @@ struct Node {
     second: u32,
 }
 
-/// What a gather receives at: a point, the extent of the zone about it, and the normal of a surface.
+/// The receiver of a gather: a point, the extent of the zone about it, and the normal of a surface.
 #[derive(Clone, Copy)]
 pub(crate) struct ReceiverBall {
     /// Centre, m.

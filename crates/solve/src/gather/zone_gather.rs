@@ -24,9 +24,7 @@
 use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
 use crate::ray::padded_bands::{LANES, PaddedBands, padded};
-use crate::ray::path_continuation::{
-    PathField, PathLights, PathVertex, VertexSource, continues_from, vertex_index,
-};
+use crate::ray::path_continuation::{PathField, PathLights, PathVertex, VertexSource, vertex_index};
 use crate::ray::ray_tracer::{FIRST_CODE, RayEnd, RayTracer};
 use crate::surroundings::zone_rays::{point_in_zone, ray_from_sample};
 use rayon::prelude::*;
@@ -263,7 +261,7 @@ impl<'a> Gatherer<'a> {
     fn continues(&self, i: usize, end: &RayEnd) -> bool {
         i < self.zones.voxel_offset()
             && self.lights.is_some()
-            && continues_from(&self.zones.patches[end.zone as usize], end.distance)
+            && self.zones.patches[end.zone as usize].continues_rays(end.distance)
     }
 
     /// Density of the directions of zone `i`, 1/sr.

@@ -1,8 +1,7 @@
 //! Continuation of rays from patches that they hit close by: radiation that varies within a patch.
 //!
 //! A zone has one radiosity. In a crease, below a ledge or behind an ornament that nearly touches a wall, the point that a ray hits is
-//! darker than the mean of its patch. A ray that hits patch j at x, at a distance below [`PathParams::max_distance_in_patch_sizes`],
-//! continues from x in a direction of cosine density and ends in another zone k. One shadow ray goes to a light l of the patch,
+//! darker than the mean of its patch. A ray from a patch that hits patch j at x close by ([`zonal_scene::Patch::continues_rays`]) continues from x in a direction of cosine density and ends in another zone k. One shadow ray goes to a light l of the patch,
 //! chosen with probability p_l (next-event estimation, pbrt):
 //!
 //! ```text
@@ -17,22 +16,11 @@ use super::ray_tracer::{FIRST_CODE, RAY_SEED, RayEnd, RayTracer};
 use crate::direct_light::light_field::DirectLight;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Patch, PerBand, Scene};
+use zonal_scene::{PerBand, Scene};
 use zonal_transport::lights::{LightSampler, Receiver};
 
-/// Limits of continued paths.
-///
-/// On a ball that lies on a floor the error against light traced without zones is 1.6 % with continuation, where the zonal equations are 4.6 % off
-/// (`docs/error-against-cost.md`).
-struct PathParams {
-    /// A ray from a patch continues where its length is below this many square roots of the area of the patch hit. A volume zone
-    /// averages over more of a close patch, so its rays do not continue.
-    max_distance_in_patch_sizes: f64,
-    /// Most vertices of a path.
-    max_path_vertices: u64,
-}
-
-const PATH_PARAMS: PathParams = PathParams { max_distance_in_patch_sizes: 1.5, max_path_vertices: 8 };
+/// Most vertices of a path from a patch. A volume zone averages over more of a close patch, so its rays do not continue.
+const MAX_PATH_VERTICES: u64 = 8;
 
 /// Bit that marks the index of a vertex in place of a zone.
 const VERTEX_FLAG: u32 = 1 << 31;
@@ -193,16 +181,11 @@ impl<'a> PathLights<'a> {
     }
 }
 
-/// True where a ray that hits a patch at this distance (m) continues from it.
-pub(crate) fn continues_from(patch: &Patch, distance: f64) -> bool {
-    distance < PATH_PARAMS.max_distance_in_patch_sizes * patch.area.sqrt()
-}
-
 impl RayTracer<'_> {
     /// The patch from which a ray with this end continues.
     fn continuing_patch(&self, end: &RayEnd) -> Option<usize> {
         let patch = self.zones.patches.get(end.zone as usize)?;
-        continues_from(patch, end.distance).then_some(end.zone as usize)
+        patch.continues_rays(end.distance).then_some(end.zone as usize)
     }
 
     /// Continues ray `k` of zone `i` from its end, appends the vertices, and returns the zone or the first vertex of the path.
@@ -217,7 +200,7 @@ impl RayTracer<'_> {
         let zone_hash = low_discrepancy::split_mix64(i as u64 ^ RAY_SEED);
         let seed = low_discrepancy::split_mix64(zone_hash.wrapping_add(k as u64));
         let mut head = None;
-        let max_vertices = if i < self.zones.voxel_offset() { PATH_PARAMS.max_path_vertices } else { 0 };
+        let max_vertices = if i < self.zones.voxel_offset() { MAX_PATH_VERTICES } else { 0 };
         for depth in 0..max_vertices {
             let Some(j) = self.continuing_patch(&end) else { break };
             // Independent numbers: a rotation of the ray's first numbers would correlate its end with its start.

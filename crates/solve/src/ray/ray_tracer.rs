@@ -99,7 +99,7 @@ pub(crate) struct RayTracer<'a> {
 
 /// The side of the facet hit, and the position on it.
 fn side_and_position(hit: &Hit) -> (usize, [f64; 2]) {
-    (2 * hit.facet + usize::from(!hit.front), [hit.u, hit.v])
+    (hit.side(), [hit.u, hit.v])
 }
 
 /// True where the medium has one extinction for all bands in every cell.

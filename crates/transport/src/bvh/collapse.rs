@@ -32,7 +32,7 @@ pub(super) fn build(items: &mut [BuildItem]) -> WideTree {
     tree
 }
 
-/// What a lane of a wide node holds.
+/// The content of a lane of a wide node.
 enum LaneContent {
     Leaf(BinaryLeaf),
     Node(Vec<Lane>),

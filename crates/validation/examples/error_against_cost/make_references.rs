@@ -11,7 +11,8 @@ use zonal_exchange::pair::PairSettings;
 use zonal_io::input;
 use zonal_reference::path_tracer::{Detector, PathTracer, TracingAccuracy};
 use zonal_scene::{
-    Bands, Engine, LightGroup, LightGroupKind, LightGrouping, NoProgress, Scene, Solution, Zones,
+    Bands, Engine, LightGroup, LightGroupKind, LightGrouping, MAX_CONTINUED_PATCH_SIZES, NoProgress, Scene,
+    Solution, Zones,
 };
 use zonal_solve::relight::relight;
 use zonal_solve::{SolveSettings, solve_with_settings};
@@ -21,8 +22,6 @@ use zonal_transport::{Transport, build_zones};
 const MAX_MEMORY: u64 = 8 << 30;
 /// Tolerance of the solve that names the light groups.
 const COARSE_TOLERANCE: f64 = 0.5;
-/// Lengths, over the square root of the area of the patch met, below which rays of the hierarchical engine go on from patches.
-const MAX_CONTINUED_PATCH_SIZES: f64 = 1.5;
 
 /// How references are made.
 struct ReferenceRequest {
@@ -72,8 +71,8 @@ pub(crate) fn run(arguments: &Arguments, scenes: &[&'static BenchmarkScene]) -> 
         let start = Instant::now();
         let scene_of_file = input::read_scene(&path)?;
         let reference = match method {
-            "walks" => by_walks(&scene_of_file, &request)?,
-            "continued" => by_continued_walks(&scene_of_file, &request)?,
+            "walks" => by_walks(&scene_of_file, &request, WalkKind::Zonal)?,
+            "continued" => by_walks(&scene_of_file, &request, WalkKind::Continued)?,
             "dense" => by_dense(&scene_of_file, &request)?,
             other => return Err(format!("--method {other}: give walks, continued or dense").into()),
         };
@@ -101,32 +100,17 @@ fn measure(
     ReferenceField::of_readings(&readings)
 }
 
-/// Walks on zones for every light group, and path-traced means.
-fn by_walks(scene: &Scene, request: &ReferenceRequest) -> Result<Reference, Error> {
-    let mut reference = by_walks_within(scene, request, 0.0)?;
-    let transport = Transport::new(scene);
-    let zones = build_zones(scene, &transport)?;
-    let picked = picked(&zones, request);
-    let patches = picked.partition_point(|i| *i < zones.voxel_offset());
-    let detectors: Vec<Detector> = picked.iter().map(|&i| detector(scene, &zones, i)).collect();
-    let seed = request.seed.wrapping_mul(64) + 63;
-    reference.traced = Some(measure(&PathTracer::new(scene), &detectors, patches, request, seed));
-    Ok(reference)
+/// Where walks go on from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum WalkKind {
+    /// A random point of each zone met: the zonal equations.
+    Zonal,
+    /// The point met, of patches close by, as the rays of the hierarchical engine.
+    Continued,
 }
 
-/// Walks that go on from the point that they meet as the rays of the hierarchical engine do.
-fn by_continued_walks(scene: &Scene, request: &ReferenceRequest) -> Result<Reference, Error> {
-    let reference = by_walks_within(scene, request, MAX_CONTINUED_PATCH_SIZES)?;
-    let method = format!("{}, continued within {MAX_CONTINUED_PATCH_SIZES} patch sizes", reference.method);
-    Ok(Reference { method, ..reference })
-}
-
-/// Walks on zones for every light group, continued within so many patch sizes.
-fn by_walks_within(
-    scene: &Scene,
-    request: &ReferenceRequest,
-    max_continued_patch_sizes: f64,
-) -> Result<Reference, Error> {
+/// Walks on zones for every light group, and beside zonal walks path-traced means.
+fn by_walks(scene: &Scene, request: &ReferenceRequest, kind: WalkKind) -> Result<Reference, Error> {
     let parts = parts_by_group(scene)?;
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport)?;
@@ -135,6 +119,10 @@ fn by_walks_within(
     let detectors: Vec<Detector> = picked.iter().map(|&i| detector(scene, &zones, i)).collect();
     let locator = SceneLocator::new(scene, &zones, &transport);
     let seed = request.seed.wrapping_mul(64);
+    let (max_continued_patch_sizes, points) = match kind {
+        WalkKind::Zonal => (0.0, ""),
+        WalkKind::Continued => (MAX_CONTINUED_PATCH_SIZES, ", continued from patches close by"),
+    };
     let mut fields = Vec::new();
     for (k, (name, lit)) in parts.iter().enumerate() {
         let start = Instant::now();
@@ -142,14 +130,15 @@ fn by_walks_within(
         fields.push(measure(&tracer, &detectors, patches, request, seed + 4 * k as u64));
         println!("  walks of {name}: {:.0} s", start.elapsed().as_secs_f64());
     }
+    let traced = || measure(&PathTracer::new(scene), &detectors, patches, request, seed + 63);
     Ok(Reference {
         zones: picked.iter().map(|&i| ReferenceZone::new(scene, &zones, i)).collect(),
         zone_count: zones.len(),
         groups: parts.into_iter().map(|p| p.0).collect(),
         fields,
-        traced: None,
+        traced: (kind == WalkKind::Zonal).then(traced),
         surfaces: scene.surfaces().iter().map(|s| s.name.clone()).collect(),
-        method: format!("walks on zones, {} relative", request.accuracy.relative),
+        method: format!("walks on zones, {} relative{points}", request.accuracy.relative),
     })
 }
 

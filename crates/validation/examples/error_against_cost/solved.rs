@@ -1,4 +1,4 @@
-//! What a solve left behind: fields and places of its zones, from a solution file of any version, and its report.
+//! A solved scene: fields and places of its zones, from a solution file of any version, and its report.
 
 use crate::reference::ZoneKind;
 use crate::scenes::Error;
@@ -24,7 +24,7 @@ pub(crate) struct SolvedScene {
     pub solution: Option<Solution>,
 }
 
-/// What a report says about the engine and its error.
+/// The engine of a report and its estimated error.
 pub(crate) struct ReportSummary {
     /// The engine.
     pub engine: String,

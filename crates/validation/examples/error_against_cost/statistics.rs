@@ -107,7 +107,7 @@ pub(crate) fn covered(values: &[ComparedValue]) -> Option<f64> {
 pub(crate) type CostPoint = [f64; 2];
 
 /// The cost at which a series reaches an error, interpolated between logarithms; `None` outside the errors that the series has. Points
-/// that another one beats in both cost and error are left out, since nobody would choose them.
+/// that another one beats in both cost and error are left out.
 pub(crate) fn cost_at(series: &[CostPoint], error: f64) -> Option<f64> {
     let front = front(series);
     let pair = front.windows(2).find(|w| w[1][1] <= error && error <= w[0][1])?;

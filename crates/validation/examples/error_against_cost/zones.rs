@@ -6,7 +6,7 @@ use zonal_reference::path_tracer::{WalkZones, ZoneLocator};
 use zonal_scene::{Patch, Plate, PlateKind, Scene, Zones};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::{
-    PatchLocator, clamped_parameters, facet_side_locator, pane_piece_locator,
+    PatchLocator, clamped_parameters, facet_side, facet_side_locator, pane_piece_locator,
 };
 
 /// Locates points among the zones of a scene.
@@ -27,7 +27,7 @@ impl<'a> SceneLocator<'a> {
         SceneLocator { scene, zones, transport, patches, first_pane_plate, pane_pieces }
     }
 
-    /// The zones for walks, which go on from the point that they meet within so many patch sizes.
+    /// The zones for walks, which go on from the point that they meet within this number of patch sizes.
     pub(crate) fn walk_zones(&self, max_continued_patch_sizes: f64) -> WalkZones<'_> {
         WalkZones {
             detectors: (0..self.zones.len()).map(|i| detector(self.scene, self.zones, i)).collect(),
@@ -40,7 +40,7 @@ impl<'a> SceneLocator<'a> {
 
 impl ZoneLocator for SceneLocator<'_> {
     fn on_facet(&self, facet: u32, front: bool, uv: [f64; 2]) -> Option<usize> {
-        self.patches.locate(2 * facet as usize + usize::from(!front), uv).map(|i| i as usize)
+        self.patches.locate(facet_side(facet as usize, front), uv).map(|i| i as usize)
     }
 
     fn in_medium(&self, at: Vec3) -> Option<usize> {
