@@ -17,5 +17,5 @@ npm ci --silent --no-audit --no-fund --prefix viewer || { missing "the viewer's 
 [ -e "$folder/demo/chapel.npz" ] || "$zonal" demo --size small -o "$folder/demo"
 npm run --silent --prefix viewer check
 npm test --silent --prefix viewer
-cargo build --quiet --locked --package zonal-cli --example floats
+cargo build --quiet --locked --example floats
 BUILT=$(dirname "$zonal") CHAPEL=$folder/demo/chapel.npz npm run --silent --prefix viewer browser

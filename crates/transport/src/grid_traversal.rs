@@ -40,13 +40,41 @@ pub(crate) fn clip_to_grid(grid: &VoxelGrid, a: Vec3, b: Vec3) -> Option<(Vec3, 
     Some((d, t0, t1))
 }
 
+/// A lattice of boxes.
+#[derive(Clone, Copy)]
+pub(crate) struct Lattice {
+    /// Lower corner, m.
+    pub min: Vec3,
+    /// Edges of a box, m.
+    pub edges: Vec3,
+    /// Boxes along each axis.
+    pub dims: [usize; 3],
+}
+
+impl Lattice {
+    /// The cells of a grid.
+    pub(crate) fn of(grid: &VoxelGrid) -> Lattice {
+        Lattice { min: grid.min(), edges: grid.cell(), dims: grid.dims() }
+    }
+}
+
 /// Calls `each` with (cell, t0, t1) along a → b, t in metres from a.
 #[inline]
 pub(crate) fn traverse(grid: &VoxelGrid, a: Vec3, b: Vec3, each: &mut impl FnMut(usize, f64, f64)) {
-    let Some((d, start, end)) = clip_to_grid(grid, a, b) else {
-        return;
-    };
-    let (min, h, n) = (grid.min(), grid.cell(), grid.dims());
+    if let Some((d, start, end)) = clip_to_grid(grid, a, b) {
+        traverse_lattice(Lattice::of(grid), (a, d), (start, end), each);
+    }
+}
+
+/// Calls `each` with (box, t0, t1) along the part of the line a + t d, |d| = 1, from `start` to `end`, which lies in the lattice.
+#[inline]
+pub(crate) fn traverse_lattice(
+    lattice: Lattice,
+    (a, d): (Vec3, Vec3),
+    (start, end): (f64, f64),
+    each: &mut impl FnMut(usize, f64, f64),
+) {
+    let Lattice { min, edges: h, dims: n } = lattice;
     let stride = [(n[1] * n[2]) as isize, n[2] as isize, 1];
     // Find the first cell and, per axis, the next plane, the step and the remaining number of cells.
     let mut remaining = [0usize; 3];

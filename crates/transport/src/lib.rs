@@ -22,6 +22,7 @@
 //! | `occluder_culling` | facets that never occlude: the walls of a convex room |
 //! | `shaft_culling` | facets that occlude no segment between two zones |
 //! | `grid_traversal` | cells of the voxel grid along a segment |
+//! | `uniform_blocks` | blocks of cells of equal extinction |
 //! | `solids` | points in solid material and points outside every closed room |
 //!
 //! The crate reads the scene and never changes it; it does not depend on radiosities or exchange factors.
@@ -37,6 +38,7 @@ mod shaft_culling;
 pub mod solid_angle;
 mod solids;
 mod transport;
+mod uniform_blocks;
 pub mod zoning;
 
 pub use shaft_culling::ShaftEnd;

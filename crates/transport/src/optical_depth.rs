@@ -101,20 +101,30 @@ impl Transport<'_> {
     #[inline]
     pub fn medium_depth(&self, a: Vec3, b: Vec3) -> Bands {
         let mut sum = Bands::ZERO;
-        let Some(grid) = self.scene().voxel_grid() else {
+        if self.scene().voxel_grid().is_none_or(|g| g.uniform_extinction() == Some(Bands::ZERO)) {
             return sum;
-        };
-        if let Some(kappa) = grid.uniform_extinction() {
-            if kappa == Bands::ZERO {
-                return sum;
-            }
-            let length = grid_traversal::clip_to_grid(grid, a, b).map_or(0.0, |(_, t0, t1)| t1 - t0);
-            return kappa * length;
         }
-        grid_traversal::traverse(grid, a, b, &mut |cell, t0, t1| {
-            sum += grid.extinction(cell) * (t1 - t0);
-        });
+        self.traverse_extinction(a, b, &mut |kappa, t0, t1| sum += kappa * (t1 - t0));
         sum
+    }
+
+    /// Calls `each` with extinction (1/m), t0 and t1 of the pieces of a–b inside the grid, in order, t in metres from a. A piece has one extinction, as its
+    /// neighbours may have.
+    #[inline]
+    pub fn traverse_extinction(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(Bands, f64, f64)) {
+        let Some(grid) = self.scene().voxel_grid() else { return };
+        if let Some(kappa) = grid.uniform_extinction() {
+            if let Some((_, t0, t1)) = grid_traversal::clip_to_grid(grid, a, b) {
+                each(kappa, t0, t1);
+            }
+            return;
+        }
+        match self.uniform_blocks() {
+            Some(blocks) => blocks.traverse(grid, a, b, each),
+            None => grid_traversal::traverse(grid, a, b, &mut |cell, t0, t1| {
+                each(grid.extinction(cell), t0, t1);
+            }),
+        }
     }
 
     /// Transmittance e^{−δ} along a–b, per band; `None` when a facet occludes.

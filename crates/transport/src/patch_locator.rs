@@ -48,9 +48,25 @@ struct PieceMap {
     kind: PlateKind,
 }
 
-/// Number of a side of a facet: 2k is the front of facet k, 2k + 1 its back.
-pub fn facet_side(facet: usize, front: bool) -> usize {
-    2 * facet + usize::from(!front)
+/// A side of a facet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FacetSide {
+    /// The side of the normal.
+    Front,
+    /// The side opposite to the normal.
+    Back,
+}
+
+impl FacetSide {
+    /// The front where `front` holds, otherwise the back.
+    pub(crate) fn front_if(front: bool) -> FacetSide {
+        if front { FacetSide::Front } else { FacetSide::Back }
+    }
+
+    /// Number of this side of a facet: 2k is the front of facet k, 2k + 1 its back.
+    pub fn of_facet(self, facet: usize) -> usize {
+        2 * facet + usize::from(self == FacetSide::Back)
+    }
 }
 
 /// The plates of the sides of all facets.
@@ -61,7 +77,7 @@ pub fn facet_sides(scene: &Scene) -> Vec<Plate> {
 /// The side of a facet on which a patch lies.
 pub fn side_of_patch(scene: &Scene, patch: &Patch) -> usize {
     let is_back = patch.normal.dot(scene.facets()[patch.facet].plate.normal()) < 0.0;
-    facet_side(patch.facet, !is_back)
+    FacetSide::front_if(!is_back).of_facet(patch.facet)
 }
 
 /// A locator of the patches on the sides of all facets.

@@ -6,9 +6,10 @@
 
 use crate::bvh::Bvh;
 use crate::intersect::Tolerance;
-use crate::patch_locator::facet_side;
+use crate::patch_locator::FacetSide;
 use crate::shaft_culling::{Shaft, ShaftEnd};
 use crate::solids::Solids;
+use crate::uniform_blocks::UniformBlocks;
 use crate::{grid_traversal, occluder_culling};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Plate, Scene, Zones};
@@ -29,9 +30,9 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// Number of the side that the ray meets ([`facet_side`]).
+    /// Number of the side that the ray meets ([`FacetSide::of_facet`]).
     pub fn side(&self) -> usize {
-        facet_side(self.facet, self.front)
+        FacetSide::front_if(self.front).of_facet(self.facet)
     }
 }
 
@@ -80,6 +81,7 @@ pub struct Transport<'a> {
     interior_panes: Option<Bvh>,
     /// Pane, and index within the pane, of every pane plate.
     pane_plates: Vec<(u32, u32)>,
+    uniform_blocks: Option<UniformBlocks>,
 }
 
 impl<'a> Transport<'a> {
@@ -114,6 +116,7 @@ impl<'a> Transport<'a> {
             interior_panes,
             facets,
             pane_plates,
+            uniform_blocks: scene.voxel_grid().and_then(UniformBlocks::new),
         }
     }
 
@@ -270,6 +273,10 @@ impl<'a> Transport<'a> {
     /// The lengths below which points coincide.
     pub(crate) fn tolerance(&self) -> &Tolerance {
         &self.tolerance
+    }
+    /// Blocks of cells of equal extinction, if they pay.
+    pub(crate) fn uniform_blocks(&self) -> Option<&UniformBlocks> {
+        self.uniform_blocks.as_ref()
     }
     /// The tree over all pane plates.
     pub(crate) fn panes(&self) -> &Bvh {

@@ -188,3 +188,36 @@ fn pane_crossings_are_ordered_and_unique() {
         }
     }
 }
+
+#[test]
+fn blocks_of_one_extinction_have_the_depth_of_their_cells() {
+    // Smoke in a part of the grid, of which blocks of eight cells hold the border, and one denser cell.
+    let mut map = VoxelGrid::new(vec3(-1.0, 0.5, 2.0), vec3(0.1, 0.13, 0.09), [37, 21, 50]).unwrap();
+    for k in 0..map.len() {
+        let [x, y, z] = map.coordinates(k);
+        let extinction = if (x, y, z) == (20, 9, 30) {
+            Bands::splat(7.0)
+        } else if x > 10 && z < 33 {
+            Bands::from_rgb([0.3, 0.2, 0.1])
+        } else {
+            Bands::ZERO
+        };
+        map.set(k, extinction, Bands::ZERO, Bands::ZERO, Bands::ZERO);
+    }
+    let s = map_scene(map.seal().unwrap());
+    let (map, t) = (s.voxel_grid().unwrap(), Transport::new(&s));
+    let (size, mut rng) = (map.max() - map.min(), TestRng(11));
+    let mut point = || map.min() + size.scale(rng.point() * 1.4 - Vec3::splat(0.2));
+    for _ in 0..500 {
+        let (a, b) = (point(), point());
+        let (mut by_cells, mut pieces, mut last) = (Bands::ZERO, 0, 0.0);
+        t.traverse_grid(a, b, &mut |cell, t0, t1| by_cells += map.extinction(cell) * (t1 - t0));
+        t.traverse_extinction(a, b, &mut |_, t0, t1| {
+            assert!(t0 >= last && t1 > t0, "pieces are in order");
+            (pieces, last) = (pieces + 1, t1);
+        });
+        let depth = t.medium_depth(a, b);
+        assert!((depth - by_cells).abs().max_element() < 1e-12, "{depth:?} {by_cells:?}");
+        assert!(pieces <= 60, "{pieces}");
+    }
+}

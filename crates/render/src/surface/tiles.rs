@@ -1,6 +1,6 @@
 //! Patches and pane pieces as tiles of the plates from which they are cut, and fields on them.
 //!
-//! The sheets of patches are the sides of the facets (`facet_side`); the sheets of panes are their plates in order.
+//! The sheets of patches are the sides of the facets (`FacetSide`); the sheets of panes are their plates in order.
 
 use super::patch_field::{PatchField, PlateTile};
 use zonal_scene::{Bands, PaneZone, Patch, Solution};

@@ -8,10 +8,10 @@
 //!
 //! No random number decides where the medium stops the ray, so the medium adds no variance of its own, in any band.
 //!
-//! A ray through many cells of one extinction meets six of them instead: points of equal absorption, one in each sixth of it, so that the
-//! mean is the same.
+//! A stretch of the ray that crosses many cells of one extinction meets six of them instead: points of equal absorption, one in each sixth of it, so that
+//! the mean is the same.
 //!
-//! **Cost.** One step of the grid traversal a cell and one exponential, or one for each band; or six points.
+//! **Cost.** One step of the grid traversal a cell and one exponential, or one for each band; or six points a stretch.
 
 use crate::ray::padded_bands::{LANES, PaddedBands};
 use crate::ray::ray_tracer::RayTracer;
@@ -25,10 +25,10 @@ use zonal_transport::{PaneHit, Transport};
 const SAMPLES_TRIED: usize = 8;
 /// Optical depth below which the absorbed fraction is a sum of five terms; the next is below 10⁻¹⁰ of it.
 const SERIES_DEPTH: f64 = 0.04;
-/// Cells on the way above which a medium of one extinction is sampled at [`POINTS_ON_PATH`] points.
+/// Cells on a stretch of one extinction above which it is sampled at [`POINTS_ON_STRETCH`] points.
 const MIN_CELLS_FOR_POINTS: f64 = 12.0;
-/// Points on a path through a medium of one extinction.
-const POINTS_ON_PATH: usize = 6;
+/// Points on a stretch of one extinction.
+const POINTS_ON_STRETCH: usize = 6;
 /// Absorbed share of a ray below which the zone that absorbs it does not matter.
 const NEGLIGIBLE_SHARE: f64 = 1e-8;
 
@@ -131,15 +131,20 @@ impl<'a> CellZones<'a> {
     fn sees_samples(&self, cell: usize, p: Vec3) -> bool {
         let lower = self.grid.corner(self.grid.coordinates(cell));
         let step = self.grid.cell() * (1.0 / SUBCELLS as f64);
-        let mut centres: Vec<Vec3> = (0..SUBCELLS * SUBCELLS * SUBCELLS)
-            .map(|k| {
-                let at = [k / (SUBCELLS * SUBCELLS), k / SUBCELLS % SUBCELLS, k % SUBCELLS];
-                let [x, y, z] = at.map(|i| i as f64 + 0.5);
-                lower + step.scale(Vec3 { x, y, z })
-            })
-            .collect();
-        centres.sort_by(|a, b| (*a - p).length2().total_cmp(&(*b - p).length2()));
-        centres.iter().take(SAMPLES_TRIED).any(|c| !self.transport.occluded(p, *c))
+        // The nearest so far, by ascending distance.
+        let mut nearest = [(f64::INFINITY, Vec3::ZERO); SAMPLES_TRIED];
+        for k in 0..SUBCELLS * SUBCELLS * SUBCELLS {
+            let at = [k / (SUBCELLS * SUBCELLS), k / SUBCELLS % SUBCELLS, k % SUBCELLS];
+            let [x, y, z] = at.map(|i| i as f64 + 0.5);
+            let mut next = lower + step.scale(Vec3 { x, y, z });
+            let mut distance = (next - p).length2();
+            for slot in &mut nearest {
+                if distance < slot.0 {
+                    (distance, next) = std::mem::replace(slot, (distance, next));
+                }
+            }
+        }
+        nearest.iter().any(|(_, centre)| !self.transport.occluded(p, *centre))
     }
 }
 
@@ -175,14 +180,15 @@ fn absorbed_fraction(depth: f64) -> f64 {
     }
 }
 
+/// A part of a ray in one extinction: that, 1/m, and the distances of its ends, m.
+type Stretch = (Bands, f64, f64);
+
 /// Follows rays through medium and panes.
 pub(crate) struct ExpectedPath<'a> {
     tracer: &'a RayTracer<'a>,
     cells: Option<CellZones<'a>>,
     /// True if every cell has one extinction for all bands.
     grey: bool,
-    /// The extinction of all cells, if they have the same.
-    uniform_extinction: Option<Bands>,
     has_panes: bool,
 }
 
@@ -202,13 +208,7 @@ impl<'a> ExpectedPath<'a> {
         let scene = tracer.transport.scene();
         let grid = scene.voxel_grid().filter(|g| g.uniform_extinction() != Some(Bands::ZERO));
         let cells = grid.map(|g| CellZones::new(tracer.transport, tracer.zones, g));
-        ExpectedPath {
-            tracer,
-            uniform_extinction: grid.and_then(VoxelGrid::uniform_extinction),
-            cells,
-            grey: tracer.grey_medium,
-            has_panes: !scene.panes().is_empty(),
-        }
+        ExpectedPath { tracer, cells, grey: tracer.grey_medium, has_panes: !scene.panes().is_empty() }
     }
 
     /// Appends what a ray of weight `weight` collects within the distance `end`, and returns its transmittance there. `jitter` ∈ [0, 1) places the
@@ -229,27 +229,30 @@ impl<'a> ExpectedPath<'a> {
         if self.has_panes {
             self.tracer.transport.pane_crossings(origin, target, &mut |hit| panes.push(hit));
         }
-        if let (Some(cells), Some(extinction), true) =
-            (&self.cells, self.uniform_extinction, panes.is_empty())
-        {
-            let Some(inside) = self.tracer.transport.clip_to_grid(origin, target) else { return Bands::ONE };
-            let edges = cells.grid.cell();
-            let crossed = (0..3).map(|k| dir[k].abs() / edges[k]).sum::<f64>() * (inside.1 - inside.0);
-            if crossed > MIN_CELLS_FOR_POINTS {
-                walk.collect_at_points(cells, inside, extinction, jitter);
-                return walk.transmittance;
-            }
-        }
         let mut panes = panes.iter().peekable();
         if let Some(cells) = &self.cells {
-            self.tracer.transport.traverse_grid(origin, target, &mut |cell, mut start, stop| {
+            let mut cross = |walk: &mut Walk, (extinction, mut start, stop): Stretch| {
                 while let Some(pane) = panes.next_if(|p| p.t < stop) {
-                    walk.cross_cell(cells, cell, start, pane.t);
+                    walk.cross_stretch(cells, (extinction, start, pane.t), jitter);
                     walk.cross_pane(pane);
                     start = start.max(pane.t);
                 }
-                walk.cross_cell(cells, cell, start, stop);
+                walk.cross_stretch(cells, (extinction, start, stop), jitter);
+            };
+            let mut stretch: Option<Stretch> = None;
+            self.tracer.transport.traverse_extinction(origin, target, &mut |extinction, start, stop| {
+                match &mut stretch {
+                    Some((same, _, end)) if *same == extinction => *end = stop,
+                    _ => {
+                        if let Some(before) = stretch.replace((extinction, start, stop)) {
+                            cross(&mut walk, before);
+                        }
+                    }
+                }
             });
+            if let Some(last) = stretch {
+                cross(&mut walk, last);
+            }
         }
         panes.for_each(|pane| walk.cross_pane(pane));
         walk.transmittance
@@ -257,14 +260,28 @@ impl<'a> ExpectedPath<'a> {
 }
 
 impl Walk<'_, '_> {
-    /// Collects from the medium of a cell between two distances.
+    /// Collects from a stretch: cell by cell, or at a few points where it crosses many cells.
     #[inline]
-    fn cross_cell(&mut self, cells: &CellZones, cell: usize, start: f64, stop: f64) {
-        let length = stop - start;
-        let extinction = cells.grid.extinction(cell);
-        if length <= 0.0 || extinction == Bands::ZERO {
+    fn cross_stretch(&mut self, cells: &CellZones, stretch: Stretch, jitter: f64) {
+        let (extinction, start, stop) = stretch;
+        if stop <= start || extinction == Bands::ZERO {
             return;
         }
+        let edges = cells.grid.cell();
+        let crossed = (0..3).map(|k| self.dir[k].abs() / edges[k]).sum::<f64>() * (stop - start);
+        if crossed > MIN_CELLS_FOR_POINTS {
+            return self.collect_at_points(cells, stretch, jitter);
+        }
+        let (from, to) = (self.origin + self.dir * start, self.origin + self.dir * stop);
+        self.path.tracer.transport.traverse_grid(from, to, &mut |cell, t0, t1| {
+            self.cross_cell(cells, cell, (extinction, start + t0, start + t1));
+        });
+    }
+
+    /// Collects from the medium of a cell.
+    #[inline]
+    fn cross_cell(&mut self, cells: &CellZones, cell: usize, (extinction, start, stop): Stretch) {
+        let length = stop - start;
         let fraction = match self.path.grey {
             true => Bands::splat(absorbed_fraction(extinction.first() * length)),
             false => extinction.map(|k| absorbed_fraction(k * length)),
@@ -279,21 +296,15 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Collects from a medium of one extinction at a few points of equal absorption by the mean of the bands.
-    fn collect_at_points(
-        &mut self,
-        cells: &CellZones,
-        (start, stop): (f64, f64),
-        extinction: Bands,
-        jitter: f64,
-    ) {
+    /// Collects from a stretch at a few points of equal absorption by the mean of the bands.
+    fn collect_at_points(&mut self, cells: &CellZones, (extinction, start, stop): Stretch, jitter: f64) {
         let (mean, length) = (extinction.mean(), stop - start);
         let absorbed = absorbed_fraction(mean * length);
-        for k in 0..POINTS_ON_PATH {
-            let u = (k as f64 + jitter) / POINTS_ON_PATH as f64;
+        for k in 0..POINTS_ON_STRETCH {
+            let u = (k as f64 + jitter) / POINTS_ON_STRETCH as f64;
             let depth = -(-u * absorbed).ln_1p();
             let s = (depth / mean).min(length);
-            let share = absorbed / POINTS_ON_PATH as f64;
+            let share = absorbed / POINTS_ON_STRETCH as f64;
             let weight = match self.path.grey {
                 true => Bands::splat(share),
                 false => extinction.map(|k| share * k / mean * (depth - k * s).exp()),
@@ -301,10 +312,10 @@ impl Walk<'_, '_> {
             let point = self.origin + self.dir * (start + s);
             let cell = cells.grid.cell_at(point).map(|c| cells.grid.index(c));
             if let Some(zone) = cell.and_then(|cell| cells.zone_at(cell, || point)) {
-                self.push(zone, weight);
+                self.push(zone, self.transmittance * weight);
             }
         }
-        self.transmittance = (-extinction * length).exp();
+        self.transmittance *= (-extinction * length).exp();
     }
 
     /// Collects from a pane.

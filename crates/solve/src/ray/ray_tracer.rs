@@ -10,7 +10,7 @@
 //!
 //! A ray from a pane starts with the fraction that the pane's own medium lets out; the rest is the self-exchange of the pane.
 //!
-//! **Cost.** One traversal of the bounding volume hierarchy a ray, and 14 optical depths where a varying medium stops it. A batch
+//! **Cost.** One traversal of the bounding volume hierarchy a ray, and a second optical depth where a varying medium stops it. A batch
 //! traverses for [`RAYS_PER_BATCH`] rays first and then reads the patches hit for all of them, so that the cache misses overlap. (Sorting the
 //! rays by direction was measured: the sort cost more than the coherent traversal saved.)
 
@@ -30,8 +30,8 @@ pub(crate) const NO_ZONE: u32 = u32::MAX - 2;
 pub(crate) const FIRST_CODE: u32 = NO_ZONE;
 /// Seed that separates the random numbers of these rays from those of others.
 pub(crate) const RAY_SEED: u64 = 0x5bd1_e995_0000_0000;
-/// Bisection steps that locate the point at which a varying medium stops a ray: the distance to 2⁻¹⁴ of the path.
-const BISECTION_STEPS: usize = 14;
+/// Bisection steps that locate the point at which a medium stops a ray within a piece of one extinction.
+const BISECTION_STEPS: usize = 20;
 /// Rays of a batch that are traversed before their patches are looked up.
 const RAYS_PER_BATCH: usize = 64;
 /// Length of a ray that meets nothing, in diagonals of the scene.
@@ -269,23 +269,37 @@ impl<'a> RayTracer<'a> {
         }
     }
 
+    /// The distance at which the mean transmittance of a ray falls to `u`, within the distance of `path`: by bisection in the piece of one extinction that
+    /// holds it.
+    fn distance_in_medium(&self, ray: Segment, path: &PathTransmittance, u: f64) -> f64 {
+        let (mut depth, mut found) = (Bands::ZERO, None);
+        let light = |depth: Bands| (path.panes * (-depth).exp()).mean();
+        self.transport.traverse_extinction(ray.origin, ray.at(path.distance), &mut |extinction, t0, t1| {
+            if found.is_some() {
+                return;
+            }
+            let after = depth + extinction * (t1 - t0);
+            if light(after) <= u {
+                let (mut lo, mut hi) = (0.0, t1 - t0);
+                for _ in 0..BISECTION_STEPS {
+                    let middle = 0.5 * (lo + hi);
+                    if light(depth + extinction * middle) > u { lo = middle } else { hi = middle }
+                }
+                found = Some(t0 + 0.5 * (lo + hi));
+            }
+            depth = after;
+        });
+        found.unwrap_or(path.distance)
+    }
+
     /// The end of a ray that the medium stops within the distance of `path`.
     fn end_in_medium(&self, ray: Segment, path: &PathTransmittance, u: f64) -> RayEnd {
         let PathTransmittance { distance: t, panes, .. } = *path;
         let no_zone = RayEnd { zone: NO_ZONE, weight: PerBand::splat(1.0), distance: t, position: ray.at(t) };
         let Some(grid) = self.scene.voxel_grid() else { return no_zone };
-        let total = |s: f64| self.transmittance(ray, s, panes).total;
-        // Solve ⟨l(s)⟩ = u: in closed form in a uniform grey medium, else by bisection.
         let s = match self.uniform_extinction {
             Some(k) if self.grey && grid.cell_at(ray.origin).is_some() => -u.max(1e-300).ln() / k.first(),
-            _ => {
-                let (mut lo, mut hi) = (0.0, t);
-                for _ in 0..BISECTION_STEPS {
-                    let middle = 0.5 * (lo + hi);
-                    if total(middle).mean() > u { lo = middle } else { hi = middle }
-                }
-                0.5 * (lo + hi)
-            }
+            _ => self.distance_in_medium(ray, path, u),
         };
         let position = ray.at(s.min(t));
         let Some(cell) = grid.cell_at(position).map(|c| grid.index(c)) else { return no_zone };
@@ -294,7 +308,7 @@ impl<'a> RayTracer<'a> {
         let light = if self.grey {
             Bands::ONE
         } else {
-            let (k, l) = (grid.extinction(cell), total(s));
+            let (k, l) = (grid.extinction(cell), self.transmittance(ray, s, panes).total);
             k * l
         };
         self.weighted_end(zone, ray, s.min(t), light)

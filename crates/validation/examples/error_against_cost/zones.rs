@@ -6,7 +6,7 @@ use zonal_reference::path_tracer::{WalkZones, ZoneLocator};
 use zonal_scene::{Patch, Plate, PlateKind, Scene, Zones};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::{
-    PatchLocator, clamped_parameters, facet_side, facet_side_locator, pane_piece_locator,
+    FacetSide, PatchLocator, clamped_parameters, facet_side_locator, pane_piece_locator,
 };
 
 /// Locates points among the zones of a scene.
@@ -40,7 +40,8 @@ impl<'a> SceneLocator<'a> {
 
 impl ZoneLocator for SceneLocator<'_> {
     fn on_facet(&self, facet: u32, front: bool, uv: [f64; 2]) -> Option<usize> {
-        self.patches.locate(facet_side(facet as usize, front), uv).map(|i| i as usize)
+        let side = if front { FacetSide::Front } else { FacetSide::Back };
+        self.patches.locate(side.of_facet(facet as usize), uv).map(|i| i as usize)
     }
 
     fn in_medium(&self, at: Vec3) -> Option<usize> {
