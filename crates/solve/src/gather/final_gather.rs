@@ -22,8 +22,8 @@ use zonal_scene::{Band, Bands, CheckpointStore, Progress, Zones};
 
 /// Numbers of samples and the steps of their growth.
 struct GatherParams {
-    /// Samples of each half of a patch, and of a volume zone, in the first round.
-    first_samples: [usize; 2],
+    /// Samples of each half of a patch, of a volume zone in the medium, and of a pane, in the first round.
+    first_samples: [usize; 3],
     /// Most samples of each half of a zone.
     max_samples: usize,
     /// Most rounds.
@@ -50,7 +50,7 @@ struct GatherParams {
 }
 
 const GATHER_PARAMS: GatherParams = GatherParams {
-    first_samples: [8, 4],
+    first_samples: [8, 4, 32],
     max_samples: 1 << 15,
     max_rounds: 10,
     variance_exponent: 1.15,
@@ -76,6 +76,10 @@ pub(crate) fn expected_samples(tolerance: f64) -> f64 {
 const STAGE: &str = "state-gather";
 /// Zones of one task.
 const ZONES_PER_TASK: usize = 16;
+/// Tasks that one thread takes at a time: rounds may have samples in few places.
+const TASKS_AT_A_TIME: usize = 16;
+/// Volume zones in a row whose connections are aimed together.
+const VOXELS_AIMED_TOGETHER: usize = 8;
 
 /// The inputs of a gather beside the gatherer.
 pub(crate) struct GatherTask<'a> {
@@ -85,6 +89,8 @@ pub(crate) struct GatherTask<'a> {
     pub windows: &'a RegressionWindows<'a>,
     /// Number of light groups; the columns of the gatherer are theirs, then one of the noise of the radiosities.
     pub groups: usize,
+    /// The group of which the surroundings are a source, where the gather samples them.
+    pub sky: Option<usize>,
     /// Relative tolerance.
     pub tolerance: f64,
     /// Incident radiation of known value and its error that the result does not contain, W/m²: that of the surroundings.
@@ -99,8 +105,10 @@ pub(crate) struct GatherTask<'a> {
 
 /// The result of a gather.
 pub(crate) struct Gathered {
-    /// H or G of every light group, W/m².
+    /// H or G of every light group without the surroundings themselves, W/m².
     pub columns: Vec<Vec<Bands>>,
+    /// H or G of the surroundings themselves, where the gather samples them, W/m²; otherwise empty. Its error is in that of the groups.
+    pub sky: Vec<Bands>,
     /// Stated error of each group, W/m².
     pub column_errors: Vec<Vec<Bands>>,
     /// Stated error of their sum, W/m².
@@ -174,13 +182,15 @@ struct Fields {
     /// Stated errors of the same.
     errors: Vec<Vec<Bands>>,
     inherited: Vec<Bands>,
+    /// Values of the surroundings alone; empty where they are not sampled.
+    sky: Vec<Bands>,
 }
 
 /// Gathers until the tolerance is met, or the samples are at their maximum.
 pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
     let n = task.zones.len();
-    // The groups, their sum, and the noise of the radiosities.
-    let quantities = task.groups + 2;
+    // The groups, their sum, the noise of the radiosities, and the surroundings alone.
+    let quantities = task.groups + 2 + usize::from(task.sky.is_some());
     let mut sums = Sums::load(task, quantities).unwrap_or_else(|| Sums {
         quantities,
         round: 0,
@@ -188,7 +198,8 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         sums: vec![SampleSums::default(); 2 * n * quantities],
     });
     if sums.round == 0 {
-        let first = |i: usize| GATHER_PARAMS.first_samples[kind_of(task.zones, i)];
+        let kind = |i: usize| kind_of(task.zones, i) + usize::from(i >= task.zones.pane_offset());
+        let first = |i: usize| GATHER_PARAMS.first_samples[kind(i)];
         take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
     }
     let (fields, goal) = loop {
@@ -200,7 +211,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
             None => break (fields, goal),
         }
     };
-    let Fields { mut values, mut errors, inherited } = fields;
+    let Fields { mut values, mut errors, inherited, mut sky } = fields;
     let mut error = errors.pop().unwrap_or_default();
     let sum = values.pop().unwrap_or_default();
     error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
@@ -209,8 +220,17 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         let all = errors.par_iter_mut().zip(column).zip(inherited.par_iter().zip(&sum));
         all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
     }
+    if let Some(column) = task.sky {
+        // Noise may raise the part over the whole.
+        let both = values[column].par_iter_mut().zip(&mut sky);
+        both.for_each(|(v, sky)| {
+            *sky = sky.min(*v);
+            *v -= *sky;
+        });
+    }
     Gathered {
         columns: values,
+        sky,
         column_errors: errors,
         error,
         relative_error: [0, 1]
@@ -229,18 +249,23 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
         .sums
         .par_chunks_mut(2 * quantities * ZONES_PER_TASK)
         .zip(sums.counts.par_chunks_mut(ZONES_PER_TASK))
-        .enumerate();
+        .enumerate()
+        .with_max_len(TASKS_AT_A_TIME);
     tasks.for_each_init(GatherScratch::default, |scratch, (number, (sums, counts))| {
         let zones = counts.len() as u64;
+        let mut aimed = 0..0;
         for (k, (sums, count)) in sums.chunks_mut(2 * quantities).zip(counts).enumerate() {
             let zone = number * ZONES_PER_TASK + k;
             let numbers = *count..wanted[zone].max(*count);
             if numbers.is_empty() {
                 continue;
             }
-            let [least, most] = p.cut_nodes;
-            let nodes = (2 * numbers.len() / p.samples_per_cut_node).clamp(least, most);
-            gatherer.aim(zone, nodes, scratch);
+            if !aimed.contains(&zone) {
+                let [least, most] = p.cut_nodes;
+                let nodes = (2 * numbers.len() / p.samples_per_cut_node).clamp(least, most);
+                aimed = aimed_together(task.zones, zone);
+                gatherer.aim(aimed.clone(), nodes, scratch);
+            }
             for (half, sums) in sums.chunks_mut(quantities).enumerate() {
                 let range = SampleRange { zone, half, numbers: numbers.clone() };
                 add_samples(gatherer, task.groups, range, scratch, sums);
@@ -254,6 +279,16 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
     sums.save(task);
 }
 
+/// The zones whose connections are aimed with those of zone `i`, from it on. The result depends on the zones alone.
+fn aimed_together(zones: &Zones, i: usize) -> Range<usize> {
+    let volumes = zones.voxel_offset()..zones.pane_offset();
+    if !volumes.contains(&i) {
+        return i..i + 1;
+    }
+    let end = (i / VOXELS_AIMED_TOGETHER + 1) * VOXELS_AIMED_TOGETHER;
+    i..end.min(volumes.end)
+}
+
 /// Adds the samples of one half of a zone to its sums.
 fn add_samples(
     gatherer: &Gatherer,
@@ -262,8 +297,8 @@ fn add_samples(
     scratch: &mut GatherScratch,
     sums: &mut [SampleSums],
 ) {
-    let mut added = vec![[Bands::ZERO; 2]; groups + 2];
-    gatherer.samples(range, scratch, |value| {
+    let mut added = vec![[Bands::ZERO; 2]; sums.len()];
+    gatherer.samples(range, scratch, |value, sky| {
         let mut all = Bands::ZERO;
         for (c, [sum, squares]) in added[..groups].iter_mut().enumerate() {
             let v = widened(value(c));
@@ -274,6 +309,7 @@ fn add_samples(
         added[groups][0] += all;
         added[groups][1] += all * all;
         added[groups + 1][0] += widened(value(groups));
+        added[groups + 2..].iter_mut().for_each(|a| a[0] += sky);
     });
     sums.iter_mut().zip(added).for_each(|(s, a)| s.add(a));
 }
@@ -294,11 +330,13 @@ fn fields_of(task: &GatherTask, sums: &Sums) -> Fields {
     let half = |c: usize, h: usize| {
         let mean = |i: usize| {
             let n = sums.counts[i].max(1) as f64;
-            factor(i) * (sums.of(i, h, c).sum() / n + (task.own)(i, c))
+            let own = if c < groups { (task.own)(i, c) } else { Bands::ZERO };
+            factor(i) * (sums.of(i, h, c).sum() / n + own)
         };
         (0..n).into_par_iter().map(mean).collect::<Vec<Bands>>()
     };
     let columns: Vec<[Vec<Bands>; 2]> = (0..groups).map(|c| [half(c, 0), half(c, 1)]).collect();
+    let part = task.sky.map(|_| [half(groups + 2, 0), half(groups + 2, 1)]);
     let errors: Vec<Vec<Bands>> = (0..groups + 1)
         .map(|q| {
             let one = |i: usize| {
@@ -313,7 +351,7 @@ fn fields_of(task: &GatherTask, sums: &Sums) -> Fields {
     let mut weights: Vec<[Bands; 2]> = weights.collect();
     let all = |i: usize| columns.iter().map(|c| 0.5 * (c[0][i] + c[1][i])).sum::<Bands>();
     weights.push(weights_of(task.zones, &all));
-    let means = HalfMeans { columns, weights };
+    let means = HalfMeans { columns, part, weights };
     let mut fields = smoothed_fields(task, &means, errors, &kinds);
     let noise: Vec<Bands> = (0..n).into_par_iter().map(|i| factor(i) * sums.mean(i, groups + 1).0).collect();
     fields.inherited = inherited_errors(&noise, &fields.values[groups], &kinds);
@@ -339,6 +377,7 @@ fn smoothed_fields(
 ) -> Fields {
     let (n, groups) = (task.zones.len(), task.groups);
     let mut values = vec![vec![Bands::ZERO; n]; groups + 1];
+    let mut sky = vec![Bands::ZERO; if means.part.is_some() { n } else { 0 }];
     for (kind, range) in kinds.iter().enumerate() {
         let blocks: Vec<Range<usize>> = range
             .clone()
@@ -354,6 +393,7 @@ fn smoothed_fields(
         };
         let smoothed: Vec<SmoothedGroup> = blocks.par_iter().map(smooth).collect();
         for (block, group) in blocks.into_iter().zip(smoothed) {
+            sky.iter_mut().skip(block.start).zip(&group.part).for_each(|(s, v)| *s = *v);
             for (k, i) in block.clone().enumerate() {
                 for c in 0..groups {
                     values[c][i] = group.values[c][k];
@@ -366,7 +406,7 @@ fn smoothed_fields(
             }
         }
     }
-    Fields { values, errors, inherited: Vec::new() }
+    Fields { values, errors, inherited: Vec::new(), sky }
 }
 
 /// Turns the standard errors of the zones of a group into stated errors after smoothing: the share of the zone's own samples keeps its size, the rest

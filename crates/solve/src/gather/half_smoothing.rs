@@ -29,6 +29,8 @@ const MIN_GAIN: f64 = 0.1;
 pub(crate) struct HalfMeans {
     /// Means of halves A and B of every column and zone.
     pub columns: Vec<[Vec<Bands>; 2]>,
+    /// Means of both halves of a part of one of the columns, which is smoothed as they are; `None` without.
+    pub part: Option<[Vec<Bands>; 2]>,
     /// Weight of every column and kind of zones in the choice of λ, the inverse of its level, per band.
     pub weights: Vec<[Bands; 2]>,
 }
@@ -39,6 +41,8 @@ pub(crate) struct SmoothedGroup {
     pub lambda: f64,
     /// Values of every column and zone.
     pub values: Vec<Vec<Bands>>,
+    /// Values of the part of a column; empty without.
+    pub part: Vec<Bands>,
     /// Mean squared error of every column, then of their sum; without smoothing that of the halves.
     pub square_errors: Vec<Bands>,
     /// The part of it that the noise of the zone's own samples has.
@@ -103,7 +107,7 @@ pub(crate) fn smooth_group(
     let levels = if kind < means.weights[0].len() { windows.levels(group.start) } else { 0 };
     let mut raw_error = vec![Bands::ZERO; columns + 1];
     for level in 0..levels {
-        let smooth = smoothed_halves(windows, means, group.clone(), level);
+        let smooth = smoothed_halves(windows, &means.columns, group.clone(), level);
         let mut moments = moments_of(means, &smooth, group.clone());
         let least = MIN_NOISE_SHARE * noise_shares.get(level).copied().unwrap_or_default();
         moments.iter_mut().for_each(|m| m.smooth = m.smooth.max(least * m.raw));
@@ -121,27 +125,34 @@ pub(crate) fn smooth_group(
             raw_error = moments.iter().map(|m| m.raw).collect();
         }
         if error < best.1 {
-            best = (lambda, error, Some((smooth, moments)));
+            best = (lambda, error, Some((level, smooth, moments)));
         }
     }
     let count = group.len() as f64;
-    let raw = |c: usize, i: usize| 0.5 * (means.columns[c][0][i] + means.columns[c][1][i]);
+    let raw = |column: &[Vec<Bands>; 2], i: usize| 0.5 * (column[0][i] + column[1][i]);
     let (lambda, _, chosen) = best;
-    let Some((smooth, moments)) = chosen else {
+    let Some((level, smooth, moments)) = chosen else {
+        let unsmoothed = |column: &[Vec<Bands>; 2]| group.clone().map(|i| raw(column, i)).collect();
         return SmoothedGroup {
             lambda: 0.0,
-            values: (0..columns).map(|c| group.clone().map(|i| raw(c, i)).collect()).collect(),
+            values: means.columns.iter().map(unsmoothed).collect(),
+            part: means.part.as_ref().map(unsmoothed).unwrap_or_default(),
             own_noise: raw_error.iter().map(|e| e / count).collect(),
             square_errors: raw_error.iter().map(|e| e / count).collect(),
         };
     };
-    let value = |c: usize, k: usize| {
-        let fit = 0.5 * (smooth[c][0][k] + smooth[c][1][k]);
-        raw(c, group.start + k) * (1.0 - lambda) + lambda * fit
+    let mixed = |column: &[Vec<Bands>; 2], smooth: &[Vec<Bands>; 2]| {
+        let value = |k: usize| raw(column, group.start + k) * (1.0 - lambda) + lambda * raw(smooth, k);
+        (0..group.len()).map(value).collect()
     };
+    let part = means.part.iter().flat_map(|part| {
+        let smooth = smoothed_halves(windows, std::slice::from_ref(part), group.clone(), level);
+        mixed(part, &smooth[0])
+    });
     SmoothedGroup {
         lambda,
-        values: (0..columns).map(|c| (0..group.len()).map(|k| value(c, k)).collect()).collect(),
+        values: means.columns.iter().zip(&smooth).map(|(column, smooth)| mixed(column, smooth)).collect(),
+        part: part.collect(),
         square_errors: moments.iter().map(|m| m.error(lambda) / count).collect(),
         own_noise: moments.iter().map(|m| (1.0 - lambda).powi(2) * m.raw / count).collect(),
     }
@@ -156,7 +167,7 @@ pub(crate) fn noise_shares(
     let Some(first) = groups.first() else { return Vec::new() };
     let share = |level: usize| {
         let of_group = |group: &std::ops::Range<usize>| {
-            let smooth = smoothed_halves(windows, means, group.clone(), level);
+            let smooth = smoothed_halves(windows, &means.columns, group.clone(), level);
             let moments = moments_of(means, &smooth, group.clone());
             moments.last().map_or([0.0; 2], |m| [m.smooth.sum(), m.raw.sum()])
         };
@@ -171,18 +182,15 @@ pub(crate) fn noise_shares(
 /// The halves of all columns fitted at the zones of a group; a zone without a window keeps its own.
 fn smoothed_halves(
     windows: &RegressionWindows,
-    means: &HalfMeans,
+    columns: &[[Vec<Bands>; 2]],
     group: std::ops::Range<usize>,
     level: usize,
 ) -> SmoothedHalves {
-    let mut out: SmoothedHalves = means
-        .columns
-        .iter()
-        .map(|_| [Vec::with_capacity(group.len()), Vec::with_capacity(group.len())])
-        .collect();
+    let mut out: SmoothedHalves =
+        columns.iter().map(|_| [Vec::with_capacity(group.len()), Vec::with_capacity(group.len())]).collect();
     for i in group {
         let window: Option<RegressionWindow> = windows.window(i, level);
-        for (column, out) in means.columns.iter().zip(&mut out) {
+        for (column, out) in columns.iter().zip(&mut out) {
             for (half, out) in column.iter().zip(out) {
                 out.push(match &window {
                     None => half[i],

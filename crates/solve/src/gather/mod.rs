@@ -9,6 +9,7 @@
 //! | `zone_gather` | one sample: a ray and a connection to a bright patch, joined by multiple importance sampling |
 //! | `expected_path` | what a ray collects from medium and panes, by expected values |
 //! | `patch_lights` | the tree of patches that connections are aimed by |
+//! | `pane_openings` | connections to the surroundings through panes |
 //! | `final_gather` | rounds of samples, allocated by need |
 //! | `half_smoothing` | smoothing over neighbouring zones, as far as the two halves show that it helps |
 //! | `regression_windows` | windows of neighbouring zones, and a linear fit over them |
@@ -18,6 +19,7 @@ mod expected_path;
 pub(crate) mod final_gather;
 mod gather_error;
 mod half_smoothing;
+mod pane_openings;
 mod patch_lights;
 pub(crate) mod regression_windows;
 pub(crate) mod zone_gather;

@@ -18,17 +18,22 @@
 //! radiosity of the patches, which rays alone collect: in an enclosure of one radiosity every sample is exact. Only patches brighter than β have a
 //! probability.
 //!
+//! Where the result contains the radiation of the surroundings, rays that leave the scene bring it, joined with connections through panes
+//! (`pane_openings`).
+//!
 //! A ray from a patch that hits patch j close by continues from there (`ray::path_continuation`), as the radiosity varies within the patch; its
 //! connections have the probability zero.
 
 use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
+use super::pane_openings::PaneOpenings;
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
 use crate::ray::padded_bands::{LANES, PaddedBands, padded};
 use crate::ray::path_continuation::{PathField, PathLights, PathVertex, VertexSource, vertex_index};
-use crate::ray::ray_tracer::{FIRST_CODE, RayEnd, RayTracer};
-use crate::surroundings::zone_rays::{point_in_zone, ray_from_sample};
+use crate::ray::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayTracer};
+use crate::surroundings::zone_rays::{pane_ray_weight, point_in_zone, ray_from_sample};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
 use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
 use zonal_scene::{Bands, PerBand, Zones};
 
@@ -38,6 +43,8 @@ const GATHER_SEED: u64 = 0x2d35_8dcc_aa6c_78a5;
 const GATHER_RAY: usize = 1 << 24;
 /// Smallest cosine at the end of a connection.
 const MIN_COSINE: f64 = 1e-6;
+/// Most nodes of the cut by which connections through panes are aimed.
+const NODES_OF_OPENINGS: usize = 32;
 
 /// The known radiation that a gather reads.
 pub(crate) struct GatherField<'a> {
@@ -47,6 +54,18 @@ pub(crate) struct GatherField<'a> {
     pub typical: Vec<PaddedBands>,
     /// Source terms at path vertices of every column; empty where paths do not continue.
     pub sources: Vec<&'a VertexSource>,
+    /// The surroundings; `None` where the result does not contain them.
+    pub sky: Option<GatheredSky>,
+}
+
+/// The surroundings of a gather.
+pub(crate) struct GatheredSky {
+    /// Radiosity, W/m².
+    pub radiosity: Bands,
+    /// The column of which they are a source.
+    pub column: usize,
+    /// Share of the emission of every pane zone that leaves the scene.
+    pub pane_shares: Vec<f64>,
 }
 
 /// Everything that a gather reads in common.
@@ -57,6 +76,7 @@ pub(crate) struct Gatherer<'a> {
     /// Lights at path vertices; `None` where paths do not continue.
     lights: Option<PathLights<'a>>,
     patch_lights: PatchLightTree,
+    openings: Option<PaneOpenings<'a>>,
     /// ρ of the patches where paths continue; otherwise empty.
     reflectance: Vec<PaddedBands>,
     field: GatherField<'a>,
@@ -106,11 +126,14 @@ impl SampleSums {
 #[derive(Default)]
 pub(crate) struct GatherScratch {
     cut: LightCut,
+    openings_cut: LightCut,
     list: Vec<WeightedZone>,
     vertices: Vec<PathVertex>,
     paths: Vec<(u32, PaddedBands)>,
     /// Weight of β.
     typical: Bands,
+    /// Weight of the surroundings.
+    sky: Bands,
 }
 
 /// The samples of a zone to take.
@@ -121,12 +144,22 @@ pub(crate) struct SampleRange {
     /// 0 or 1: the independent sequence.
     pub half: usize,
     /// Numbers of the samples.
-    pub numbers: std::ops::Range<usize>,
+    pub numbers: Range<usize>,
 }
 
 /// The balance heuristic a/(a + b) of positive densities, of which a may be infinite.
 fn balance(a: f64, b: f64) -> f64 {
     if b > 0.0 { 1.0 / (1.0 + b / a) } else { 1.0 }
+}
+
+/// The ball about the bounding box of the centres of zones that receive from all sides.
+fn enclosing_ball(balls: impl Iterator<Item = ReceiverBall>) -> ReceiverBall {
+    let infinite = Vec3::splat(f64::INFINITY);
+    let (lo, hi, radius) = balls.fold((infinite, -infinite, 0.0f64), |(lo, hi, radius), b| {
+        (lo.min(b.centre), hi.max(b.centre), radius.max(b.radius))
+    });
+    let centre = (lo + hi) * 0.5;
+    ReceiverBall { centre, radius: radius + (hi - centre).length(), normal: None }
 }
 
 impl<'a> Gatherer<'a> {
@@ -160,15 +193,27 @@ impl<'a> Gatherer<'a> {
             path: ExpectedPath::new(tracer),
             lights,
             patch_lights: PatchLightTree::new(list, zones.voxel_offset()),
+            openings: field.sky.as_ref().map(|sky| PaneOpenings::new(tracer, &sky.pane_shares)),
             reflectance,
             field,
         }
     }
 
-    /// Prepares the connections of a zone, with a cut of at most `nodes` nodes.
-    pub(crate) fn aim(&self, i: usize, nodes: usize, scratch: &mut GatherScratch) {
+    /// Prepares the connections of consecutive zones, with a cut of at most `nodes` nodes.
+    pub(crate) fn aim(&self, together: Range<usize>, nodes: usize, scratch: &mut GatherScratch) {
+        let receiver = match together.len() {
+            1 => self.receiver(together.start),
+            _ => enclosing_ball(together.map(|i| self.receiver(i))),
+        };
+        self.patch_lights.cut(&receiver, nodes, &mut scratch.cut);
+        if let Some(openings) = &self.openings {
+            openings.aim(&receiver, NODES_OF_OPENINGS.min(nodes), &mut scratch.openings_cut);
+        }
+    }
+
+    fn receiver(&self, i: usize) -> ReceiverBall {
         let zones = self.zones;
-        let receiver = if i < zones.voxel_offset() {
+        if i < zones.voxel_offset() {
             let p = &zones.patches[i];
             ReceiverBall {
                 centre: p.plate.centre(),
@@ -181,29 +226,34 @@ impl<'a> Gatherer<'a> {
         } else {
             let p = &zones.panes[i - zones.pane_offset()];
             ReceiverBall { centre: p.plate.centre(), radius: 0.5 * p.plate.diameter(), normal: None }
-        };
-        self.patch_lights.cut(&receiver, nodes, &mut scratch.cut);
+        }
     }
 
-    /// Takes samples of a zone that [`Gatherer::aim`] has prepared. `each` receives the value of every column for each sample.
+    /// Takes samples of a zone that [`Gatherer::aim`] has prepared. `each` receives the value of every column for each sample, and the part of the
+    /// surroundings in it.
     pub(crate) fn samples(
         &self,
         range: SampleRange,
         scratch: &mut GatherScratch,
-        mut each: impl FnMut(&dyn Fn(usize) -> PaddedBands),
+        mut each: impl FnMut(&dyn Fn(usize) -> PaddedBands, Bands),
     ) {
         let i = range.zone;
-        let seed = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ GATHER_SEED) as u32;
+        let seeds = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ GATHER_SEED);
+        let [seed, seed_of_openings] = [seeds as u32, (seeds >> 32) as u32];
         for k in range.numbers.clone() {
             let u = scrambled_sobol::point(k, seed);
             scratch.list.clear();
             scratch.vertices.clear();
             scratch.paths.clear();
-            scratch.typical = Bands::ZERO;
+            (scratch.typical, scratch.sky) = (Bands::ZERO, Bands::ZERO);
             let place = [u[2], u[3], u[7]];
             self.follow_ray((i, k | GATHER_RAY | range.half << 23), place, [u[0], u[1], u[6]], scratch);
             self.connect(i, place, [u[4], u[5], u[6]], scratch);
-            each(&|c| self.value(c, scratch));
+            if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
+                let [v0, v1, v2, ..] = scrambled_sobol::point(k, seed_of_openings);
+                self.connect_through(openings, (i, place), [v0, v1, v2], scratch);
+            }
+            each(&|c| self.value(c, scratch), self.sky_value(scratch));
         }
     }
 
@@ -213,6 +263,10 @@ impl<'a> Gatherer<'a> {
         let b = &self.field.columns[c];
         let (typical, weight) = (self.field.typical[c], padded(scratch.typical));
         let mut sum: PaddedBands = std::array::from_fn(|k| weight[k] * typical[k]);
+        if self.field.sky.as_ref().is_some_and(|sky| sky.column == c) {
+            let sky = padded(self.sky_value(scratch));
+            (0..LANES).for_each(|k| sum[k] += sky[k]);
+        }
         for z in &scratch.list {
             let b = &b[z.zone as usize];
             (0..LANES).for_each(|k| sum[k] += z.weight[k] * b[k]);
@@ -242,6 +296,10 @@ impl<'a> Gatherer<'a> {
         let left =
             weight * self.path.collect((origin, dir), (end.distance, jitter), weight, &mut scratch.list);
         if end.zone >= FIRST_CODE {
+            if let Some(openings) = self.openings.as_ref().filter(|_| end.zone == ESCAPED) {
+                let density = openings.density(&scratch.openings_cut, (origin, dir));
+                scratch.sky += left * balance(self.kernel(i, dir), density);
+            }
             return;
         }
         if let Some(lights) = self.lights.as_ref().filter(|_| self.continues(i, &end)) {
@@ -255,6 +313,36 @@ impl<'a> Gatherer<'a> {
         let share = balance(density, self.connection_density(&scratch.cut, i, j));
         scratch.list.push(weighted_zone(end.zone, left * share));
         scratch.typical += left * (1.0 - share);
+    }
+
+    /// Connects the point `place` of zone `i` with the surroundings through a pane.
+    fn connect_through(
+        &self,
+        openings: &PaneOpenings,
+        (i, place): (usize, [f64; 3]),
+        u: [f64; 3],
+        scratch: &mut GatherScratch,
+    ) {
+        let x = point_in_zone(self.zones, self.tracer.cell(), i, place);
+        let Some((dir, transmittance)) = openings.sample(&scratch.openings_cut, x, u) else { return };
+        let kernel = self.kernel(i, dir);
+        if kernel > 0.0 {
+            let density = openings.density(&scratch.openings_cut, (x, dir));
+            scratch.sky += self.ray_weight(i, dir) * transmittance * (kernel / (kernel + density));
+        }
+    }
+
+    /// Weight of a ray of zone `i`.
+    fn ray_weight(&self, i: usize, dir: Vec3) -> Bands {
+        match i.checked_sub(self.zones.pane_offset()) {
+            Some(k) => pane_ray_weight(&self.zones.panes[k], dir),
+            None => Bands::ONE,
+        }
+    }
+
+    /// The radiation of the surroundings of the present sample, W/m².
+    fn sky_value(&self, scratch: &GatherScratch) -> Bands {
+        self.field.sky.as_ref().map_or(Bands::ZERO, |sky| scratch.sky * sky.radiosity)
     }
 
     /// True where the ray of zone `i` continues from its end.
@@ -305,11 +393,7 @@ impl<'a> Gatherer<'a> {
         let Some(transmittance) = self.tracer.transport.transmittance_inside(x, y) else { return };
         let density = kernel * towards / (distance * distance);
         let share = balance(density, probability / patch.area);
-        let weight = match i.checked_sub(zones.pane_offset()) {
-            Some(k) => crate::surroundings::zone_rays::pane_ray_weight(&zones.panes[k], dir),
-            None => Bands::ONE,
-        };
-        let weight = weight * transmittance * share;
+        let weight = self.ray_weight(i, dir) * transmittance * share;
         scratch.list.push(weighted_zone(j, weight));
         scratch.typical -= weight;
     }

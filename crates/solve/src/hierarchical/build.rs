@@ -3,6 +3,7 @@
 use super::memory_budget::MemoryBudget;
 use crate::direct_light::direct_error::reflected_error;
 use crate::gather::final_gather::Gathered;
+use crate::gather::zone_gather::GatheredSky;
 use crate::iteration::IterationResult;
 use crate::operator::ErrorModel;
 use crate::ray::padded_bands::PaddedBands;
@@ -14,6 +15,7 @@ use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use crate::thermal::newton;
 use std::cmp::Ordering;
+use zonal_exchange::pair::closure_target;
 use zonal_math::Grade;
 use zonal_scene::{Bands, Diagnostic, ErrorEstimate, Fields, SceneError};
 
@@ -57,12 +59,21 @@ pub(crate) fn build<'a>(
         return Ok(BuiltEngine { operator, closure, counts, warnings, solved: None });
     };
     let sky = scene.surroundings().radiosity();
-    let known = |i: usize| surroundings.incoming(i, sky).map(|v| v / zones.response(i).1);
+    let gathered_sky = gathered_sky(context, surroundings);
+    let known = |i: usize| match gathered_sky {
+        Some(_) => [Bands::ZERO; 2],
+        None => surroundings.incoming(i, sky).map(|v| v / zones.response(i).1),
+    };
     let mut known: Vec<[Bands; 2]> = (0..zones.len()).map(known).collect();
     add_error_of_direct_light(context, &operator, &stored, &mut known);
-    let mut gathered =
-        operator.gather_incident(&strengths, noise, &known, (context.checkpoints, context.progress));
+    let observers = (context.checkpoints, context.progress);
+    let mut gathered = operator.gather_incident(&strengths, noise, (&known, gathered_sky), observers);
     check_interrupted(context.progress)?;
+    if !gathered.sky.is_empty() {
+        let rays = traced + gathered.samples;
+        surroundings.set_incident((&gathered.sky, sky), |i| zones.response(i).1, rays);
+        known.iter_mut().zip(&gathered.sky).for_each(|(k, sky)| k[0] = *sky);
+    }
     operator.solve_pane_self_exchange(&stored, &mut gathered);
     let error = relative_error(context, &gathered, &known).max(gathered.relative_error);
     results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
@@ -71,6 +82,20 @@ pub(crate) fn build<'a>(
     let incident = operator.incident_power_of(gathered);
     let (operator, solved): (Box<dyn ErrorModel + 'a>, _) = (Box::new(operator), Some((results, incident)));
     Ok(BuiltEngine { operator, closure, counts, warnings, solved })
+}
+
+/// The surroundings as a gather samples them, where the stored rays measured them; these give the shares of the panes.
+fn gathered_sky(context: &SolveContext, surroundings: &SurroundingsExchange) -> Option<GatheredSky> {
+    let (scene, zones) = (context.scene, context.zones);
+    if !rays_measure_escape(scene, zones) || !scene.surroundings().has_radiance() {
+        return None;
+    }
+    let share = |i: usize| (surroundings.sky_of(i) / closure_target(zones, i)).mean();
+    Some(GatheredSky {
+        radiosity: scene.surroundings().radiosity(),
+        column: context.sources.iter().position(|s| s.sky(scene) != Bands::ZERO)?,
+        pane_shares: (zones.pane_offset()..zones.len()).map(share).collect(),
+    })
 }
 
 /// Traces rays of every zone; they measure the exchange with the surroundings where zones are many.

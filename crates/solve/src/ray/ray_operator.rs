@@ -6,13 +6,13 @@
 
 use super::padded_bands::{LANES, PaddedBands, padded};
 use super::path_continuation::{PathLights, VertexSource};
-use super::ray_sampling::RaysPerZone;
+use super::ray_sampling::{RaysPerZone, rays_measure_escape};
 use super::ray_table::{PathExtent, RayTable};
 use super::ray_tracer::RayTracer;
 use crate::direct_light::light_field::DirectLight;
 use crate::gather::final_gather::{self, GatherTask, Gathered};
 use crate::gather::regression_windows::RegressionWindows;
-use crate::gather::zone_gather::{GatherField, Gatherer};
+use crate::gather::zone_gather::{GatherField, GatheredSky, Gatherer};
 use crate::iteration::multivector::total;
 use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgstab, neumann_series};
 use crate::light_groups::SourceGroup;
@@ -239,28 +239,34 @@ impl ExchangeOperator for ContinuedRays<'_, '_> {
 }
 
 impl RayOperator<'_> {
-    /// Standard error of the incident radiation of radiosities `b` with the source term `source` at path vertices, W/m².
+    /// Standard error of the incident radiation of radiosities `b` with the source term `source` at path vertices, W/m²; with that of the surroundings where
+    /// these rays measure it.
     fn standard_error(&self, b: &[PaddedBands], source: &VertexSource) -> Vec<Bands> {
         let extent =
             if self.sources.is_empty() { PathExtent::FirstZone } else { PathExtent::WithSource(source) };
-        self.table.standard_error(b, extent)
+        let sky = match rays_measure_escape(self.scene, self.zones) {
+            true => padded(self.scene.surroundings().radiosity()),
+            false => [0.0; LANES],
+        };
+        self.table.standard_error(b, sky, extent)
     }
 
     /// A final gather of every column of strengths without further radiation.
     fn gather_alone(&self, columns: &[Vec<Bands>]) -> Gathered {
         let noise = self.radiosity_noise(columns, &NoProgress);
-        self.gather_incident(columns, noise, &[], (&NoCheckpoints, &NoProgress))
+        self.gather_incident(columns, noise, (&[], None), (&NoCheckpoints, &NoProgress))
     }
 
     /// Incident radiation of every column of strengths by a final gather, W/m². `noise` is that of the radiosities ([`RayOperator::radiosity_noise`]),
-    /// `known` incident radiation that the columns do not contain, with its error.
+    /// `known` incident radiation that the columns do not contain, with its error; the surroundings are sampled where they are given.
     pub(crate) fn gather_incident(
         &self,
         columns: &[Vec<Bands>],
         noise: Vec<PaddedBands>,
-        known: &[[Bands; 2]],
+        (known, sky): (&[[Bands; 2]], Option<GatheredSky>),
         (checkpoints, progress): (&dyn CheckpointStore, &dyn Progress),
     ) -> Gathered {
+        let sky_column = sky.as_ref().map(|s| s.column);
         let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
         let mut typical: Vec<PaddedBands> = radiosity.iter().map(|b| self.typical_radiosity(b)).collect();
         let brightness = mean_brightness(&radiosity, &typical);
@@ -273,13 +279,14 @@ impl RayOperator<'_> {
             let fraction = i.checked_sub(self.zones.pane_offset()).map(|k| self.pane_self_exchange[k]);
             fraction.map_or(Bands::ZERO, |f| f * self.radiosity_of(i, columns[c][i]))
         };
-        let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect() };
+        let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect(), sky };
         let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
         let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
         let task = GatherTask {
             zones: self.zones,
             windows: &windows,
             groups: columns.len(),
+            sky: sky_column,
             tolerance: self.scene.options().tolerance,
             known,
             own: &own,

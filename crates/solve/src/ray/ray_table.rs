@@ -218,13 +218,14 @@ impl RayTable {
         &self.vertices[kind][z / ZONES_PER_BLOCK]
     }
 
-    /// Calls `each` with the radiosity that every ray of `range`, of a zone of these vertices, transports from zones of radiosity `b`.
+    /// Calls `each` with the radiosity that every ray of `range`, of a zone of these vertices, transports from zones of radiosity `b` and surroundings of
+    /// radiosity `sky`.
     #[inline(always)]
     fn for_each_ray(
         &self,
         range: Range<usize>,
         vertices: &[PathVertex],
-        b: &[PaddedBands],
+        (b, sky): (&[PaddedBands], PaddedBands),
         extent: PathExtent,
         mut each: impl FnMut(PaddedBands),
     ) {
@@ -232,12 +233,18 @@ impl RayTable {
             for &end in &self.ends[range] {
                 each(match b.get(end as usize) {
                     Some(b) => *b,
+                    None if end == ESCAPED => sky,
                     None => self.transported(vertices, (end, PerBand::splat(1.0)), b, extent),
                 });
             }
         } else {
             for (end, weight) in self.ends[range.clone()].iter().zip(&self.weights[range]) {
-                each(self.transported(vertices, (*end, *weight), b, extent));
+                each(if *end == ESCAPED {
+                    let weight = padded_f32(*weight);
+                    std::array::from_fn(|k| weight[k] * sky[k])
+                } else {
+                    self.transported(vertices, (*end, *weight), b, extent)
+                });
             }
         }
     }
@@ -275,7 +282,8 @@ impl RayTable {
             let (range, factor) = (self.rays_of(i), self.incident_factor(i));
             let count = range.len().div_ceil(divisor);
             let mut sum: PaddedBands = [0.0; LANES];
-            self.for_each_ray(range.start..range.start + count, self.vertices_of(i), b, extent, |v| {
+            let rays = range.start..range.start + count;
+            self.for_each_ray(rays, self.vertices_of(i), (b, [0.0; LANES]), extent, |v| {
                 (0..LANES).for_each(|k| sum[k] += v[k]);
             });
             let own = self.self_irradiation(i, b);
@@ -284,13 +292,18 @@ impl RayTable {
         (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
     }
 
-    /// Standard error of H or G of every zone by the variance of its rays, W/m².
-    pub(crate) fn standard_error(&self, b: &[PaddedBands], extent: PathExtent) -> Vec<Bands> {
+    /// Standard error of H or G of every zone by the variance of its rays, from zones of radiosity `b` and surroundings of radiosity `sky`, W/m².
+    pub(crate) fn standard_error(
+        &self,
+        b: &[PaddedBands],
+        sky: PaddedBands,
+        extent: PathExtent,
+    ) -> Vec<Bands> {
         let one = |i: usize| {
             let range = self.rays_of(i);
             let (m, factor) = (range.len() as f64, self.incident_factor(i));
             let (mut sum, mut square) = ([0.0; LANES], [0.0; LANES]);
-            self.for_each_ray(range, self.vertices_of(i), b, extent, |v| {
+            self.for_each_ray(range, self.vertices_of(i), (b, sky), extent, |v| {
                 let v = v.map(f64::from);
                 (0..LANES).for_each(|k| sum[k] += v[k]);
                 (0..LANES).for_each(|k| square[k] += v[k] * v[k]);

@@ -11,7 +11,7 @@ use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_E
 use super::ray_tally::{RayTally, TracedScene};
 use rayon::prelude::*;
 use zonal_exchange::pair::{StripImages, closure_target, sample_seed};
-use zonal_scene::{Bands, Progress, Scene, Zones};
+use zonal_scene::{Band, Bands, Progress, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Limits on the number of rays to the surroundings.
@@ -180,6 +180,22 @@ impl SurroundingsExchange {
     pub fn unmeasured(zones: &Zones) -> SurroundingsExchange {
         let zeros = vec![Bands::ZERO; zones.len()];
         SurroundingsExchange { sky: zeros.clone(), backfaces: zeros, ..SurroundingsExchange::default() }
+    }
+
+    /// Replaces the factors by those of the incident radiation `incident` of surroundings of radiosity `sky`, W/m², in the bands in which these radiate.
+    /// `response` gives area or volume of each zone. The error of the result is that of the incident radiation, which contains it.
+    pub(crate) fn set_incident(
+        &mut self,
+        (incident, sky): (&[Bands], Bands),
+        response: impl Fn(usize) -> f64 + Sync,
+        rays: u64,
+    ) {
+        self.sky.par_iter_mut().zip(incident).enumerate().for_each(|(i, (factor, incident))| {
+            let measured = *incident * response(i);
+            let replaced = |b: Band| if sky[b] > 0.0 { measured[b] / sky[b] } else { factor[b] };
+            *factor = Bands::from_fn(replaced);
+        });
+        self.rays = rays;
     }
 
     /// Factors from tallies of zones with closure targets `target`.
