@@ -103,9 +103,8 @@ pub fn pane_plates(scene: &Scene, zones: &Zones) -> (Vec<usize>, Vec<Plate>, Vec
     let base_of = |z: &PaneZone| {
         let centre = z.plate.centre();
         let distance = |plate: &Plate| {
-            let [u, v] = plate.parameters(centre);
-            let outside = |x: f64| (-x).max(x - 1.0).max(0.0);
-            outside(u) + outside(v) + (plate.at(u, v) - centre).length()
+            let [u, v] = clamped_parameters(plate, centre);
+            (plate.at(u, v) - centre).length()
         };
         let own = &scene.panes()[z.pane].plates;
         let best = (0..own.len()).min_by(|&a, &b| distance(&own[a]).total_cmp(&distance(&own[b])));
