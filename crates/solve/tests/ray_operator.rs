@@ -4,9 +4,10 @@ use crate::common;
 
 use common::{mean, patches_of, read, sheet_over_floor, unit_room, with_site};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Band, Bands, Scene};
-use zonal_solve::ExchangeOperator;
+use zonal_scene::{Band, Bands, NoProgress, Scene};
 use zonal_solve::ray::ray_operator::{PathContinuation, RayOperator};
+use zonal_solve::surroundings::SurroundingsExchange;
+use zonal_solve::ExchangeOperator;
 
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
 
@@ -144,4 +145,41 @@ fn continued_rays_keep_an_isothermal_enclosure_uniform() {
     for (i, h) in irradiance(&scene, 64, PathContinuation::On).into_iter().enumerate() {
         assert!((h - 1.0).abs() < 5e-3, "patch {i}: {h}");
     }
+}
+
+#[test]
+fn a_gather_measures_the_surroundings_through_panes() {
+    // A skylight of two triangles over a coloured pane, and an open corner of the skylight: rays leave through one pane, two panes or none.
+    const PANES: &str = "[[pane]]\npolygon = [[0,0,1],[1,0,1],[1,0.8,1],[0,0.8,1]]\nthickness = 0.01\nextinction = [50,100,0]\n\
+        [[pane]]\npolygon = [[0.1,0.1,0.6],[0.6,0.1,0.6],[0.6,0.9,0.6],[0.1,0.9,0.6]]\nthickness = 0.01\nextinction = [10,20,90]\n";
+    let sky = "[surroundings]\nradiance = [2,1,3]\n";
+    let scene = read(&unit_room(
+        "patch_size = 0.25\ntolerance = 0.02",
+        "omit = [\"z1\"]\nreflectance = 0.5",
+        &format!("{PANES}{GAS}{sky}"),
+    ));
+    with_site(&scene, |context, _| {
+        let (zones, transport) = (context.zones, context.transport);
+        let wanted = SurroundingsExchange::measure(&scene, zones, transport, (8192, 0), &NoProgress);
+        let operator = RayOperator::new(context, [32, 16], PathContinuation::On);
+        let radiosity = scene.surroundings().radiosity();
+        for share in [1.0, 0.0] {
+            let found = operator.gathered_surroundings(vec![share; zones.panes.len()]);
+            for range in [
+                0..zones.voxel_offset(),
+                zones.voxel_offset()..zones.pane_offset(),
+                zones.pane_offset()..zones.len(),
+            ] {
+                let (mut apart, mut whole) = (Bands::ZERO, Bands::ZERO);
+                for i in range {
+                    let exact = wanted.incoming(i, radiosity)[0] / zones.response(i).1;
+                    apart += (found[i] - exact).map(|d| d * d);
+                    whole += exact * exact;
+                }
+                let error = apart.zip_map(whole, |a, w| (a / w).sqrt()).max_element();
+                println!("share {share}: {error:.4}");
+                assert!(error < 0.03, "share {share}: {error}");
+            }
+        }
+    });
 }

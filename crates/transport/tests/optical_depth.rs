@@ -3,7 +3,8 @@ use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Pane, Plate, Scene, SceneParts, VoxelGrid};
-use zonal_transport::Transport;
+use zonal_transport::patch_locator::pane_piece_locator;
+use zonal_transport::{Transport, build_zones};
 
 fn map_scene(map: VoxelGrid) -> Scene {
     scene(vec![], vec![], Some(map))
@@ -220,4 +221,29 @@ fn blocks_of_one_extinction_have_the_depth_of_their_cells() {
         assert!((depth - by_cells).abs().max_element() < 1e-12, "{depth:?} {by_cells:?}");
         assert!(pieces <= 60, "{pieces}");
     }
+}
+
+#[test]
+fn pieces_of_a_pane_of_two_triangles_are_found_where_they_lie() {
+    // The triangles of a square: their centres have parameters between 0 and 1 on both.
+    let (a, b) = (vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let s = glazed(vec![Plate::triangle(Vec3::ZERO, a, b), Plate::triangle(a + b, b, a)]);
+    let t = Transport::new(&s);
+    let zones = build_zones(&s, &t).unwrap();
+    let (first, locator) = pane_piece_locator(&s, &zones);
+    assert!(zones.panes.len() >= 2);
+    let (mut found, mut rng) = (0, TestRng(5));
+    for _ in 0..400 {
+        let p = rng.point();
+        let (x, y) = (vec3(p.x, p.y, -1.0), vec3(p.x, p.y, 1.0));
+        t.pane_crossings(x, y, &mut |hit| {
+            let point = vec3(p.x, p.y, 0.0);
+            let uv = s.panes()[hit.pane].plates[hit.plate].parameters(point);
+            let piece = locator.locate(first[hit.pane] + hit.plate, uv).expect("the point lies on a piece");
+            let [u, v] = zones.panes[piece as usize].plate.parameters(point);
+            assert!(u.min(v).min(1.0 - u - v) > -1e-5, "{u} {v}");
+            found += 1;
+        });
+    }
+    assert_eq!(found, 400);
 }

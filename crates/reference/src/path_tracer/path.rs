@@ -151,10 +151,10 @@ impl PathSampler<'_> {
                 }
                 let normal = if hit.front { normal } else { -normal };
                 let mut at = s.vertex.at() + d * hit.t;
-                let zones = self.zones.as_ref();
-                let zone = zones.and_then(|z| Some((z, z.locator.on_facet(hit.id, hit.front, hit.uv)?)));
-                let albedo = match zone {
-                    Some((zones, i)) => {
+                let albedo = match &self.zones {
+                    Some(zones) => {
+                        // A side without zones, such as one that lies against another surface, absorbs everything.
+                        let Some(i) = zones.locator.on_facet(hit.id, hit.front, hit.uv) else { return false };
                         if !zones.continues(&s.vertex, i, hit.t) {
                             at = self.start(&zones.detectors[i], numbers).at();
                         }

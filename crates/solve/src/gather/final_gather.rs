@@ -211,26 +211,6 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
             None => break (fields, goal),
         }
     };
-    if let Ok(list) = std::env::var("DBG_ZONES") {
-        let mut scratch = GatherScratch::default();
-        for zone in list.split(',').map(|z| z.parse::<usize>().unwrap()) {
-            for nodes in [1, 256] {
-                let mut t = vec![SampleSums::default(); sums.quantities];
-                gatherer.aim(zone..zone + 1, nodes, &mut scratch);
-                let count = 16384;
-                let range = SampleRange { zone, half: 0, numbers: 0..count };
-                add_samples(gatherer, task.groups, range, &mut scratch, &mut t);
-                let f = if zone < task.zones.voxel_offset() { 1.0 } else { 4.0 } / count as f64;
-                eprintln!(
-                    "DBG zone {zone} nodes {nodes}: gathered {:?} field {:?} raw {:?} {:?}",
-                    (0..task.groups).map(|q| (f * t[q].sum()).to_rgb()).collect::<Vec<_>>(),
-                    (0..task.groups).map(|q| fields.values[q][zone].to_rgb()).collect::<Vec<_>>(),
-                    (0..task.groups).map(|q| (f * count as f64 * 0.5 / sums.counts[zone] as f64 * (sums.of(zone, 0, q).sum() + sums.of(zone, 1, q).sum())).to_rgb()).collect::<Vec<_>>(),
-                    sums.counts[zone],
-                );
-            }
-        }
-    }
     let Fields { mut values, mut errors, inherited, mut sky } = fields;
     let mut error = errors.pop().unwrap_or_default();
     let sum = values.pop().unwrap_or_default();
@@ -487,7 +467,6 @@ impl Goal {
         let inherited = relative(&|i| fields.inherited[i], all);
         let surroundings = relative(&|i| known(i)[1], all);
         let p = &GATHER_PARAMS;
-        eprintln!("DBG sum {sum:?} guide {guide:?} inherited {inherited:?} known {surroundings:?} levels {all:?}");
         let wanted = |kind: usize| {
             let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
             let left = (1.0 - others * others).max(0.0).sqrt().max(p.min_noise_share);

@@ -22,8 +22,9 @@ use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::{closure_targets, reflection_weights};
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
+use zonal_math::exponential_integral::e3;
 use zonal_math::{Grade, low_discrepancy};
-use zonal_scene::{Bands, CheckpointStore, NoCheckpoints, NoProgress, Progress, Scene, Zones};
+use zonal_scene::{Bands, CheckpointStore, NoCheckpoints, NoProgress, PaneZone, Progress, Scene, Zones};
 use zonal_transport::Transport;
 
 /// The equations are solved by the first 1/4 of the rays of every zone first; all rays start from that solution.
@@ -33,8 +34,6 @@ const RAY_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 2e-4, ma
 
 /// End of the iteration for the noise of the radiosities, of which the size matters only.
 const NOISE_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 0.05, max_iterations: 40 };
-/// Samples of the fraction of its own emission that a pane absorbs.
-const PANE_SELF_EXCHANGE_SAMPLES: usize = 4096;
 /// Seed of the signs of that noise.
 const NOISE_SEED: u64 = 0x9d39_247e_3377_6d41;
 
@@ -73,8 +72,6 @@ impl<'a> RayOperator<'a> {
         let lights =
             (continuation == PathContinuation::On).then(|| PathLights::new(context.scene, context.direct));
         let zones = context.zones;
-        let tracer = RayTracer::new(context.scene, zones, context.transport);
-        let absorbed = |i: usize| tracer.self_exchange(i, PANE_SELF_EXCHANGE_SAMPLES);
         RayOperator {
             scene: context.scene,
             zones,
@@ -87,7 +84,7 @@ impl<'a> RayOperator<'a> {
                 .map(|i| scaled_radiosity_coefficient(zones, i))
                 .collect(),
             sources: Vec::new(),
-            pane_self_exchange: (zones.pane_offset()..zones.len()).into_par_iter().map(absorbed).collect(),
+            pane_self_exchange: zones.panes.iter().map(self_absorbed_fraction).collect(),
         }
     }
 
@@ -202,6 +199,17 @@ impl ErrorModel for RayOperator<'_> {
     }
 }
 
+/// Optical depth below which a pane absorbs nothing of its own emission.
+const TRANSPARENT_DEPTH: f64 = 1e-9;
+
+/// Fraction of its own emission that a pane of optical depth τ absorbs: 1 − ∫ (1 − e^{−τ/c}) c dc/τ = 1 − (1/2 − E₃(τ))/τ over the cosines c.
+fn self_absorbed_fraction(pane: &PaneZone) -> Bands {
+    (pane.extinction * pane.thickness).map(|depth| match depth > TRANSPARENT_DEPTH {
+        true => 1.0 - (0.5 - e3(depth)) / depth,
+        false => 0.0,
+    })
+}
+
 /// A brightness of every zone in which each column has the same weight, as has their sum: radiosities above the typical ones over their mean.
 fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec<f64> {
     let zones = columns.first().map_or(0, Vec::len);
@@ -249,6 +257,16 @@ impl RayOperator<'_> {
             false => [0.0; LANES],
         };
         self.table.standard_error(b, sky, extent)
+    }
+
+    /// H or G of every zone from the surroundings alone by a final gather, W/m²; `pane_shares` holds the share of the emission of every pane zone that leaves
+    /// the scene.
+    pub fn gathered_surroundings(&self, pane_shares: Vec<f64>) -> Vec<Bands> {
+        let (n, radiosity) = (self.len(), self.scene.surroundings().radiosity());
+        let sky = GatheredSky { radiosity, column: 0, pane_shares };
+        let dark = [vec![Bands::ZERO; n]];
+        let noise = vec![[0.0; LANES]; n];
+        self.gather_incident(&dark, noise, (&[], Some(sky)), (&NoCheckpoints, &NoProgress)).sky
     }
 
     /// A final gather of every column of strengths without further radiation.
