@@ -5,9 +5,9 @@ use crate::common;
 use common::{mean, patches_of, read, sheet_over_floor, unit_room, with_site};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Band, Bands, NoProgress, Scene};
+use zonal_solve::ExchangeOperator;
 use zonal_solve::ray::ray_operator::{PathContinuation, RayOperator};
 use zonal_solve::surroundings::SurroundingsExchange;
-use zonal_solve::ExchangeOperator;
 
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
 

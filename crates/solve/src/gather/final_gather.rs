@@ -9,10 +9,11 @@
 //!
 //! among the patches, and among the volume zones, each until they meet the tolerance; rounded to powers of two, since the sequences are balanced there, and never fewer than before.
 
-use super::gather_error::{ZONES_PER_GROUP, ZoneVariances, inherited_errors, ratio, standard_errors};
+use super::gather_error::{ZoneVariances, inherited_errors, ratio, standard_errors};
 use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
 use super::regression_windows::RegressionWindows;
 use super::zone_gather::{GatherScratch, Gatherer, SampleRange, SampleSums};
+use super::zone_groups::ZoneGroups;
 use crate::ray::padded_bands::{LANES, without_padding};
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
@@ -85,6 +86,8 @@ const VOXELS_AIMED_TOGETHER: usize = 8;
 pub(crate) struct GatherTask<'a> {
     /// Zones.
     pub zones: &'a Zones,
+    /// Groups of zones with one degree of smoothing.
+    pub zone_groups: &'a ZoneGroups,
     /// Neighbours over which fields are smoothed.
     pub windows: &'a RegressionWindows<'a>,
     /// Number of light groups; the columns of the gatherer are theirs, then one of the noise of the radiosities.
@@ -318,13 +321,10 @@ fn widened(v: [f32; LANES]) -> Bands {
     without_padding(v.map(f64::from))
 }
 
-fn kinds(zones: &Zones) -> [Range<usize>; 3] {
-    [0..zones.voxel_offset(), zones.voxel_offset()..zones.pane_offset(), zones.pane_offset()..zones.len()]
-}
-
 /// H or G of every zone and quantity, with errors.
 fn fields_of(task: &GatherTask, sums: &Sums) -> Fields {
-    let (n, kinds, groups) = (task.zones.len(), kinds(task.zones), task.groups);
+    let (n, order, kinds) = (task.zones.len(), task.zone_groups.order(), task.zone_groups.kinds());
+    let groups = task.groups;
     let factor = |i: usize| if i < task.zones.voxel_offset() { 1.0 } else { 4.0 };
     // The halves of every light group, and the standard errors of every quantity without smoothing.
     let half = |c: usize, h: usize| {
@@ -339,12 +339,13 @@ fn fields_of(task: &GatherTask, sums: &Sums) -> Fields {
     let part = task.sky.map(|_| [half(groups + 2, 0), half(groups + 2, 1)]);
     let errors: Vec<Vec<Bands>> = (0..groups + 1)
         .map(|q| {
-            let one = |i: usize| {
+            let one = |i: &u32| {
+                let i = *i as usize;
                 let (v, f) = (sums.mean(i, q).1, factor(i) * factor(i));
                 ZoneVariances { of_halves: f * v.of_halves, of_samples: f * v.of_samples }
             };
-            let variances: Vec<ZoneVariances> = (0..n).into_par_iter().map(one).collect();
-            standard_errors(&variances, &kinds)
+            let variances: Vec<ZoneVariances> = order.par_iter().map(one).collect();
+            task.zone_groups.by_zone(&standard_errors(&variances, kinds))
         })
         .collect();
     let weights = columns.iter().map(|c| weights_of(task.zones, &|i| 0.5 * (c[0][i] + c[1][i])));
@@ -352,9 +353,11 @@ fn fields_of(task: &GatherTask, sums: &Sums) -> Fields {
     let all = |i: usize| columns.iter().map(|c| 0.5 * (c[0][i] + c[1][i])).sum::<Bands>();
     weights.push(weights_of(task.zones, &all));
     let means = HalfMeans { columns, part, weights };
-    let mut fields = smoothed_fields(task, &means, errors, &kinds);
-    let noise: Vec<Bands> = (0..n).into_par_iter().map(|i| factor(i) * sums.mean(i, groups + 1).0).collect();
-    fields.inherited = inherited_errors(&noise, &fields.values[groups], &kinds);
+    let mut fields = smoothed_fields(task, &means, errors);
+    let noise = |i: &u32| factor(*i as usize) * sums.mean(*i as usize, groups + 1).0;
+    let noise: Vec<Bands> = order.par_iter().map(noise).collect();
+    let values: Vec<Bands> = order.par_iter().map(|i| fields.values[groups][*i as usize]).collect();
+    fields.inherited = task.zone_groups.by_zone(&inherited_errors(&noise, &values, kinds));
     fields.inherited.par_iter_mut().for_each(|e| *e *= GATHER_PARAMS.stated_error_factor);
     fields
 }
@@ -369,32 +372,22 @@ fn weights_of(zones: &Zones, field: &dyn Fn(usize) -> Bands) -> [Bands; 2] {
 }
 
 /// Smooths all groups of zones. `errors` holds the standard errors of the zones by their own samples, of every light group and of the sum.
-fn smoothed_fields(
-    task: &GatherTask,
-    means: &HalfMeans,
-    mut errors: Vec<Vec<Bands>>,
-    kinds: &[Range<usize>; 3],
-) -> Fields {
+fn smoothed_fields(task: &GatherTask, means: &HalfMeans, mut errors: Vec<Vec<Bands>>) -> Fields {
     let (n, groups) = (task.zones.len(), task.groups);
     let mut values = vec![vec![Bands::ZERO; n]; groups + 1];
     let mut sky = vec![Bands::ZERO; if means.part.is_some() { n } else { 0 }];
-    for (kind, range) in kinds.iter().enumerate() {
-        let blocks: Vec<Range<usize>> = range
-            .clone()
-            .step_by(ZONES_PER_GROUP)
-            .map(|start| start..(start + ZONES_PER_GROUP).min(range.end))
-            .collect();
+    for kind in 0..3 {
+        let blocks = task.zone_groups.of_kind(kind);
         let shares = match kind {
             2 => Vec::new(),
             _ => half_smoothing::noise_shares(task.windows, means, &blocks),
         };
-        let smooth = |block: &Range<usize>| {
-            half_smoothing::smooth_group(task.windows, means, (block.clone(), kind), &shares)
-        };
+        let smooth =
+            |block: &&[u32]| half_smoothing::smooth_group(task.windows, means, (block, kind), &shares);
         let smoothed: Vec<SmoothedGroup> = blocks.par_iter().map(smooth).collect();
         for (block, group) in blocks.into_iter().zip(smoothed) {
-            sky.iter_mut().skip(block.start).zip(&group.part).for_each(|(s, v)| *s = *v);
-            for (k, i) in block.clone().enumerate() {
+            block.iter().zip(&group.part).for_each(|(i, v)| sky[*i as usize] = *v);
+            for (k, i) in block.iter().map(|i| *i as usize).enumerate() {
                 for c in 0..groups {
                     values[c][i] = group.values[c][k];
                     let value = values[c][i];
@@ -402,7 +395,7 @@ fn smoothed_fields(
                 }
             }
             for (q, errors) in errors.iter_mut().enumerate() {
-                join_errors(&group, q, &mut errors[block.clone()]);
+                join_errors(&group, q, block, errors);
             }
         }
     }
@@ -411,10 +404,11 @@ fn smoothed_fields(
 
 /// Turns the standard errors of the zones of a group into stated errors after smoothing: the share of the zone's own samples keeps its size, the rest
 /// is that of the group.
-fn join_errors(group: &SmoothedGroup, q: usize, errors: &mut [Bands]) {
+fn join_errors(group: &SmoothedGroup, q: usize, zones: &[u32], errors: &mut [Bands]) {
     let own = 1.0 - group.lambda;
     let rest = (group.square_errors[q] - group.own_noise[q]).map(|e| e.max(0.0));
-    for e in errors {
+    for i in zones {
+        let e = &mut errors[*i as usize];
         *e = GATHER_PARAMS.stated_error_factor * (own * own * *e * *e + rest).sqrt();
     }
 }

@@ -8,7 +8,7 @@
 //! s_i²                           variance of the samples over their number: precise, but without the gain of the sequences
 //! ```
 //!
-//! The gain is much the same in neighbouring zones. Over a group of consecutive zones, with c zones' worth of the ratio of all zones of a kind,
+//! The gain is much the same in neighbouring zones. Over a group of these (`zone_groups`), with c zones' worth of the ratio of all zones of a kind,
 //!
 //! ```text
 //! q = (Σ d² + c q_all s̄²)/(Σ s² + c s̄²)          e_i² = q ((1 − w) s_i² + w s̄²)
@@ -16,12 +16,10 @@
 //!
 //! with s̄² the mean of s² over the group: a zone whose few samples all agree has a share w of the group's variance.
 
+use super::zone_groups::ZONES_PER_GROUP;
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_scene::Bands;
-
-/// Zones of a group.
-pub(crate) const ZONES_PER_GROUP: usize = 64;
 
 /// How errors are pooled.
 struct PoolingParams {
@@ -42,7 +40,7 @@ pub(crate) struct ZoneVariances {
     pub of_samples: Bands,
 }
 
-/// Standard errors of consecutive zones of one kind, `kind` of all zones.
+/// Standard errors of zones in the order of their groups, of the kinds in these ranges.
 pub(crate) fn standard_errors(variances: &[ZoneVariances], kinds: &[Range<usize>]) -> Vec<Bands> {
     let mut out = vec![Bands::ZERO; variances.len()];
     for kind in kinds {
@@ -79,7 +77,7 @@ fn pool(group: &[ZoneVariances], ratio_of_all: Bands, errors: &mut [Bands]) {
     }
 }
 
-/// Error of radiosities that a gather reads, from the gather `noise` of one realization of it: per zone, half the mean square of its group, and half
+/// Error of radiosities that a gather reads, of zones in the order of their groups, from the gather `noise` of one realization of it: per zone, half the mean square of its group, and half
 /// that of all zones of the kind in proportion to the squared value.
 pub(crate) fn inherited_errors(noise: &[Bands], value: &[Bands], kinds: &[Range<usize>]) -> Vec<Bands> {
     let mut out = vec![Bands::ZERO; noise.len()];

@@ -1,7 +1,7 @@
 //! Smoothing of a gather over neighbouring zones, as far as two independent halves of its samples show that it helps.
 //!
 //! R_A and R_B are the means of two independent halves, S_A and S_B the same after a linear fit over a window of neighbours
-//! (`regression_windows`). Over a group of consecutive zones, with Δ the difference of the halves and ⟨⟩ the mean,
+//! (`regression_windows`). Over a group of zones (`zone_groups`), with Δ the difference of the halves and ⟨⟩ the mean,
 //!
 //! ```text
 //! v_R = ⟨ΔR²⟩/4      v_S = ⟨ΔS²⟩/4      c = ⟨ΔR ΔS⟩/4      b² = ⟨(S_A − R_A)(S_B − R_B)⟩⁺
@@ -96,7 +96,7 @@ type SmoothedHalves = Vec<[Vec<Bands>; 2]>;
 pub(crate) fn smooth_group(
     windows: &RegressionWindows,
     means: &HalfMeans,
-    (group, kind): (std::ops::Range<usize>, usize),
+    (group, kind): (&[u32], usize),
     noise_shares: &[f64],
 ) -> SmoothedGroup {
     let columns = means.columns.len();
@@ -104,11 +104,15 @@ pub(crate) fn smooth_group(
     let weight = |q: usize| means.weights[q][kind.min(1)];
     let weighted =
         |e: &[Bands]| -> f64 { e.iter().enumerate().map(|(q, e)| (weight(q) * weight(q) * *e).sum()).sum() };
-    let levels = if kind < means.weights[0].len() { windows.levels(group.start) } else { 0 };
+    let levels = if kind < means.weights[0].len() {
+        group.first().map_or(0, |i| windows.levels(*i as usize))
+    } else {
+        0
+    };
     let mut raw_error = vec![Bands::ZERO; columns + 1];
     for level in 0..levels {
-        let smooth = smoothed_halves(windows, &means.columns, group.clone(), level);
-        let mut moments = moments_of(means, &smooth, group.clone());
+        let smooth = smoothed_halves(windows, &means.columns, group, level);
+        let mut moments = moments_of(means, &smooth, group);
         let least = MIN_NOISE_SHARE * noise_shares.get(level).copied().unwrap_or_default();
         moments.iter_mut().for_each(|m| m.smooth = m.smooth.max(least * m.raw));
         let total = |part: fn(&Moments) -> Bands| {
@@ -132,7 +136,7 @@ pub(crate) fn smooth_group(
     let raw = |column: &[Vec<Bands>; 2], i: usize| 0.5 * (column[0][i] + column[1][i]);
     let (lambda, _, chosen) = best;
     let Some((level, smooth, moments)) = chosen else {
-        let unsmoothed = |column: &[Vec<Bands>; 2]| group.clone().map(|i| raw(column, i)).collect();
+        let unsmoothed = |column: &[Vec<Bands>; 2]| group.iter().map(|i| raw(column, *i as usize)).collect();
         return SmoothedGroup {
             lambda: 0.0,
             values: means.columns.iter().map(unsmoothed).collect(),
@@ -142,11 +146,11 @@ pub(crate) fn smooth_group(
         };
     };
     let mixed = |column: &[Vec<Bands>; 2], smooth: &[Vec<Bands>; 2]| {
-        let value = |k: usize| raw(column, group.start + k) * (1.0 - lambda) + lambda * raw(smooth, k);
+        let value = |k: usize| raw(column, group[k] as usize) * (1.0 - lambda) + lambda * raw(smooth, k);
         (0..group.len()).map(value).collect()
     };
     let part = means.part.iter().flat_map(|part| {
-        let smooth = smoothed_halves(windows, std::slice::from_ref(part), group.clone(), level);
+        let smooth = smoothed_halves(windows, std::slice::from_ref(part), group, level);
         mixed(part, &smooth[0])
     });
     SmoothedGroup {
@@ -159,16 +163,12 @@ pub(crate) fn smooth_group(
 }
 
 /// Noise of the fits over that of the samples, for every window level, over all zones of a kind: by the sum of the columns.
-pub(crate) fn noise_shares(
-    windows: &RegressionWindows,
-    means: &HalfMeans,
-    groups: &[std::ops::Range<usize>],
-) -> Vec<f64> {
+pub(crate) fn noise_shares(windows: &RegressionWindows, means: &HalfMeans, groups: &[&[u32]]) -> Vec<f64> {
     let Some(first) = groups.first() else { return Vec::new() };
     let share = |level: usize| {
-        let of_group = |group: &std::ops::Range<usize>| {
-            let smooth = smoothed_halves(windows, &means.columns, group.clone(), level);
-            let moments = moments_of(means, &smooth, group.clone());
+        let of_group = |group: &&[u32]| {
+            let smooth = smoothed_halves(windows, &means.columns, group, level);
+            let moments = moments_of(means, &smooth, group);
             moments.last().map_or([0.0; 2], |m| [m.smooth.sum(), m.raw.sum()])
         };
         let step = groups.len().div_ceil(MAX_SAMPLED_GROUPS);
@@ -176,19 +176,19 @@ pub(crate) fn noise_shares(
         let [smooth, raw] = parts.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
         ratio(smooth, raw)
     };
-    (0..windows.levels(first.start)).map(share).collect()
+    (0..first.first().map_or(0, |i| windows.levels(*i as usize))).map(share).collect()
 }
 
 /// The halves of all columns fitted at the zones of a group; a zone without a window keeps its own.
 fn smoothed_halves(
     windows: &RegressionWindows,
     columns: &[[Vec<Bands>; 2]],
-    group: std::ops::Range<usize>,
+    group: &[u32],
     level: usize,
 ) -> SmoothedHalves {
     let mut out: SmoothedHalves =
         columns.iter().map(|_| [Vec::with_capacity(group.len()), Vec::with_capacity(group.len())]).collect();
-    for i in group {
+    for i in group.iter().map(|i| *i as usize) {
         let window: Option<RegressionWindow> = windows.window(i, level);
         for (column, out) in columns.iter().zip(&mut out) {
             for (half, out) in column.iter().zip(out) {
@@ -211,9 +211,9 @@ fn smoothed_halves(
 }
 
 /// Sums of the moments of every column, then of their sum.
-fn moments_of(means: &HalfMeans, smooth: &SmoothedHalves, group: std::ops::Range<usize>) -> Vec<Moments> {
+fn moments_of(means: &HalfMeans, smooth: &SmoothedHalves, group: &[u32]) -> Vec<Moments> {
     let mut out = vec![Moments::default(); means.columns.len() + 1];
-    for (k, i) in group.enumerate() {
+    for (k, i) in group.iter().map(|i| *i as usize).enumerate() {
         let (mut raw_sum, mut smooth_sum) = ([Bands::ZERO; 2], [Bands::ZERO; 2]);
         for (c, (column, smooth)) in means.columns.iter().zip(smooth).enumerate() {
             let (raw, fit) = ([column[0][i], column[1][i]], [smooth[0][k], smooth[1][k]]);

@@ -13,6 +13,7 @@
 //! | `final_gather` | rounds of samples, allocated by need |
 //! | `half_smoothing` | smoothing over neighbouring zones, as far as the two halves show that it helps |
 //! | `regression_windows` | windows of neighbouring zones, and a linear fit over them |
+//! | `zone_groups` | groups of neighbouring zones |
 //! | `gather_error` | errors from two independent halves of the samples |
 
 mod expected_path;
@@ -23,3 +24,4 @@ mod pane_openings;
 mod patch_lights;
 pub(crate) mod regression_windows;
 pub(crate) mod zone_gather;
+pub(crate) mod zone_groups;

@@ -13,6 +13,7 @@ use crate::direct_light::light_field::DirectLight;
 use crate::gather::final_gather::{self, GatherTask, Gathered};
 use crate::gather::regression_windows::RegressionWindows;
 use crate::gather::zone_gather::{GatherField, GatheredSky, Gatherer};
+use crate::gather::zone_groups::ZoneGroups;
 use crate::iteration::multivector::total;
 use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgstab, neumann_series};
 use crate::light_groups::SourceGroup;
@@ -302,6 +303,7 @@ impl RayOperator<'_> {
         let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
         let task = GatherTask {
             zones: self.zones,
+            zone_groups: &ZoneGroups::new(self.scene, self.zones),
             windows: &windows,
             groups: columns.len(),
             sky: sky_column,

@@ -1,0 +1,62 @@
+//! Groups of neighbouring zones, over which errors are pooled and one degree of smoothing is chosen.
+//!
+//! Patches and panes are in groups of consecutive numbers: those of a facet follow one another. The numbers of volume zones run along columns of cells, which
+//! pass from the air of a room through a vault into the open; their groups are blocks of cells, those without medium apart from the others.
+
+use rayon::prelude::*;
+use std::ops::Range;
+use zonal_scene::{Bands, Scene, Zones};
+
+/// Zones of a group.
+pub(crate) const ZONES_PER_GROUP: usize = 64;
+/// Cells along each edge of a block of volume zones.
+const CELLS_ACROSS_GROUP: usize = 4;
+
+/// The zones in the order of their groups.
+pub(crate) struct ZoneGroups {
+    order: Vec<u32>,
+    kinds: [Range<usize>; 3],
+}
+
+impl ZoneGroups {
+    /// The groups of patches, of volume zones, and of panes.
+    pub(crate) fn new(scene: &Scene, zones: &Zones) -> ZoneGroups {
+        let kinds = [
+            0..zones.voxel_offset(),
+            zones.voxel_offset()..zones.pane_offset(),
+            zones.pane_offset()..zones.len(),
+        ];
+        let mut order: Vec<u32> = (0..zones.len() as u32).collect();
+        if let Some(grid) = scene.voxel_grid() {
+            let block = |i: &u32| {
+                let cell = zones.voxels.at(*i as usize - kinds[1].start).cell;
+                let block = grid.coordinates(cell).map(|c| c / CELLS_ACROSS_GROUP);
+                (grid.extinction(cell) == Bands::ZERO, block, *i)
+            };
+            order[kinds[1].clone()].par_sort_by_cached_key(block);
+        }
+        ZoneGroups { order, kinds }
+    }
+
+    /// The groups of a kind: 0 for patches, 1 for volume zones, 2 for panes.
+    pub(crate) fn of_kind(&self, kind: usize) -> Vec<&[u32]> {
+        self.order[self.kinds[kind].clone()].chunks(ZONES_PER_GROUP).collect()
+    }
+
+    /// All zones, group by group.
+    pub(crate) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Ranges of the kinds, of the zones as of the order.
+    pub(crate) fn kinds(&self) -> &[Range<usize>; 3] {
+        &self.kinds
+    }
+
+    /// Values in the order of the groups, sorted by zone.
+    pub(crate) fn by_zone(&self, values: &[Bands]) -> Vec<Bands> {
+        let mut out = vec![Bands::ZERO; values.len()];
+        self.order.iter().zip(values).for_each(|(i, v)| out[*i as usize] = *v);
+        out
+    }
+}
