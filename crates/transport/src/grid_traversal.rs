@@ -58,6 +58,18 @@ impl Lattice {
     }
 }
 
+/// The axis of the smallest number, the first of equal ones.
+#[inline(always)]
+fn first_axis(t: [f64; 3]) -> usize {
+    if t[0] <= t[1] && t[0] <= t[2] {
+        0
+    } else if t[1] <= t[2] {
+        1
+    } else {
+        2
+    }
+}
+
 /// Calls `each` with (cell, t0, t1) along a → b, t in metres from a.
 #[inline]
 pub(crate) fn traverse(grid: &VoxelGrid, a: Vec3, b: Vec3, each: &mut impl FnMut(usize, f64, f64)) {
@@ -98,13 +110,7 @@ pub(crate) fn traverse_lattice(
     // Step to the neighbour whose plane comes first.
     let mut t = start;
     loop {
-        let k = if next[0] <= next[1] && next[0] <= next[2] {
-            0
-        } else if next[1] <= next[2] {
-            1
-        } else {
-            2
-        };
+        let k = first_axis(next);
         let stop = if remaining[k] == 0 { end } else { next[k].min(end) };
         if stop > t {
             each(cell as usize, t, stop);

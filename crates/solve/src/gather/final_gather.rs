@@ -224,12 +224,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
     }
     if let Some(column) = task.sky {
-        // Noise may raise the part over the whole.
-        let both = values[column].par_iter_mut().zip(&mut sky);
-        both.for_each(|(v, sky)| {
-            *sky = sky.min(*v);
-            *v -= *sky;
-        });
+        separate(&mut values[column], &mut sky);
     }
     Gathered {
         columns: values,
@@ -242,6 +237,14 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
             .fold(0.0, f64::max),
         samples: 2 * sums.counts.iter().map(|c| *c as u64).sum::<u64>(),
     }
+}
+
+/// Takes a part out of a field. Noise may raise the part over the whole.
+fn separate(whole: &mut [Bands], part: &mut [Bands]) {
+    whole.par_iter_mut().zip(part).for_each(|(whole, part)| {
+        *part = part.min(*whole);
+        *whole -= *part;
+    });
 }
 
 /// Takes samples of every zone up to the wanted number of each half, and saves them.
