@@ -13,7 +13,7 @@ use super::gather_error::{ZoneVariances, inherited_errors, ratio, standard_error
 use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
 use super::regression_windows::RegressionWindows;
 use super::zone_gather::{GatherScratch, Gatherer, SampleRange, SampleSums};
-use super::zone_groups::ZoneGroups;
+use super::zone_groups::{GROUPS_TOGETHER, ZoneGroups};
 use crate::ray::padded_bands::{LANES, without_padding};
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
@@ -386,9 +386,9 @@ fn smoothed_fields(task: &GatherTask, means: &HalfMeans, mut errors: Vec<Vec<Ban
             _ => half_smoothing::noise_shares(task.windows, means, &blocks),
         };
         let smooth =
-            |block: &&[u32]| half_smoothing::smooth_group(task.windows, means, (block, kind), &shares);
-        let smoothed: Vec<SmoothedGroup> = blocks.par_iter().map(smooth).collect();
-        for (block, group) in blocks.into_iter().zip(smoothed) {
+            |blocks: &[&[u32]]| half_smoothing::smooth_groups(task.windows, means, (blocks, kind), &shares);
+        let smoothed: Vec<Vec<SmoothedGroup>> = blocks.par_chunks(GROUPS_TOGETHER).map(smooth).collect();
+        for (block, group) in blocks.into_iter().zip(smoothed.into_iter().flatten()) {
             block.iter().zip(&group.part).for_each(|(i, v)| sky[*i as usize] = *v);
             for (k, i) in block.iter().map(|i| *i as usize).enumerate() {
                 for c in 0..groups {

@@ -15,7 +15,8 @@
 //! ```
 //!
 //! A group takes the window of the least error. The fits of a group share their neighbours, so that its few independent fits estimate v_S and b² poorly:
-//! v_S is at least half of the share of v_R that it has over all groups of the kind, and b² is increased by a share of its standard error. λ and window are the same for all bands and light groups, so that sums remain sums.
+//! v_S is at least half of the share of v_R that it has over all groups of the kind, and b² is increased by a share of its standard error. The product of
+//! two noisy differences is noisier still: unless b² of a group is significant by itself, it is joined with that of the neighbouring groups. λ and window are the same for all bands and light groups, so that sums remain sums.
 
 use super::gather_error::ratio;
 use super::regression_windows::{RegressionWindow, RegressionWindows};
@@ -51,6 +52,10 @@ pub(crate) struct SmoothedGroup {
 
 /// Share of the standard error of the squared bias that is added to it.
 const BIAS_ERROR_SHARE: f64 = 0.3;
+/// Weight of the squared bias of neighbouring groups over that of a group.
+const NEIGHBOURS_WEIGHT: f64 = 3.0;
+/// Squared bias of a group over its standard error from which it stands alone.
+const SIGNIFICANT_DEVIATION: f64 = 2.0;
 /// Most groups over which the noise of fits is compared with that of samples.
 const MAX_SAMPLED_GROUPS: usize = 256;
 /// Least noise of a fit over that of the samples, relative to the same over all groups.
@@ -77,6 +82,28 @@ impl Moments {
         self.bias_squares += bias * bias;
     }
 
+    /// Adds the moments of another group.
+    fn add_all(&mut self, other: &Moments) {
+        self.raw += other.raw;
+        self.bias += other.bias;
+        self.bias_squares += other.bias_squares;
+    }
+
+    /// Joins the squared bias with that of neighbouring groups together, `all`, in proportion to the noise, unless its own is significant.
+    fn support_bias(&mut self, all: &Moments) {
+        let weight = NEIGHBOURS_WEIGHT;
+        for b in Band::all() {
+            let (own, variance) = (self.bias[b], self.bias_squares[b]);
+            if own > SIGNIFICANT_DEVIATION * variance.sqrt() {
+                continue;
+            }
+            let share = weight * ratio(self.raw[b], all.raw[b]);
+            self.bias[b] = (own + share * all.bias[b]) / (1.0 + weight);
+            self.bias_squares[b] =
+                (variance + share * share * all.bias_squares[b]) / ((1.0 + weight) * (1.0 + weight));
+        }
+    }
+
     /// The squared bias with its uncertainty.
     fn squared_bias(&self) -> Bands {
         self.bias.map(|b| b.max(0.0)) + BIAS_ERROR_SHARE * self.bias_squares.sqrt()
@@ -92,74 +119,111 @@ impl Moments {
 /// The smoothed halves of the zones of a group by one window level, for every column.
 type SmoothedHalves = Vec<[Vec<Bands>; 2]>;
 
-/// Smooths the zones `group` of kind `kind`: patches, volume zones, or panes, which have no neighbours.
-pub(crate) fn smooth_group(
+/// The fit of a group over the windows of one level.
+struct GroupFit {
+    halves: SmoothedHalves,
+    /// Moments of every column, then of their sum.
+    moments: Vec<Moments>,
+}
+
+/// Smooths neighbouring groups of zones of kind `kind`: patches, volume zones, or panes, which have no neighbours. The squared biases of all groups
+/// together support that of each.
+pub(crate) fn smooth_groups(
     windows: &RegressionWindows,
     means: &HalfMeans,
-    (group, kind): (&[u32], usize),
+    (groups, kind): (&[&[u32]], usize),
     noise_shares: &[f64],
-) -> SmoothedGroup {
-    let columns = means.columns.len();
-    let mut best = (0.0, f64::INFINITY, None);
-    let weight = |q: usize| means.weights[q][kind.min(1)];
-    let weighted =
-        |e: &[Bands]| -> f64 { e.iter().enumerate().map(|(q, e)| (weight(q) * weight(q) * *e).sum()).sum() };
-    let levels = if kind < means.weights[0].len() {
-        group.first().map_or(0, |i| windows.levels(*i as usize))
-    } else {
-        0
-    };
-    let mut raw_error = vec![Bands::ZERO; columns + 1];
-    for level in 0..levels {
-        let smooth = smoothed_halves(windows, &means.columns, group, level);
-        let mut moments = moments_of(means, &smooth, group);
+) -> Vec<SmoothedGroup> {
+    let fit = |group: &&[u32], level: usize| {
+        let halves = smoothed_halves(windows, &means.columns, group, level);
+        let mut moments = moments_of(means, &halves, group);
         let least = MIN_NOISE_SHARE * noise_shares.get(level).copied().unwrap_or_default();
         moments.iter_mut().for_each(|m| m.smooth = m.smooth.max(least * m.raw));
-        let total = |part: fn(&Moments) -> Bands| {
-            let list: Vec<Bands> = moments.iter().map(part).collect();
-            weighted(&list)
-        };
-        let (raw, fit, both) = (total(|m| m.raw), total(|m| m.smooth), total(|m| m.both));
-        let bias = total(Moments::squared_bias);
-        let lambda = ratio(raw - both, raw + fit + bias - 2.0 * both).clamp(0.0, 1.0);
-        let r = 1.0 - lambda;
-        let error = r * r * raw + lambda * lambda * (fit + bias) + 2.0 * lambda * r * both;
-        if level == 0 {
-            best.1 = (1.0 - MIN_GAIN) * raw;
-            raw_error = moments.iter().map(|m| m.raw).collect();
-        }
-        if error < best.1 {
-            best = (lambda, error, Some((level, smooth, moments)));
+        GroupFit { halves, moments }
+    };
+    // The fits of every level, for every group.
+    let mut levels: Vec<Vec<GroupFit>> =
+        (0..noise_shares.len()).map(|level| groups.iter().map(|group| fit(group, level)).collect()).collect();
+    for fits in &mut levels {
+        for q in 0..means.columns.len() + 1 {
+            let mut all = Moments::default();
+            fits.iter().for_each(|f| all.add_all(&f.moments[q]));
+            fits.iter_mut().for_each(|f| f.moments[q].support_bias(&all));
         }
     }
+    let of_group = |k: usize| levels.iter().map(|fits| &fits[k]).collect::<Vec<_>>();
+    let smoothed = |(k, group): (usize, &&[u32])| {
+        mixture(means, group, kind, &of_group(k), &|column, level| {
+            smoothed_halves(windows, std::slice::from_ref(column), group, level).swap_remove(0)
+        })
+    };
+    groups.iter().enumerate().map(smoothed).collect()
+}
+
+/// λ and the weighted squared error of the mixture of a group with a fit.
+fn best_share(means: &HalfMeans, kind: usize, moments: &[Moments]) -> (f64, f64) {
+    let total = |part: fn(&Moments) -> Bands| -> f64 {
+        let weight = |q: usize| means.weights[q][kind.min(1)];
+        moments.iter().enumerate().map(|(q, m)| (weight(q) * weight(q) * part(m)).sum()).sum()
+    };
+    let (raw, fit, both) = (total(|m| m.raw), total(|m| m.smooth), total(|m| m.both));
+    let bias = total(Moments::squared_bias);
+    let lambda = ratio(raw - both, raw + fit + bias - 2.0 * both).clamp(0.0, 1.0);
+    let r = 1.0 - lambda;
+    let error = r * r * raw + lambda * lambda * (fit + bias) + 2.0 * lambda * r * both;
+    (lambda, error / ((1.0 - MIN_GAIN) * raw).max(f64::MIN_POSITIVE))
+}
+
+/// The mixture of a group with the fit of the least error. `fit_part` fits the part of a column at a level.
+fn mixture(
+    means: &HalfMeans,
+    group: &[u32],
+    kind: usize,
+    fits: &[&GroupFit],
+    fit_part: &dyn Fn(&[Vec<Bands>; 2], usize) -> [Vec<Bands>; 2],
+) -> SmoothedGroup {
     let count = group.len() as f64;
-    let raw = |column: &[Vec<Bands>; 2], i: usize| 0.5 * (column[0][i] + column[1][i]);
-    let (lambda, _, chosen) = best;
-    let Some((level, smooth, moments)) = chosen else {
-        let unsmoothed = |column: &[Vec<Bands>; 2]| group.iter().map(|i| raw(column, *i as usize)).collect();
+    let mean = |column: &[Vec<Bands>; 2], i: usize| 0.5 * (column[0][i] + column[1][i]);
+    let (mut best, mut least) = (None, 1.0);
+    for (level, fit) in fits.iter().enumerate() {
+        let (lambda, error) = best_share(means, kind, &fit.moments);
+        if error < least {
+            (best, least) = (Some((lambda, level)), error);
+        }
+    }
+    let Some((lambda, level)) = best else {
+        let unsmoothed = |column: &[Vec<Bands>; 2]| group.iter().map(|i| mean(column, *i as usize)).collect();
+        let noise: Vec<Bands> = raw_noise(means, group).into_iter().map(|e| e / count).collect();
         return SmoothedGroup {
             lambda: 0.0,
             values: means.columns.iter().map(unsmoothed).collect(),
             part: means.part.as_ref().map(unsmoothed).unwrap_or_default(),
-            own_noise: raw_error.iter().map(|e| e / count).collect(),
-            square_errors: raw_error.iter().map(|e| e / count).collect(),
+            own_noise: noise.clone(),
+            square_errors: noise,
         };
     };
-    let mixed = |column: &[Vec<Bands>; 2], smooth: &[Vec<Bands>; 2]| {
-        let value = |k: usize| raw(column, group[k] as usize) * (1.0 - lambda) + lambda * raw(smooth, k);
+    let GroupFit { halves, moments } = fits[level];
+    let mixed = |column: &[Vec<Bands>; 2], fit: &[Vec<Bands>; 2]| {
+        let value = |k: usize| mean(column, group[k] as usize) * (1.0 - lambda) + lambda * mean(fit, k);
         (0..group.len()).map(value).collect()
     };
-    let part = means.part.iter().flat_map(|part| {
-        let smooth = smoothed_halves(windows, std::slice::from_ref(part), group, level);
-        mixed(part, &smooth[0])
-    });
     SmoothedGroup {
         lambda,
-        values: means.columns.iter().zip(&smooth).map(|(column, smooth)| mixed(column, smooth)).collect(),
-        part: part.collect(),
+        values: means.columns.iter().zip(halves).map(|(column, fit)| mixed(column, fit)).collect(),
+        part: means.part.iter().flat_map(|part| mixed(part, &fit_part(part, level))).collect(),
         square_errors: moments.iter().map(|m| m.error(lambda) / count).collect(),
         own_noise: moments.iter().map(|m| (1.0 - lambda).powi(2) * m.raw / count).collect(),
     }
+}
+
+/// Sum of v_R over a group, of every column, then of their sum.
+fn raw_noise(means: &HalfMeans, group: &[u32]) -> Vec<Bands> {
+    let own: SmoothedHalves = means
+        .columns
+        .iter()
+        .map(|c| [0, 1].map(|h| group.iter().map(|i| c[h][*i as usize]).collect()))
+        .collect();
+    moments_of(means, &own, group).into_iter().map(|m| m.raw).collect()
 }
 
 /// Noise of the fits over that of the samples, for every window level, over all zones of a kind: by the sum of the columns.

@@ -12,6 +12,9 @@ pub(crate) const ZONES_PER_GROUP: usize = 64;
 /// Cells along each edge of a block of volume zones.
 const CELLS_ACROSS_GROUP: usize = 4;
 
+/// Groups whose biases support one another: a cube of blocks.
+pub(crate) const GROUPS_TOGETHER: usize = 8;
+
 /// The zones in the order of their groups.
 pub(crate) struct ZoneGroups {
     order: Vec<u32>,
@@ -30,8 +33,9 @@ impl ZoneGroups {
         if let Some(grid) = scene.voxel_grid() {
             let block = |i: &u32| {
                 let cell = zones.voxels.at(*i as usize - kinds[1].start).cell;
-                let block = grid.coordinates(cell).map(|c| c / CELLS_ACROSS_GROUP);
-                (grid.extinction(cell) == Bands::ZERO, block, *i)
+                let at = grid.coordinates(cell);
+                let [cube, block] = [2, 1].map(|n| at.map(|c| c / (n * CELLS_ACROSS_GROUP)));
+                (grid.extinction(cell) == Bands::ZERO, cube, block, *i)
             };
             order[kinds[1].clone()].par_sort_by_cached_key(block);
         }
