@@ -116,8 +116,11 @@ impl Moments {
     }
 }
 
+/// Values of both halves of a column.
+type Halves = [Vec<Bands>; 2];
+
 /// The smoothed halves of the zones of a group by one window level, for every column.
-type SmoothedHalves = Vec<[Vec<Bands>; 2]>;
+type SmoothedHalves = Vec<Halves>;
 
 /// The fit of a group over the windows of one level.
 struct GroupFit {
@@ -180,10 +183,10 @@ fn mixture(
     group: &[u32],
     kind: usize,
     fits: &[&GroupFit],
-    fit_part: &dyn Fn(&[Vec<Bands>; 2], usize) -> [Vec<Bands>; 2],
+    fit_part: &dyn Fn(&Halves, usize) -> Halves,
 ) -> SmoothedGroup {
     let count = group.len() as f64;
-    let mean = |column: &[Vec<Bands>; 2], i: usize| 0.5 * (column[0][i] + column[1][i]);
+    let mean = |column: &Halves, i: usize| 0.5 * (column[0][i] + column[1][i]);
     let (mut best, mut least) = (None, 1.0);
     for (level, fit) in fits.iter().enumerate() {
         let (lambda, error) = best_share(means, kind, &fit.moments);
@@ -192,7 +195,7 @@ fn mixture(
         }
     }
     let Some((lambda, level)) = best else {
-        let unsmoothed = |column: &[Vec<Bands>; 2]| group.iter().map(|i| mean(column, *i as usize)).collect();
+        let unsmoothed = |column: &Halves| group.iter().map(|i| mean(column, *i as usize)).collect();
         let noise: Vec<Bands> = raw_noise(means, group).into_iter().map(|e| e / count).collect();
         return SmoothedGroup {
             lambda: 0.0,
@@ -203,7 +206,7 @@ fn mixture(
         };
     };
     let GroupFit { halves, moments } = fits[level];
-    let mixed = |column: &[Vec<Bands>; 2], fit: &[Vec<Bands>; 2]| {
+    let mixed = |column: &Halves, fit: &Halves| {
         let value = |k: usize| mean(column, group[k] as usize) * (1.0 - lambda) + lambda * mean(fit, k);
         (0..group.len()).map(value).collect()
     };
@@ -246,7 +249,7 @@ pub(crate) fn noise_shares(windows: &RegressionWindows, means: &HalfMeans, group
 /// The halves of all columns fitted at the zones of a group; a zone without a window keeps its own.
 fn smoothed_halves(
     windows: &RegressionWindows,
-    columns: &[[Vec<Bands>; 2]],
+    columns: &[Halves],
     group: &[u32],
     level: usize,
 ) -> SmoothedHalves {
