@@ -197,13 +197,6 @@ impl<'a> Transport<'a> {
         }
     }
 
-    /// Distances from `a`, m, at which the segment a–b enters and leaves the voxel grid; `None` where it misses it.
-    #[inline]
-    pub fn clip_to_grid(&self, a: Vec3, b: Vec3) -> Option<(f64, f64)> {
-        grid_traversal::clip_to_grid(self.scene.voxel_grid()?, a, b)
-            .map(|(_, enters, leaves)| (enters, leaves))
-    }
-
     /// The volume zone, an index into `zones.voxels`, that holds point `p` of a cell. Where walls divide the cell: the zone of the
     /// nearest sample that `p` sees.
     pub fn volume_zone_at(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {

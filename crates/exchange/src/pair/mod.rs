@@ -60,6 +60,7 @@ mod zone_coefficients;
 pub use exchange::Exchange;
 pub use pair_factor::{PairCounts, PairFactor};
 pub use pair_methods::PairRow;
+pub use ray_average::pane_self_exchange;
 pub use settings::{PairSettings, sample_seed};
 pub use strip_images::StripImages;
 pub use visibility_uncertainty::SUCCESSION_PSEUDO_COUNTS;

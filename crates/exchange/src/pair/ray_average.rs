@@ -474,7 +474,7 @@ fn chord(z: &PreparedZone, x: Vec3, w: Vec3, reach: f64) -> (Vec3, Bands) {
 }
 
 /// F of a pane with itself per area and κ²: (4κt − 2 (1 − 2 E_3(κt)))/κ², the emission that its faces do not transmit.
-pub(super) fn pane_self_exchange(kappa: f64, thickness: f64) -> f64 {
+pub fn pane_self_exchange(kappa: f64, thickness: f64) -> f64 {
     let tau = kappa * thickness;
     ((4.0 * tau - 2.0 * (1.0 - 2.0 * exponential_integral::e3(tau))) / (kappa * kappa)).max(0.0)
 }

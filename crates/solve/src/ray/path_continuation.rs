@@ -1,8 +1,8 @@
 //! Continuation of rays from patches that they hit close by: radiation that varies within a patch.
 //!
 //! A zone has one radiosity. In a crease, below a ledge or behind an ornament that nearly touches a wall, the point that a ray hits is
-//! darker than the mean of its patch. A ray from a patch that hits patch j at x close by ([`zonal_scene::Patch::continues_rays`]) continues from x in a direction of cosine density and ends in another zone k. One shadow ray goes to a light l of the patch,
-//! chosen with probability p_l (next-event estimation, pbrt):
+//! darker than the mean of its patch. A ray from a patch that hits patch j at x close by ([`zonal_scene::Patch::continues_rays`]) continues from x in a
+//! direction of cosine density and ends in another zone k. One shadow ray goes to a light l of the patch, chosen with probability p_l (next-event estimation, pbrt):
 //!
 //! ```text
 //! B(x) = B⁰_j + ρ_j (H_l(x)/p_l + B_k)        B⁰_j the source term of patch j without the lights sampled here

@@ -22,8 +22,7 @@ use crate::solve_context::SolveContext;
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::{closure_targets, reflection_weights};
 use rayon::prelude::*;
-use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_math::exponential_integral::e3;
+use zonal_exchange::pair::{pane_self_exchange, scaled_radiosity_coefficient};
 use zonal_math::{Grade, low_discrepancy};
 use zonal_scene::{Bands, CheckpointStore, NoCheckpoints, NoProgress, PaneZone, Progress, Scene, Zones};
 use zonal_transport::Transport;
@@ -203,12 +202,11 @@ impl ErrorModel for RayOperator<'_> {
 /// Optical depth below which a pane absorbs nothing of its own emission.
 const TRANSPARENT_DEPTH: f64 = 1e-9;
 
-/// Fraction of its own emission that a pane of optical depth τ absorbs: 1 − ∫ (1 − e^{−τ/c}) c dc/τ = 1 − (1/2 − E₃(τ))/τ over the cosines c.
+/// Fraction of its own emission 4κt that a pane absorbs, of an area of 1.
 fn self_absorbed_fraction(pane: &PaneZone) -> Bands {
-    (pane.extinction * pane.thickness).map(|depth| match depth > TRANSPARENT_DEPTH {
-        true => 1.0 - (0.5 - e3(depth)) / depth,
-        false => 0.0,
-    })
+    let t = pane.thickness;
+    let fraction = |k: f64| pane_self_exchange(k, t) * k / (4.0 * t);
+    pane.extinction.map(|k| if k * t > TRANSPARENT_DEPTH { fraction(k) } else { 0.0 })
 }
 
 /// A brightness of every zone in which each column has the same weight, as has their sum: radiosities above the typical ones over their mean.

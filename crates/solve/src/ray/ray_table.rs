@@ -233,41 +233,34 @@ impl RayTable {
             for &end in &self.ends[range] {
                 each(match b.get(end as usize) {
                     Some(b) => *b,
-                    None if end == ESCAPED => sky,
-                    None => self.transported(vertices, (end, PerBand::splat(1.0)), b, extent),
+                    None => self.transported(vertices, (end, PerBand::splat(1.0)), (b, sky), extent),
                 });
             }
         } else {
             for (end, weight) in self.ends[range.clone()].iter().zip(&self.weights[range]) {
-                each(if *end == ESCAPED {
-                    let weight = padded_f32(*weight);
-                    std::array::from_fn(|k| weight[k] * sky[k])
-                } else {
-                    self.transported(vertices, (*end, *weight), b, extent)
-                });
+                each(self.transported(vertices, (*end, *weight), (b, sky), extent));
             }
         }
     }
 
-    /// Radiosity that a ray of this end and weight transports from zones of radiosity `b`.
+    /// Radiosity that a ray of this end and weight transports from zones of radiosity `b` and surroundings of radiosity `sky`.
     #[inline]
     pub(crate) fn transported(
         &self,
         vertices: &[PathVertex],
         (end, weight): (u32, PerBand<f32>),
-        b: &[PaddedBands],
+        (b, sky): (&[PaddedBands], PaddedBands),
         extent: PathExtent,
     ) -> PaddedBands {
         let weight = padded_f32(weight);
-        let from_zone = |zone: u32| {
-            let b = b[zone as usize];
-            std::array::from_fn(|k| weight[k] * b[k])
-        };
+        let weighted = |b: PaddedBands| std::array::from_fn(|k| weight[k] * b[k]);
+        let from_zone = |zone: u32| weighted(b[zone as usize]);
         let along_path = |first: usize, source| {
             let field = PathField { vertices, reflectance: &self.reflectance, radiosity: b, source };
             field.transported(first, weight)
         };
         match (vertex_index(end), extent) {
+            _ if end == ESCAPED => weighted(sky),
             _ if end >= FIRST_CODE => [0.0; LANES],
             (None, _) => from_zone(end),
             (Some(_), PathExtent::FirstZone) => from_zone(first_zone(end, vertices)),
