@@ -163,8 +163,8 @@ fn a_gather_measures_the_surroundings_through_panes() {
         let wanted = SurroundingsExchange::measure(&scene, zones, transport, (8192, 0), &NoProgress);
         let operator = RayOperator::new(context, [32, 16], PathContinuation::On);
         let radiosity = scene.surroundings().radiosity();
-        for share in [1.0, 0.0] {
-            let found = operator.gathered_surroundings(vec![share; zones.panes.len()]);
+        for share in [1.0, 0.5, 0.0] {
+            let found = operator.gathered_surroundings(vec![share; zones.len()]);
             for range in [
                 0..zones.voxel_offset(),
                 zones.voxel_offset()..zones.pane_offset(),

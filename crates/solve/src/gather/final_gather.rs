@@ -9,13 +9,14 @@
 //!
 //! among the patches, and among the volume zones, each until they meet the tolerance; rounded to powers of two, since the sequences are balanced there, and never fewer than before.
 
-use super::gather_error::{ZoneVariances, inherited_errors, ratio, standard_errors};
-use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
+use super::escape_rays::{EscapeRays, EscapeSums};
+use super::gather_error::ratio;
+use super::gathered_fields::GatheredFields;
 use super::regression_windows::RegressionWindows;
-use super::zone_gather::{GatherScratch, Gatherer, SampleRange, SampleSums};
-use super::zone_groups::{GROUPS_TOGETHER, ZoneGroups};
+use super::zone_gather::{GatherScratch, GatheredSky, Gatherer, SampleRange, SampleSums};
+use super::zone_groups::ZoneGroups;
+use super::zone_sums::ZoneSums;
 use crate::ray::padded_bands::{LANES, without_padding};
-use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -35,8 +36,6 @@ struct GatherParams {
     max_over_mean: f64,
     /// Largest growth of the mean number of samples in a round.
     max_growth: f64,
-    /// Stated error over the estimated standard error.
-    stated_error_factor: f64,
     /// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
     equal_weight_multiple: f64,
     /// Share of the tolerance that the noise of the gather aims at.
@@ -55,9 +54,8 @@ const GATHER_PARAMS: GatherParams = GatherParams {
     max_samples: 1 << 15,
     max_rounds: 10,
     variance_exponent: 1.15,
-    max_over_mean: 4.0,
+    max_over_mean: 16.0,
     max_growth: 8.0,
-    stated_error_factor: 1.6,
     equal_weight_multiple: 2.0,
     noise_share: 0.85,
     min_noise_share: 0.4,
@@ -73,8 +71,6 @@ pub(crate) fn expected_samples(tolerance: f64) -> f64 {
     tolerance.powf(-1.6).clamp(2.0 * p.first_samples[1] as f64, 2.0 * p.max_samples as f64)
 }
 
-/// The stage of the checkpoint.
-const STAGE: &str = "state-gather";
 /// Zones of one task.
 const ZONES_PER_TASK: usize = 16;
 /// Tasks that one thread takes at a time: rounds may have samples in few places.
@@ -92,8 +88,8 @@ pub(crate) struct GatherTask<'a> {
     pub windows: &'a RegressionWindows<'a>,
     /// Number of light groups; the columns of the gatherer are theirs, then one of the noise of the radiosities.
     pub groups: usize,
-    /// The group of which the surroundings are a source, where the gather samples them.
-    pub sky: Option<usize>,
+    /// The surroundings, where the gather samples them.
+    pub sky: Option<&'a GatheredSky>,
     /// Relative tolerance.
     pub tolerance: f64,
     /// Incident radiation of known value and its error that the result does not contain, W/m²: that of the surroundings.
@@ -122,99 +118,37 @@ pub(crate) struct Gathered {
     pub samples: u64,
 }
 
-/// Sums of all zones: of each zone, half and quantity.
-struct Sums {
-    quantities: usize,
-    /// Rounds so far.
-    round: usize,
-    /// Samples of each half so far.
-    counts: Vec<usize>,
-    sums: Vec<SampleSums>,
-}
-
-impl Sums {
-    /// Reads the sums of the rounds that an earlier run finished.
-    fn load(task: &GatherTask, quantities: usize) -> Option<Sums> {
-        let bytes = task.checkpoints.load(STAGE)?;
-        let mut decoder = Decoder::new(&bytes);
-        let (round, n) = (decoder.int()?, task.zones.len());
-        let counts: Vec<usize> = decoder.ints()?.into_iter().map(|c| c as usize).collect();
-        let words = decoder.words()?;
-        let complete = decoder.at_end()
-            && round > 0
-            && counts.len() == n
-            && words.len() == 2 * n * quantities * SampleSums::ENCODED_WORDS;
-        let sums = words.chunks_exact(SampleSums::ENCODED_WORDS);
-        let sum = |w: &[[u8; 4]]| SampleSums::from_words(std::array::from_fn(|k| u32::from_le_bytes(w[k])));
-        complete.then(|| Sums { quantities, round, counts, sums: sums.map(sum).collect() })
-    }
-
-    /// Saves the sums of the rounds so far.
-    fn save(&self, task: &GatherTask) {
-        if task.checkpoints.keeps() {
-            let mut encoder = Encoder::default();
-            encoder.int(self.round);
-            encoder.ints(&self.counts.iter().map(|c| *c as u64).collect::<Vec<_>>());
-            encoder.words(
-                self.sums.len() * SampleSums::ENCODED_WORDS,
-                self.sums.iter().flat_map(SampleSums::words),
-            );
-            task.checkpoints.save(STAGE, &encoder.bytes());
-        }
-    }
-
-    fn of(&self, i: usize, half: usize, q: usize) -> &SampleSums {
-        &self.sums[(2 * i + half) * self.quantities + q]
-    }
-
-    /// Mean of quantity `q` of zone `i`, and its variances.
-    fn mean(&self, i: usize, q: usize) -> (Bands, ZoneVariances) {
-        let n = self.counts[i].max(1) as f64;
-        let [a, b] = [0, 1].map(|h| self.of(i, h, q));
-        let mean = (a.sum() + b.sum()) / (2.0 * n);
-        let difference = (a.sum() - b.sum()) / (2.0 * n);
-        let variance = ((a.squares() + b.squares()) / (2.0 * n) - mean * mean).map(|v| v.max(0.0));
-        (mean, ZoneVariances { of_halves: difference * difference, of_samples: variance / (2.0 * n) })
-    }
-}
-
-/// Fields of the sums so far.
-struct Fields {
-    /// Value of every quantity: the groups, then their sum.
-    values: Vec<Vec<Bands>>,
-    /// Stated errors of the same.
-    errors: Vec<Vec<Bands>>,
-    inherited: Vec<Bands>,
-    /// Values of the surroundings alone; empty where they are not sampled.
-    sky: Vec<Bands>,
-}
-
 /// Gathers until the tolerance is met, or the samples are at their maximum.
 pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
     let n = task.zones.len();
     // The groups, their sum, the noise of the radiosities, and the surroundings alone.
     let quantities = task.groups + 2 + usize::from(task.sky.is_some());
-    let mut sums = Sums::load(task, quantities).unwrap_or_else(|| Sums {
-        quantities,
-        round: 0,
-        counts: vec![0; n],
-        sums: vec![SampleSums::default(); 2 * n * quantities],
-    });
+    let escape = || match task.sky {
+        Some(sky) => EscapeRays::new(task.zone_groups, &sky.shares, task.groups),
+        None => EscapeRays::none(),
+    };
+    let mut sums = ZoneSums::load(task.checkpoints, (n, quantities), escape());
     if sums.round == 0 {
         let kind = |i: usize| kind_of(task.zones, i) + usize::from(i >= task.zones.pane_offset());
         let first = |i: usize| GATHER_PARAMS.first_samples[kind(i)];
         take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
     }
-    let (fields, goal) = loop {
-        let fields = fields_of(task, &sums);
+    let mut fields = GatheredFields::new(task);
+    let mut changed = [true; 2];
+    let goal = loop {
+        fields.update(task, &sums, changed);
+        sums.escape.set_ratios(std::mem::take(&mut fields.escape_ratios));
         let goal = Goal::of(task, &fields);
         let more = goal.samples(task, &sums, &fields);
         match more.filter(|_| sums.round < GATHER_PARAMS.max_rounds && !task.progress.is_interrupted()) {
-            Some(wanted) => take_samples(gatherer, task, &wanted, &mut sums),
-            None => break (fields, goal),
+            Some(wanted) => {
+                changed = ranges_of_kinds(task.zones).map(|r| wanted[r.clone()] != sums.counts[r]);
+                take_samples(gatherer, task, &wanted, &mut sums);
+            }
+            None => break goal,
         }
     };
-    let Fields { mut values, mut errors, inherited, mut sky } = fields;
+    let GatheredFields { mut values, mut errors, inherited, mut sky, .. } = fields;
     let mut error = errors.pop().unwrap_or_default();
     let sum = values.pop().unwrap_or_default();
     error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
@@ -223,8 +157,8 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         let all = errors.par_iter_mut().zip(column).zip(inherited.par_iter().zip(&sum));
         all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
     }
-    if let Some(column) = task.sky {
-        separate(&mut values[column], &mut sky);
+    if let Some(of_sky) = task.sky {
+        separate(&mut values[of_sky.column], &mut sky);
     }
     Gathered {
         columns: values,
@@ -248,16 +182,17 @@ fn separate(whole: &mut [Bands], part: &mut [Bands]) {
 }
 
 /// Takes samples of every zone up to the wanted number of each half, and saves them.
-fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut Sums) {
+fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut ZoneSums) {
     let (quantities, p) = (sums.quantities, &GATHER_PARAMS);
     task.progress.begin("gather", task.zones.len() as u64);
     let tasks = sums
         .sums
         .par_chunks_mut(2 * quantities * ZONES_PER_TASK)
         .zip(sums.counts.par_chunks_mut(ZONES_PER_TASK))
+        .zip(sums.escape.by_tasks(task.zones.len(), ZONES_PER_TASK))
         .enumerate()
         .with_max_len(TASKS_AT_A_TIME);
-    tasks.for_each_init(GatherScratch::default, |scratch, (number, (sums, counts))| {
+    tasks.for_each_init(GatherScratch::default, |scratch, (number, ((sums, counts), mut escape))| {
         let zones = counts.len() as u64;
         let mut aimed = 0..0;
         for (k, (sums, count)) in sums.chunks_mut(2 * quantities).zip(counts).enumerate() {
@@ -272,17 +207,25 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
                 aimed = aimed_together(task.zones, zone);
                 gatherer.aim(aimed.clone(), nodes, scratch);
             }
+            let rays = escape.wanted(zone, numbers.end);
+            let mut of_zone = EscapeSums::new(task.groups);
             for (half, sums) in sums.chunks_mut(quantities).enumerate() {
                 let range = SampleRange { zone, half, numbers: numbers.clone() };
-                add_samples(gatherer, task.groups, range, scratch, sums);
+                of_zone.by_samples[half] =
+                    add_samples(gatherer, range, scratch, (sums, &mut of_zone.products));
+                if let Some(numbers) = rays.clone() {
+                    of_zone.rays = numbers.len();
+                    of_zone.by_rays[half] = gatherer.escapes(SampleRange { zone, half, numbers }, scratch);
+                }
             }
+            escape.add(zone, &of_zone);
             *count = numbers.end;
         }
         task.progress.advance(zones);
     });
     task.progress.end();
     sums.round += 1;
-    sums.save(task);
+    sums.save(task.checkpoints);
 }
 
 /// The zones whose connections are aimed with those of zone `i`, from it on. The result depends on the zones alone.
@@ -295,15 +238,16 @@ fn aimed_together(zones: &Zones, i: usize) -> Range<usize> {
     i..end.min(volumes.end)
 }
 
-/// Adds the samples of one half of a zone to its sums.
+/// Adds the samples of one half of a zone to its sums, and the products of every column with the escape of the rays to `products`; returns the sum of the
+/// latter.
 fn add_samples(
     gatherer: &Gatherer,
-    groups: usize,
     range: SampleRange,
     scratch: &mut GatherScratch,
-    sums: &mut [SampleSums],
-) {
-    let mut added = vec![[Bands::ZERO; 2]; sums.len()];
+    (sums, products): (&mut [SampleSums], &mut [Bands]),
+) -> Bands {
+    let groups = products.len();
+    let (mut added, mut escapes) = (vec![[Bands::ZERO; 2]; sums.len()], Bands::ZERO);
     gatherer.samples(range, scratch, |value, sky| {
         let mut all = Bands::ZERO;
         for (c, [sum, squares]) in added[..groups].iter_mut().enumerate() {
@@ -311,109 +255,20 @@ fn add_samples(
             *sum += v;
             *squares += v * v;
             all += v;
+            products[c] += v * sky.escaped;
         }
         added[groups][0] += all;
         added[groups][1] += all * all;
         added[groups + 1][0] += widened(value(groups));
-        added[groups + 2..].iter_mut().for_each(|a| a[0] += sky);
+        added[groups + 2..].iter_mut().for_each(|a| a[0] += sky.radiosity);
+        escapes += sky.escaped;
     });
     sums.iter_mut().zip(added).for_each(|(s, a)| s.add(a));
+    escapes
 }
 
 fn widened(v: [f32; LANES]) -> Bands {
     without_padding(v.map(f64::from))
-}
-
-/// H or G of every zone and quantity, with errors.
-fn fields_of(task: &GatherTask, sums: &Sums) -> Fields {
-    let (n, order, kinds) = (task.zones.len(), task.zone_groups.order(), task.zone_groups.kinds());
-    let groups = task.groups;
-    let factor = |i: usize| if i < task.zones.voxel_offset() { 1.0 } else { 4.0 };
-    // The halves of every light group, and the standard errors of every quantity without smoothing.
-    let half = |c: usize, h: usize| {
-        let mean = |i: usize| {
-            let n = sums.counts[i].max(1) as f64;
-            let own = if c < groups { (task.own)(i, c) } else { Bands::ZERO };
-            factor(i) * (sums.of(i, h, c).sum() / n + own)
-        };
-        (0..n).into_par_iter().map(mean).collect::<Vec<Bands>>()
-    };
-    let columns: Vec<[Vec<Bands>; 2]> = (0..groups).map(|c| [half(c, 0), half(c, 1)]).collect();
-    let part = task.sky.map(|_| [half(groups + 2, 0), half(groups + 2, 1)]);
-    let errors: Vec<Vec<Bands>> = (0..groups + 1)
-        .map(|q| {
-            let one = |i: &u32| {
-                let i = *i as usize;
-                let (v, f) = (sums.mean(i, q).1, factor(i) * factor(i));
-                ZoneVariances { of_halves: f * v.of_halves, of_samples: f * v.of_samples }
-            };
-            let variances: Vec<ZoneVariances> = order.par_iter().map(one).collect();
-            task.zone_groups.by_zone(&standard_errors(&variances, kinds))
-        })
-        .collect();
-    let weights = columns.iter().map(|c| weights_of(task.zones, &|i| 0.5 * (c[0][i] + c[1][i])));
-    let mut weights: Vec<[Bands; 2]> = weights.collect();
-    let all = |i: usize| columns.iter().map(|c| 0.5 * (c[0][i] + c[1][i])).sum::<Bands>();
-    weights.push(weights_of(task.zones, &all));
-    let means = HalfMeans { columns, part, weights };
-    let mut fields = smoothed_fields(task, &means, errors);
-    let noise = |i: &u32| factor(*i as usize) * sums.mean(*i as usize, groups + 1).0;
-    let noise: Vec<Bands> = order.par_iter().map(noise).collect();
-    let values: Vec<Bands> = order.par_iter().map(|i| fields.values[groups][*i as usize]).collect();
-    fields.inherited = task.zone_groups.by_zone(&inherited_errors(&noise, &values, kinds));
-    fields.inherited.par_iter_mut().for_each(|e| *e *= GATHER_PARAMS.stated_error_factor);
-    fields
-}
-
-/// Inverse root mean squares of a field over the patches and over the volume zones.
-fn weights_of(zones: &Zones, field: &dyn Fn(usize) -> Bands) -> [Bands; 2] {
-    [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()].map(|range| {
-        let count = range.len().max(1) as f64;
-        let square = range.fold(Bands::ZERO, |s, i| s + field(i) * field(i));
-        half_smoothing::inverse((square / count).sqrt())
-    })
-}
-
-/// Smooths all groups of zones. `errors` holds the standard errors of the zones by their own samples, of every light group and of the sum.
-fn smoothed_fields(task: &GatherTask, means: &HalfMeans, mut errors: Vec<Vec<Bands>>) -> Fields {
-    let (n, groups) = (task.zones.len(), task.groups);
-    let mut values = vec![vec![Bands::ZERO; n]; groups + 1];
-    let mut sky = vec![Bands::ZERO; if means.part.is_some() { n } else { 0 }];
-    for kind in 0..3 {
-        let blocks = task.zone_groups.of_kind(kind);
-        let shares = match kind {
-            2 => Vec::new(),
-            _ => half_smoothing::noise_shares(task.windows, means, &blocks),
-        };
-        let smooth =
-            |blocks: &[&[u32]]| half_smoothing::smooth_groups(task.windows, means, (blocks, kind), &shares);
-        let smoothed: Vec<Vec<SmoothedGroup>> = blocks.par_chunks(GROUPS_TOGETHER).map(smooth).collect();
-        for (block, group) in blocks.into_iter().zip(smoothed.into_iter().flatten()) {
-            block.iter().zip(&group.part).for_each(|(i, v)| sky[*i as usize] = *v);
-            for (k, i) in block.iter().map(|i| *i as usize).enumerate() {
-                for c in 0..groups {
-                    values[c][i] = group.values[c][k];
-                    let value = values[c][i];
-                    values[groups][i] += value;
-                }
-            }
-            for (q, errors) in errors.iter_mut().enumerate() {
-                join_errors(&group, q, block, errors);
-            }
-        }
-    }
-    Fields { values, errors, inherited: Vec::new(), sky }
-}
-
-/// Turns the standard errors of the zones of a group into stated errors after smoothing: the share of the zone's own samples keeps its size, the rest
-/// is that of the group.
-fn join_errors(group: &SmoothedGroup, q: usize, zones: &[u32], errors: &mut [Bands]) {
-    let own = 1.0 - group.lambda;
-    let rest = (group.square_errors[q] - group.own_noise[q]).map(|e| e.max(0.0));
-    for i in zones {
-        let e = &mut errors[*i as usize];
-        *e = GATHER_PARAMS.stated_error_factor * (own * own * *e * *e + rest).sqrt();
-    }
 }
 
 /// The errors of a round and what they should become, of patches and of volume zones.
@@ -432,10 +287,15 @@ fn kind_of(zones: &Zones, i: usize) -> usize {
     usize::from(i >= zones.voxel_offset())
 }
 
+/// The patches, and the volume zones with the panes.
+pub(super) fn ranges_of_kinds(zones: &Zones) -> [Range<usize>; 2] {
+    [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()]
+}
+
 impl Goal {
-    fn of(task: &GatherTask, fields: &Fields) -> Goal {
+    fn of(task: &GatherTask, fields: &GatheredFields) -> Goal {
         let zones = task.zones;
-        let ranges = [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()];
+        let ranges = ranges_of_kinds(zones);
         let square = |list: &mut dyn Iterator<Item = Bands>| list.fold(Bands::ZERO, |s, x| s + x * x);
         let known = |i: usize| task.known.get(i).copied().unwrap_or_default();
         let level = |q: usize| {
@@ -479,7 +339,7 @@ impl Goal {
     }
 
     /// The samples of each half of every zone in the next round; `None` where the goal is met or nothing can be added.
-    fn samples(&self, task: &GatherTask, sums: &Sums, fields: &Fields) -> Option<Vec<usize>> {
+    fn samples(&self, task: &GatherTask, sums: &ZoneSums, fields: &GatheredFields) -> Option<Vec<usize>> {
         let p = &GATHER_PARAMS;
         let zones = task.zones;
         let n = zones.len();
@@ -498,32 +358,74 @@ impl Goal {
         };
         let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
         let (mut wanted, mut added) = (sums.counts.clone(), 0);
-        for (kind, range) in [0..zones.voxel_offset(), zones.voxel_offset()..n].into_iter().enumerate() {
+        for (kind, range) in ranges_of_kinds(zones).into_iter().enumerate() {
             // A kind that meets its goal keeps its samples.
             let over = self.noise[kind] / self.wanted[kind];
             if over.partial_cmp(&1.0) != Some(Ordering::Greater) || over.is_infinite() {
                 continue;
             }
-            let growth = over.powf(2.0 / p.variance_exponent).clamp(1.2, p.max_growth);
-            let of_kind = growth * sums.counts[range.clone()].iter().map(|c| *c as f64).sum::<f64>();
-            let mean = of_kind / range.len().max(1) as f64;
-            let sum: f64 = deviations[range.clone()].iter().sum();
-            for i in range {
-                let share = if sum > 0.0 { of_kind * deviations[i] / sum } else { mean };
-                let share = share.min(p.max_over_mean * mean).clamp(2.0, p.max_samples as f64);
-                let power = 1usize << (share.log2().round() as u32);
-                wanted[i] = power.min(p.max_samples).max(sums.counts[i]);
-                added += wanted[i] - sums.counts[i];
-            }
+            let counts = &sums.counts[range.clone()];
+            let allocation = Allocation { deviations: &deviations[range.clone()], counts };
+            let numbers = allocation.reducing_error(1.0 / over);
+            added += numbers.iter().zip(counts).map(|(w, c)| w - c).sum::<usize>();
+            wanted[range].copy_from_slice(&numbers);
         }
         (added > 0).then_some(wanted)
     }
 }
 
+/// Samples of the zones of one kind by their need.
+struct Allocation<'a> {
+    /// σ of one sample of each zone.
+    deviations: &'a [f64],
+    /// Samples of each half so far.
+    counts: &'a [usize],
+}
+
+impl Allocation<'_> {
+    /// Samples of each half with which the error falls to `wanted` of the present one, or comes as close to it as the limits of one round let it.
+    fn reducing_error(&self, wanted: f64) -> Vec<usize> {
+        let p = &GATHER_PARAMS;
+        let now = self.squared_error(self.counts);
+        // Growths in steps of an eighth of an octave, the least that suffices by bisection.
+        let numbers = |step: u32| self.grown((f64::from(step) / 8.0).exp2());
+        let suffices = |n: &[usize]| self.squared_error(n) <= wanted * wanted * now;
+        let (mut low, mut high) = (1, (8.0 * p.max_growth.log2()) as u32);
+        while high > low + 1 {
+            let middle = u32::midpoint(low, high);
+            if suffices(&numbers(middle)) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        numbers(high)
+    }
+
+    fn squared_error(&self, counts: &[usize]) -> f64 {
+        let of = |(s, c): (&f64, &usize)| s * s / (*c as f64).powf(GATHER_PARAMS.variance_exponent);
+        self.deviations.iter().zip(counts).map(of).sum()
+    }
+
+    /// Samples that are `growth` times as many in all, in proportion to the deviations.
+    fn grown(&self, growth: f64) -> Vec<usize> {
+        let p = &GATHER_PARAMS;
+        let all = growth * self.counts.iter().map(|c| *c as f64).sum::<f64>();
+        let (mean, sum) = (all / self.counts.len().max(1) as f64, self.deviations.iter().sum::<f64>());
+        let number = |(deviation, count): (&f64, &usize)| {
+            let share = if sum > 0.0 { all * deviation / sum } else { mean };
+            let share = share.min(p.max_over_mean * mean).clamp(2.0, p.max_samples as f64);
+            let power = 1usize << (share.log2().round() as u32);
+            power.min(p.max_samples).max(*count)
+        };
+        self.deviations.iter().zip(self.counts).map(number).collect()
+    }
+}
+
 /// Relative error of a combination of the groups in which all have the same weight, for patches and for volume zones.
-fn equal_weight_error(task: &GatherTask, fields: &Fields, levels: &[[Bands; 2]]) -> [f64; 2] {
+fn equal_weight_error(task: &GatherTask, fields: &GatheredFields, levels: &[[Bands; 2]]) -> [f64; 2] {
     let zones = task.zones;
-    let ranges = [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()];
+    let ranges = ranges_of_kinds(zones);
     let mut worst = [0.0f64; 2];
     for (kind, range) in ranges.into_iter().enumerate() {
         for b in Band::all() {

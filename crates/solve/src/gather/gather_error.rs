@@ -18,7 +18,6 @@
 
 use super::zone_groups::ZONES_PER_GROUP;
 use rayon::prelude::*;
-use std::ops::Range;
 use zonal_scene::Bands;
 
 /// How errors are pooled.
@@ -40,16 +39,13 @@ pub(crate) struct ZoneVariances {
     pub of_samples: Bands,
 }
 
-/// Standard errors of zones in the order of their groups, of the kinds in these ranges.
-pub(crate) fn standard_errors(variances: &[ZoneVariances], kinds: &[Range<usize>]) -> Vec<Bands> {
+/// Standard errors of the zones of a kind, in the order of their groups.
+pub(crate) fn standard_errors(variances: &[ZoneVariances]) -> Vec<Bands> {
     let mut out = vec![Bands::ZERO; variances.len()];
-    for kind in kinds {
-        let all = sums(&variances[kind.clone()]);
-        let ratio_of_all = all.of_halves.zip_map(all.of_samples, ratio);
-        let groups = variances[kind.clone()].par_chunks(ZONES_PER_GROUP);
-        let errors = out[kind.clone()].par_chunks_mut(ZONES_PER_GROUP);
-        groups.zip(errors).for_each(|(group, errors)| pool(group, ratio_of_all, errors));
-    }
+    let all = sums(variances);
+    let ratio_of_all = all.of_halves.zip_map(all.of_samples, ratio);
+    let groups = variances.par_chunks(ZONES_PER_GROUP).zip(out.par_chunks_mut(ZONES_PER_GROUP));
+    groups.for_each(|(group, errors)| pool(group, ratio_of_all, errors));
     out
 }
 
@@ -77,24 +73,19 @@ fn pool(group: &[ZoneVariances], ratio_of_all: Bands, errors: &mut [Bands]) {
     }
 }
 
-/// Error of radiosities that a gather reads, of zones in the order of their groups, from the gather `noise` of one realization of it: per zone, half the mean square of its group, and half
-/// that of all zones of the kind in proportion to the squared value.
-pub(crate) fn inherited_errors(noise: &[Bands], value: &[Bands], kinds: &[Range<usize>]) -> Vec<Bands> {
+/// Error of radiosities that a gather reads, of the zones of a kind in the order of their groups, from the gather `noise` of one realization of it: per zone, half the mean
+/// square of its group, and half that of all zones in proportion to the squared value.
+pub(crate) fn inherited_errors(noise: &[Bands], value: &[Bands]) -> Vec<Bands> {
     let mut out = vec![Bands::ZERO; noise.len()];
     let square = |list: &[Bands]| list.iter().fold(Bands::ZERO, |s, x| s + x * x);
-    for kind in kinds {
-        let relative = square(&noise[kind.clone()]).zip_map(square(&value[kind.clone()]), ratio);
-        let chunks = noise[kind.clone()]
-            .par_chunks(ZONES_PER_GROUP)
-            .zip(value[kind.clone()].par_chunks(ZONES_PER_GROUP))
-            .zip(out[kind.clone()].par_chunks_mut(ZONES_PER_GROUP));
-        chunks.for_each(|((noise, value), out)| {
-            let own = square(noise) / noise.len() as f64;
-            for (v, e) in value.iter().zip(out) {
-                *e = (0.5 * own + 0.5 * relative * (v * v)).sqrt();
-            }
-        });
-    }
+    let relative = square(noise).zip_map(square(value), ratio);
+    let groups = noise.par_chunks(ZONES_PER_GROUP).zip(value.par_chunks(ZONES_PER_GROUP));
+    groups.zip(out.par_chunks_mut(ZONES_PER_GROUP)).for_each(|((noise, value), out)| {
+        let own = square(noise) / noise.len() as f64;
+        for (v, e) in value.iter().zip(out) {
+            *e = (0.5 * own + 0.5 * relative * (v * v)).sqrt();
+        }
+    });
     out
 }
 
@@ -115,7 +106,7 @@ mod tests {
                 of_samples: Bands::splat(s(i) * s(i)),
             })
             .collect();
-        let errors = standard_errors(&variances, std::slice::from_ref(&(0..n)));
+        let errors = standard_errors(&variances);
         for (i, e) in errors.iter().enumerate() {
             let expected = 0.1 * s(i);
             assert!((e.first() / expected - 1.0).abs() < 0.35, "{i}: {} {expected}", e.first());
@@ -127,11 +118,8 @@ mod tests {
         let mut variances =
             vec![ZoneVariances { of_halves: Bands::splat(1.0), of_samples: Bands::splat(1.0) }; 64];
         variances[7] = ZoneVariances::default();
-        let errors = standard_errors(&variances, std::slice::from_ref(&(0..64)));
+        let errors = standard_errors(&variances);
         assert!(errors[7].first() > 0.25 * errors[8].first(), "{:?}", errors[7]);
-        assert_eq!(
-            standard_errors(&[ZoneVariances::default(); 64], std::slice::from_ref(&(0..64)))[3],
-            Bands::ZERO
-        );
+        assert_eq!(standard_errors(&[ZoneVariances::default(); 64])[3], Bands::ZERO);
     }
 }

@@ -21,19 +21,31 @@
 use super::gather_error::ratio;
 use super::regression_windows::{RegressionWindow, RegressionWindows};
 use rayon::prelude::*;
-use zonal_scene::{Band, Bands};
+use zonal_scene::{Band, Bands, PerBand};
 
 /// Share of the noise that the mixture must remove before a group is smoothed: the estimates of one group vary.
 const MIN_GAIN: f64 = 0.1;
 
-/// The means of both halves, a column for each light group.
+/// Values of all bands in single precision, as the sums of the samples.
+pub(crate) type NarrowBands = PerBand<f32>;
+
+fn wide(v: NarrowBands) -> Bands {
+    v.map_to_bands(f64::from)
+}
+
+/// The mean of both halves of a column at zone `i`.
+pub(crate) fn mean_of_halves(column: &[Vec<NarrowBands>; 2], i: usize) -> Bands {
+    0.5 * (wide(column[0][i]) + wide(column[1][i]))
+}
+
+/// The means of both halves over the zones of some kinds, a column for each light group.
 pub(crate) struct HalfMeans {
     /// Means of halves A and B of every column and zone.
-    pub columns: Vec<[Vec<Bands>; 2]>,
+    pub columns: Vec<[Vec<NarrowBands>; 2]>,
     /// Means of both halves of a part of one of the columns, which is smoothed as they are; `None` without.
-    pub part: Option<[Vec<Bands>; 2]>,
-    /// Weight of every column and kind of zones in the choice of λ, the inverse of its level, per band.
-    pub weights: Vec<[Bands; 2]>,
+    pub part: Option<[Vec<NarrowBands>; 2]>,
+    /// Weight of every column, then of their sum, in the choice of λ: the inverse of its level, per band.
+    pub weights: Vec<Bands>,
 }
 
 /// The smoothed values of a group of zones.
@@ -52,8 +64,9 @@ pub(crate) struct SmoothedGroup {
 
 /// Share of the standard error of the squared bias that is added to it.
 const BIAS_ERROR_SHARE: f64 = 0.3;
-/// Weight of the squared bias of neighbouring groups over that of a group.
+/// Weight of the squared bias of neighbouring groups, and of all groups, over that of a group.
 const NEIGHBOURS_WEIGHT: f64 = 3.0;
+const ALL_GROUPS_WEIGHT: f64 = 3.0;
 /// Squared bias of a group over its standard error from which it stands alone.
 const SIGNIFICANT_DEVIATION: f64 = 2.0;
 /// Most groups over which the noise of fits is compared with that of samples.
@@ -85,13 +98,13 @@ impl Moments {
     /// Adds the moments of another group.
     fn add_all(&mut self, other: &Moments) {
         self.raw += other.raw;
+        self.smooth += other.smooth;
         self.bias += other.bias;
         self.bias_squares += other.bias_squares;
     }
 
-    /// Joins the squared bias with that of neighbouring groups together, `all`, in proportion to the noise, unless its own is significant.
-    fn support_bias(&mut self, all: &Moments) {
-        let weight = NEIGHBOURS_WEIGHT;
+    /// Joins the squared bias with that of other groups together, `all`, in proportion to the noise, unless its own is significant.
+    fn support_bias(&mut self, all: &Moments, weight: f64) {
         for b in Band::all() {
             let (own, variance) = (self.bias[b], self.bias_squares[b]);
             if own > SIGNIFICANT_DEVIATION * variance.sqrt() {
@@ -117,7 +130,7 @@ impl Moments {
 }
 
 /// Values of both halves of a column.
-type Halves = [Vec<Bands>; 2];
+type Halves = [Vec<NarrowBands>; 2];
 
 /// The smoothed halves of the zones of a group by one window level, for every column.
 type SmoothedHalves = Vec<Halves>;
@@ -129,34 +142,35 @@ struct GroupFit {
     moments: Vec<Moments>,
 }
 
-/// Smooths neighbouring groups of zones of kind `kind`: patches, volume zones, or panes, which have no neighbours. The squared biases of all groups
+/// Smooths neighbouring groups of zones of one kind: patches, volume zones, or panes, which have no neighbours. The squared biases of all groups
 /// together support that of each.
 pub(crate) fn smooth_groups(
     windows: &RegressionWindows,
     means: &HalfMeans,
-    (groups, kind): (&[&[u32]], usize),
-    noise_shares: &[f64],
+    groups: &[&[u32]],
+    all_groups: &[LevelMoments],
 ) -> Vec<SmoothedGroup> {
     let fit = |group: &&[u32], level: usize| {
         let halves = smoothed_halves(windows, &means.columns, group, level);
         let mut moments = moments_of(means, &halves, group);
-        let least = MIN_NOISE_SHARE * noise_shares.get(level).copied().unwrap_or_default();
+        let least = MIN_NOISE_SHARE * all_groups[level].noise_share;
         moments.iter_mut().for_each(|m| m.smooth = m.smooth.max(least * m.raw));
         GroupFit { halves, moments }
     };
     // The fits of every level, for every group.
     let mut levels: Vec<Vec<GroupFit>> =
-        (0..noise_shares.len()).map(|level| groups.iter().map(|group| fit(group, level)).collect()).collect();
-    for fits in &mut levels {
+        (0..all_groups.len()).map(|level| groups.iter().map(|group| fit(group, level)).collect()).collect();
+    for (fits, of_all) in levels.iter_mut().zip(all_groups) {
         for q in 0..means.columns.len() + 1 {
             let mut all = Moments::default();
             fits.iter().for_each(|f| all.add_all(&f.moments[q]));
-            fits.iter_mut().for_each(|f| f.moments[q].support_bias(&all));
+            all.support_bias(&of_all.moments[q], ALL_GROUPS_WEIGHT);
+            fits.iter_mut().for_each(|f| f.moments[q].support_bias(&all, NEIGHBOURS_WEIGHT));
         }
     }
     let of_group = |k: usize| levels.iter().map(|fits| &fits[k]).collect::<Vec<_>>();
     let smoothed = |(k, group): (usize, &&[u32])| {
-        mixture(means, group, kind, &of_group(k), &|column, level| {
+        mixture(means, group, &of_group(k), &|column, level| {
             smoothed_halves(windows, std::slice::from_ref(column), group, level).swap_remove(0)
         })
     };
@@ -164,9 +178,9 @@ pub(crate) fn smooth_groups(
 }
 
 /// λ and the weighted squared error of the mixture of a group with a fit.
-fn best_share(means: &HalfMeans, kind: usize, moments: &[Moments]) -> (f64, f64) {
+fn best_share(means: &HalfMeans, moments: &[Moments]) -> (f64, f64) {
     let total = |part: fn(&Moments) -> Bands| -> f64 {
-        let weight = |q: usize| means.weights[q][kind.min(1)];
+        let weight = |q: usize| means.weights[q];
         moments.iter().enumerate().map(|(q, m)| (weight(q) * weight(q) * part(m)).sum()).sum()
     };
     let (raw, fit, both) = (total(|m| m.raw), total(|m| m.smooth), total(|m| m.both));
@@ -181,21 +195,20 @@ fn best_share(means: &HalfMeans, kind: usize, moments: &[Moments]) -> (f64, f64)
 fn mixture(
     means: &HalfMeans,
     group: &[u32],
-    kind: usize,
     fits: &[&GroupFit],
     fit_part: &dyn Fn(&Halves, usize) -> Halves,
 ) -> SmoothedGroup {
     let count = group.len() as f64;
-    let mean = |column: &Halves, i: usize| 0.5 * (column[0][i] + column[1][i]);
     let (mut best, mut least) = (None, 1.0);
     for (level, fit) in fits.iter().enumerate() {
-        let (lambda, error) = best_share(means, kind, &fit.moments);
+        let (lambda, error) = best_share(means, &fit.moments);
         if error < least {
             (best, least) = (Some((lambda, level)), error);
         }
     }
     let Some((lambda, level)) = best else {
-        let unsmoothed = |column: &Halves| group.iter().map(|i| mean(column, *i as usize)).collect();
+        let unsmoothed =
+            |column: &Halves| group.iter().map(|i| mean_of_halves(column, *i as usize)).collect();
         let noise: Vec<Bands> = raw_noise(means, group).into_iter().map(|e| e / count).collect();
         return SmoothedGroup {
             lambda: 0.0,
@@ -207,7 +220,9 @@ fn mixture(
     };
     let GroupFit { halves, moments } = fits[level];
     let mixed = |column: &Halves, fit: &Halves| {
-        let value = |k: usize| mean(column, group[k] as usize) * (1.0 - lambda) + lambda * mean(fit, k);
+        let value = |k: usize| {
+            mean_of_halves(column, group[k] as usize) * (1.0 - lambda) + lambda * mean_of_halves(fit, k)
+        };
         (0..group.len()).map(value).collect()
     };
     SmoothedGroup {
@@ -229,21 +244,35 @@ fn raw_noise(means: &HalfMeans, group: &[u32]) -> Vec<Bands> {
     moments_of(means, &own, group).into_iter().map(|m| m.raw).collect()
 }
 
-/// Noise of the fits over that of the samples, for every window level, over all zones of a kind: by the sum of the columns.
-pub(crate) fn noise_shares(windows: &RegressionWindows, means: &HalfMeans, groups: &[&[u32]]) -> Vec<f64> {
+/// The fits of one window level over all zones of a kind.
+pub(crate) struct LevelMoments {
+    /// Noise of the fits over that of the samples, by the sum of the columns.
+    noise_share: f64,
+    /// Moments of every column, then of their sum.
+    moments: Vec<Moments>,
+}
+
+/// The fits of every window level over all zones of a kind, by a sample of the groups.
+pub(crate) fn level_moments(
+    windows: &RegressionWindows,
+    means: &HalfMeans,
+    groups: &[&[u32]],
+) -> Vec<LevelMoments> {
     let Some(first) = groups.first() else { return Vec::new() };
-    let share = |level: usize| {
+    let of_level = |level: usize| {
         let of_group = |group: &&[u32]| {
-            let smooth = smoothed_halves(windows, &means.columns, group, level);
-            let moments = moments_of(means, &smooth, group);
-            moments.last().map_or([0.0; 2], |m| [m.smooth.sum(), m.raw.sum()])
+            moments_of(means, &smoothed_halves(windows, &means.columns, group, level), group)
         };
         let step = groups.len().div_ceil(MAX_SAMPLED_GROUPS);
-        let parts: Vec<[f64; 2]> = groups.par_iter().step_by(step).map(of_group).collect();
-        let [smooth, raw] = parts.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
-        ratio(smooth, raw)
+        let parts: Vec<Vec<Moments>> = groups.par_iter().step_by(step).map(of_group).collect();
+        let mut moments = vec![Moments::default(); means.columns.len() + 1];
+        for part in &parts {
+            moments.iter_mut().zip(part).for_each(|(all, m)| all.add_all(m));
+        }
+        let noise_share = moments.last().map_or(0.0, |m| ratio(m.smooth.sum(), m.raw.sum()));
+        LevelMoments { noise_share, moments }
     };
-    (0..first.first().map_or(0, |i| windows.levels(*i as usize))).map(share).collect()
+    (0..first.first().map_or(0, |i| windows.levels(*i as usize))).map(of_level).collect()
 }
 
 /// The halves of all columns fitted at the zones of a group; a zone without a window keeps its own.
@@ -263,12 +292,11 @@ fn smoothed_halves(
                     None => half[i],
                     Some(w) => {
                         let mut sum = Bands::ZERO;
-                        w.for_each(|j, l| sum += l * half[j]);
+                        w.for_each(|j, l| sum += l * wide(half[j]));
                         // Lit neighbours are separated from a zone that no sample lights.
-                        sum.zip_map(
-                            column[0][i] + column[1][i],
-                            |v, own| if own > 0.0 { v.max(0.0) } else { 0.0 },
-                        )
+                        let own = mean_of_halves(column, i);
+                        let fit = sum.zip_map(own, |v, own| if own > 0.0 { v.max(0.0) } else { 0.0 });
+                        fit.map_to(|v| v as f32)
                     }
                 });
             }
@@ -283,7 +311,7 @@ fn moments_of(means: &HalfMeans, smooth: &SmoothedHalves, group: &[u32]) -> Vec<
     for (k, i) in group.iter().map(|i| *i as usize).enumerate() {
         let (mut raw_sum, mut smooth_sum) = ([Bands::ZERO; 2], [Bands::ZERO; 2]);
         for (c, (column, smooth)) in means.columns.iter().zip(smooth).enumerate() {
-            let (raw, fit) = ([column[0][i], column[1][i]], [smooth[0][k], smooth[1][k]]);
+            let (raw, fit) = ([0, 1].map(|h| wide(column[h][i])), [0, 1].map(|h| wide(smooth[h][k])));
             out[c].add(raw, fit);
             for h in 0..2 {
                 raw_sum[h] += raw[h];

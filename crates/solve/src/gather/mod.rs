@@ -10,18 +10,24 @@
 //! | `expected_path` | what a ray collects from medium and panes, by expected values |
 //! | `patch_lights` | the tree of patches that connections are aimed by |
 //! | `pane_openings` | connections to the surroundings through panes |
+//! | `escape_rays` | rays that only find out whether they leave the scene |
+//! | `zone_sums` | sums of the samples of all zones |
 //! | `final_gather` | rounds of samples, allocated by need |
+//! | `gathered_fields` | H or G of every zone from the samples so far, with errors |
 //! | `half_smoothing` | smoothing over neighbouring zones, as far as the two halves show that it helps |
 //! | `regression_windows` | windows of neighbouring zones, and a linear fit over them |
 //! | `zone_groups` | groups of neighbouring zones |
 //! | `gather_error` | errors from two independent halves of the samples |
 
+mod escape_rays;
 mod expected_path;
 pub(crate) mod final_gather;
 mod gather_error;
+mod gathered_fields;
 mod half_smoothing;
 mod pane_openings;
 mod patch_lights;
 pub(crate) mod regression_windows;
 pub(crate) mod zone_gather;
 pub(crate) mod zone_groups;
+mod zone_sums;

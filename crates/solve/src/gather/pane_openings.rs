@@ -12,12 +12,19 @@
 //! Where a ray leaves the scene without crossing a pane, p = 0 and the ray counts fully.
 
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
-use crate::ray::ray_tracer::{ESCAPED, RayTracer};
+use crate::ray::ray_tracer::RayTracer;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Zones};
+use zonal_transport::Transport;
 
 /// Share of the surroundings that each pane sees at least: few rays measure it.
 const MIN_SKY_SHARE: f64 = 0.02;
+
+/// Transmittance of a ray out of the scene; `None` where it does not leave the scene.
+pub(crate) fn escape_transmittance(transport: &Transport, origin: Vec3, dir: Vec3) -> Option<Bands> {
+    let far = transport.exterior_point(origin, dir);
+    (!transport.occluded(origin, far)).then(|| (-transport.optical_depth(origin, far)).exp())
+}
 
 /// The panes as openings to the surroundings.
 pub(crate) struct PaneOpenings<'a> {
@@ -77,10 +84,9 @@ impl<'a> PaneOpenings<'a> {
         let plate = &self.zones().panes[k as usize].plate;
         let [s, t] = plate.warp([u[1], u[2]]);
         let dir = (plate.at(s, t) - x).normalized();
-        if !dir.is_finite() || self.tracer.first_surface(x, dir).zone != ESCAPED {
+        if !dir.is_finite() {
             return None;
         }
-        let transport = self.tracer.transport;
-        Some((dir, (-transport.optical_depth(x, transport.exterior_point(x, dir))).exp()))
+        Some((dir, escape_transmittance(self.tracer.transport, x, dir)?))
     }
 }

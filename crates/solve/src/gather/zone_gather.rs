@@ -25,7 +25,7 @@
 //! connections have the probability zero.
 
 use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
-use super::pane_openings::PaneOpenings;
+use super::pane_openings::{PaneOpenings, escape_transmittance};
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
 use crate::ray::padded_bands::{LANES, PaddedBands, padded};
 use crate::ray::path_continuation::{PathField, PathLights, PathVertex, VertexSource, vertex_index};
@@ -39,6 +39,8 @@ use zonal_scene::{Bands, PerBand, Zones};
 
 /// Seed that separates these samples from all other random numbers.
 const GATHER_SEED: u64 = 0x2d35_8dcc_aa6c_78a5;
+/// Seed of the rays that only find out whether they leave the scene.
+const ESCAPE_SEED: u64 = 0x6a09_e667_f3bc_c908;
 /// Bit of the number of a continued ray that separates it from the rays of the table.
 const GATHER_RAY: usize = 1 << 24;
 /// Smallest cosine at the end of a connection.
@@ -55,7 +57,7 @@ pub(crate) struct GatherField<'a> {
     /// Source terms at path vertices of every column; empty where paths do not continue.
     pub sources: Vec<&'a VertexSource>,
     /// The surroundings; `None` where the result does not contain them.
-    pub sky: Option<GatheredSky>,
+    pub sky: Option<&'a GatheredSky>,
 }
 
 /// The surroundings of a gather.
@@ -64,8 +66,16 @@ pub(crate) struct GatheredSky {
     pub radiosity: Bands,
     /// The column of which they are a source.
     pub column: usize,
-    /// Share of the emission of every pane zone that leaves the scene.
-    pub pane_shares: Vec<f64>,
+    /// Share of the rays of every zone that leave the scene.
+    pub shares: Vec<f64>,
+}
+
+/// The surroundings in a sample.
+pub(crate) struct SampledSky {
+    /// What they bring, W/m².
+    pub radiosity: Bands,
+    /// Weight of the ray of the sample that leaves the scene; 0 where it does not.
+    pub escaped: Bands,
 }
 
 /// Everything that a gather reads in common.
@@ -132,8 +142,9 @@ pub(crate) struct GatherScratch {
     paths: Vec<(u32, PaddedBands)>,
     /// Weight of β.
     typical: Bands,
-    /// Weight of the surroundings.
+    /// Weight of the surroundings, and the part of it that the ray brings.
     sky: Bands,
+    escaped: Bands,
 }
 
 /// The samples of a zone to take.
@@ -193,7 +204,7 @@ impl<'a> Gatherer<'a> {
             path: ExpectedPath::new(tracer),
             lights,
             patch_lights: PatchLightTree::new(list, zones.voxel_offset()),
-            openings: field.sky.as_ref().map(|sky| PaneOpenings::new(tracer, &sky.pane_shares)),
+            openings: field.sky.map(|sky| PaneOpenings::new(tracer, &sky.shares[zones.pane_offset()..])),
             reflectance,
             field,
         }
@@ -235,7 +246,7 @@ impl<'a> Gatherer<'a> {
         &self,
         range: SampleRange,
         scratch: &mut GatherScratch,
-        mut each: impl FnMut(&dyn Fn(usize) -> PaddedBands, Bands),
+        mut each: impl FnMut(&dyn Fn(usize) -> PaddedBands, SampledSky),
     ) {
         let i = range.zone;
         let seeds = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ GATHER_SEED);
@@ -245,7 +256,7 @@ impl<'a> Gatherer<'a> {
             scratch.list.clear();
             scratch.vertices.clear();
             scratch.paths.clear();
-            (scratch.typical, scratch.sky) = (Bands::ZERO, Bands::ZERO);
+            (scratch.typical, scratch.sky, scratch.escaped) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
             let place = [u[2], u[3], u[7]];
             self.follow_ray((i, k | GATHER_RAY | range.half << 23), place, [u[0], u[1], u[6]], scratch);
             self.connect(i, place, [u[4], u[5], u[6]], scratch);
@@ -253,8 +264,27 @@ impl<'a> Gatherer<'a> {
                 let [v0, v1, v2, ..] = scrambled_sobol::point(k, seed_of_openings);
                 self.connect_through(openings, (i, place), [v0, v1, v2], scratch);
             }
-            each(&|c| self.value(c, scratch), self.sky_value(scratch));
+            let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };
+            each(&|c| self.value(c, scratch), sky);
         }
+    }
+
+    /// Sum over rays of a zone that [`Gatherer::aim`] has prepared of the weight with which they leave the scene.
+    pub(crate) fn escapes(&self, range: SampleRange, scratch: &GatherScratch) -> Bands {
+        let (zones, transport, i) = (self.zones, self.tracer.transport, range.zone);
+        let mut sum = Bands::ZERO;
+        let Some(openings) = &self.openings else { return sum };
+        let seed = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ ESCAPE_SEED) as u32;
+        for k in range.numbers {
+            let u = scrambled_sobol::point(k, seed);
+            let (origin, dir, weight) =
+                ray_from_sample(zones, self.tracer.cell(), i, [u[2], u[3], u[7]], [u[0], u[1]]);
+            if let Some(transmittance) = escape_transmittance(transport, origin, dir) {
+                let density = openings.density(&scratch.openings_cut, (origin, dir));
+                sum += weight * transmittance * balance(self.kernel(i, dir), density);
+            }
+        }
+        sum
     }
 
     /// The sum of column `c` over the zones and paths of a sample.
@@ -263,7 +293,7 @@ impl<'a> Gatherer<'a> {
         let b = &self.field.columns[c];
         let (typical, weight) = (self.field.typical[c], padded(scratch.typical));
         let mut sum: PaddedBands = std::array::from_fn(|k| weight[k] * typical[k]);
-        if self.field.sky.as_ref().is_some_and(|sky| sky.column == c) {
+        if self.field.sky.is_some_and(|sky| sky.column == c) {
             let sky = padded(self.sky_value(scratch));
             (0..LANES).for_each(|k| sum[k] += sky[k]);
         }
@@ -298,7 +328,8 @@ impl<'a> Gatherer<'a> {
         if end.zone >= FIRST_CODE {
             if let Some(openings) = self.openings.as_ref().filter(|_| end.zone == ESCAPED) {
                 let density = openings.density(&scratch.openings_cut, (origin, dir));
-                scratch.sky += left * balance(self.kernel(i, dir), density);
+                scratch.escaped = left * balance(self.kernel(i, dir), density);
+                scratch.sky += scratch.escaped;
             }
             return;
         }
@@ -342,7 +373,7 @@ impl<'a> Gatherer<'a> {
 
     /// The radiation of the surroundings of the present sample, W/m².
     fn sky_value(&self, scratch: &GatherScratch) -> Bands {
-        self.field.sky.as_ref().map_or(Bands::ZERO, |sky| scratch.sky * sky.radiosity)
+        self.field.sky.map_or(Bands::ZERO, |sky| scratch.sky * sky.radiosity)
     }
 
     /// True where the ray of zone `i` continues from its end.

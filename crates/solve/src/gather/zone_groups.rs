@@ -42,25 +42,24 @@ impl ZoneGroups {
         ZoneGroups { order, kinds }
     }
 
+    /// The groups of a scene of this number of patches.
+    #[cfg(test)]
+    pub(crate) fn of_patches(n: usize) -> ZoneGroups {
+        ZoneGroups { order: (0..n as u32).collect(), kinds: [0..n, n..n, n..n] }
+    }
+
     /// The groups of a kind: 0 for patches, 1 for volume zones, 2 for panes.
     pub(crate) fn of_kind(&self, kind: usize) -> Vec<&[u32]> {
         self.order[self.kinds[kind].clone()].chunks(ZONES_PER_GROUP).collect()
     }
 
-    /// All zones, group by group.
-    pub(crate) fn order(&self) -> &[u32] {
-        &self.order
+    /// The zones of a kind, group by group.
+    pub(crate) fn order_of_kind(&self, kind: usize) -> &[u32] {
+        &self.order[self.kinds[kind].clone()]
     }
 
     /// Ranges of the kinds, of the zones as of the order.
     pub(crate) fn kinds(&self) -> &[Range<usize>; 3] {
         &self.kinds
-    }
-
-    /// Values in the order of the groups, sorted by zone.
-    pub(crate) fn by_zone(&self, values: &[Bands]) -> Vec<Bands> {
-        let mut out = vec![Bands::ZERO; values.len()];
-        self.order.iter().zip(values).for_each(|(i, v)| out[*i as usize] = *v);
-        out
     }
 }

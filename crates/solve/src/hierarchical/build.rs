@@ -83,7 +83,7 @@ pub(crate) fn build<'a>(
     Ok(BuiltEngine { operator, closure, counts, warnings, solved })
 }
 
-/// The surroundings as a gather samples them, where the stored rays measured them; these give the shares of the panes.
+/// The surroundings as a gather samples them, where the stored rays measured them; these give the shares of the zones.
 fn gathered_sky(context: &SolveContext, surroundings: &SurroundingsExchange) -> Option<GatheredSky> {
     let (scene, zones) = (context.scene, context.zones);
     if !rays_measure_escape(scene, zones) || !scene.surroundings().has_radiance() {
@@ -93,7 +93,7 @@ fn gathered_sky(context: &SolveContext, surroundings: &SurroundingsExchange) -> 
     Some(GatheredSky {
         radiosity: scene.surroundings().radiosity(),
         column: context.sources.iter().position(|s| s.sky(scene) != Bands::ZERO)?,
-        pane_shares: (zones.pane_offset()..zones.len()).map(share).collect(),
+        shares: (0..zones.len()).map(share).collect(),
     })
 }
 

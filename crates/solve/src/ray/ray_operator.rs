@@ -258,11 +258,11 @@ impl RayOperator<'_> {
         self.table.standard_error(b, sky, extent)
     }
 
-    /// H or G of every zone from the surroundings alone by a final gather, W/m²; `pane_shares` holds the share of the emission of every pane zone that leaves
-    /// the scene.
-    pub fn gathered_surroundings(&self, pane_shares: Vec<f64>) -> Vec<Bands> {
+    /// H or G of every zone from the surroundings alone by a final gather, W/m²; `shares` holds the share of the rays of every zone that leave the
+    /// scene.
+    pub fn gathered_surroundings(&self, shares: Vec<f64>) -> Vec<Bands> {
         let (n, radiosity) = (self.len(), self.scene.surroundings().radiosity());
-        let sky = GatheredSky { radiosity, column: 0, pane_shares };
+        let sky = GatheredSky { radiosity, column: 0, shares };
         let dark = [vec![Bands::ZERO; n]];
         let noise = vec![[0.0; LANES]; n];
         self.gather_incident(&dark, noise, (&[], Some(sky)), (&NoCheckpoints, &NoProgress)).sky
@@ -283,7 +283,7 @@ impl RayOperator<'_> {
         (known, sky): (&[[Bands; 2]], Option<GatheredSky>),
         (checkpoints, progress): (&dyn CheckpointStore, &dyn Progress),
     ) -> Gathered {
-        let sky_column = sky.as_ref().map(|s| s.column);
+        let sky = sky.as_ref();
         let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
         let mut typical: Vec<PaddedBands> = radiosity.iter().map(|b| self.typical_radiosity(b)).collect();
         let brightness = mean_brightness(&radiosity, &typical);
@@ -304,7 +304,7 @@ impl RayOperator<'_> {
             zone_groups: &ZoneGroups::new(self.scene, self.zones),
             windows: &windows,
             groups: columns.len(),
-            sky: sky_column,
+            sky,
             tolerance: self.scene.options().tolerance,
             known,
             own: &own,
