@@ -338,8 +338,8 @@ impl<'a> EscapeControl<'a> {
         let of_escape = self.variance_of_escape(i, row);
         let weight = c * a;
         let covariance = product / n - mean * by_samples;
-        // The sample variance and covariance lack a share of 1/n.
-        let sampled_escape = of_escape * ((n - 1.0) / n);
+        // The variance of v − c a e by the same samples as that of v.
+        let sampled_escape = by_samples * (Bands::ONE - by_samples).map(|x| x.max(0.0));
         let of_samples = (variance * n - 2.0 * weight * covariance + weight * weight * sampled_escape) / n;
         of_samples.map(|v| v.max(0.0)) + weight * weight * of_escape / rays
     }

@@ -11,16 +11,15 @@
 
 use super::escape_rays::{EscapeRays, EscapeSums};
 use super::gather_error::ratio;
+use super::gather_sums::GatherSums;
+use super::gather_task::{GatherTask, ranges_of_kinds};
 use super::gathered_fields::GatheredFields;
-use super::regression_windows::RegressionWindows;
-use super::zone_gather::{GatherScratch, GatheredSky, Gatherer, SampleRange, SampleSums};
-use super::zone_groups::ZoneGroups;
-use super::zone_sums::ZoneSums;
+use super::zone_gather::{GatherScratch, Gatherer, SampleRange, SampleSums};
 use crate::ray::padded_bands::{LANES, without_padding};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
-use zonal_scene::{Band, Bands, CheckpointStore, Progress, Zones};
+use zonal_scene::{Band, Bands, Zones};
 
 /// Numbers of samples and the steps of their growth.
 struct GatherParams {
@@ -54,7 +53,7 @@ const GATHER_PARAMS: GatherParams = GatherParams {
     max_samples: 1 << 15,
     max_rounds: 10,
     variance_exponent: 1.15,
-    max_over_mean: 16.0,
+    max_over_mean: 4.0,
     max_growth: 8.0,
     equal_weight_multiple: 2.0,
     noise_share: 0.85,
@@ -77,30 +76,6 @@ const ZONES_PER_TASK: usize = 16;
 const TASKS_AT_A_TIME: usize = 16;
 /// Volume zones in a row whose connections are aimed together.
 const VOXELS_AIMED_TOGETHER: usize = 8;
-
-/// The inputs of a gather beside the gatherer.
-pub(crate) struct GatherTask<'a> {
-    /// Zones.
-    pub zones: &'a Zones,
-    /// Groups of zones with one degree of smoothing.
-    pub zone_groups: &'a ZoneGroups,
-    /// Neighbours over which fields are smoothed.
-    pub windows: &'a RegressionWindows<'a>,
-    /// Number of light groups; the columns of the gatherer are theirs, then one of the noise of the radiosities.
-    pub groups: usize,
-    /// The surroundings, where the gather samples them.
-    pub sky: Option<&'a GatheredSky>,
-    /// Relative tolerance.
-    pub tolerance: f64,
-    /// Incident radiation of known value and its error that the result does not contain, W/m²: that of the surroundings.
-    pub known: &'a [[Bands; 2]],
-    /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
-    pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
-    /// Store of finished rounds.
-    pub checkpoints: &'a dyn CheckpointStore,
-    /// Observer.
-    pub progress: &'a dyn Progress,
-}
 
 /// The result of a gather.
 pub(crate) struct Gathered {
@@ -127,7 +102,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         Some(sky) => EscapeRays::new(task.zone_groups, &sky.shares, task.groups),
         None => EscapeRays::none(),
     };
-    let mut sums = ZoneSums::load(task.checkpoints, (n, quantities), escape());
+    let mut sums = GatherSums::load(task.checkpoints, (n, quantities), escape());
     if sums.round == 0 {
         let kind = |i: usize| kind_of(task.zones, i) + usize::from(i >= task.zones.pane_offset());
         let first = |i: usize| GATHER_PARAMS.first_samples[kind(i)];
@@ -182,7 +157,7 @@ fn separate(whole: &mut [Bands], part: &mut [Bands]) {
 }
 
 /// Takes samples of every zone up to the wanted number of each half, and saves them.
-fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut ZoneSums) {
+fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut GatherSums) {
     let (quantities, p) = (sums.quantities, &GATHER_PARAMS);
     task.progress.begin("gather", task.zones.len() as u64);
     let tasks = sums
@@ -287,11 +262,6 @@ fn kind_of(zones: &Zones, i: usize) -> usize {
     usize::from(i >= zones.voxel_offset())
 }
 
-/// The patches, and the volume zones with the panes.
-pub(super) fn ranges_of_kinds(zones: &Zones) -> [Range<usize>; 2] {
-    [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()]
-}
-
 impl Goal {
     fn of(task: &GatherTask, fields: &GatheredFields) -> Goal {
         let zones = task.zones;
@@ -339,7 +309,7 @@ impl Goal {
     }
 
     /// The samples of each half of every zone in the next round; `None` where the goal is met or nothing can be added.
-    fn samples(&self, task: &GatherTask, sums: &ZoneSums, fields: &GatheredFields) -> Option<Vec<usize>> {
+    fn samples(&self, task: &GatherTask, sums: &GatherSums, fields: &GatheredFields) -> Option<Vec<usize>> {
         let p = &GATHER_PARAMS;
         let zones = task.zones;
         let n = zones.len();

@@ -4,11 +4,11 @@
 //! not: with its own mean R, the smoothed value S and its standard error σ, the change S − R is limited to ±2 σ.
 
 use super::escape_rays::EscapeControl;
-use super::final_gather::{GatherTask, ranges_of_kinds};
 use super::gather_error::{ZoneVariances, inherited_errors, ratio, standard_errors};
+use super::gather_sums::GatherSums;
+use super::gather_task::{GatherTask, ranges_of_kinds};
 use super::half_smoothing::{self, HalfMeans, NarrowBands, SmoothedGroup};
 use super::zone_groups::GROUPS_TOGETHER;
-use super::zone_sums::ZoneSums;
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_scene::{Band, Bands};
@@ -35,7 +35,7 @@ pub(crate) struct GatheredFields {
 /// What the means of the samples are made of: the sums, and the rays that correct them.
 struct Means<'a> {
     task: &'a GatherTask<'a>,
-    sums: &'a ZoneSums,
+    sums: &'a GatherSums,
     control: EscapeControl<'a>,
 }
 
@@ -78,7 +78,7 @@ impl GatheredFields {
     }
 
     /// Determines the fields of the kinds of zones that have new samples: the patches, and the volume zones with the panes.
-    pub(crate) fn update(&mut self, task: &GatherTask, sums: &ZoneSums, changed: [bool; 2]) {
+    pub(crate) fn update(&mut self, task: &GatherTask, sums: &GatherSums, changed: [bool; 2]) {
         let mean = |i: usize, c: usize| sums.mean(i, c);
         let control = EscapeControl::new(&sums.escape, &sums.counts, task.zone_groups, mean);
         let means = Means { task, sums, control };

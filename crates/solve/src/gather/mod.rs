@@ -11,7 +11,8 @@
 //! | `patch_lights` | the tree of patches that connections are aimed by |
 //! | `pane_openings` | connections to the surroundings through panes |
 //! | `escape_rays` | rays that only find out whether they leave the scene |
-//! | `zone_sums` | sums of the samples of all zones |
+//! | `gather_sums` | sums of the samples of all zones |
+//! | `gather_task` | the inputs of a gather |
 //! | `final_gather` | rounds of samples, allocated by need |
 //! | `gathered_fields` | H or G of every zone from the samples so far, with errors |
 //! | `half_smoothing` | smoothing over neighbouring zones, as far as the two halves show that it helps |
@@ -23,6 +24,8 @@ mod escape_rays;
 mod expected_path;
 pub(crate) mod final_gather;
 mod gather_error;
+mod gather_sums;
+pub(crate) mod gather_task;
 mod gathered_fields;
 mod half_smoothing;
 mod pane_openings;
@@ -30,4 +33,3 @@ mod patch_lights;
 pub(crate) mod regression_windows;
 pub(crate) mod zone_gather;
 pub(crate) mod zone_groups;
-mod zone_sums;

@@ -21,8 +21,7 @@
 //! Where the result contains the radiation of the surroundings, rays that leave the scene bring it, joined with connections through panes
 //! (`pane_openings`).
 //!
-//! A ray from a patch that hits patch j close by continues from there (`ray::path_continuation`), as the radiosity varies within the patch; its
-//! connections have the probability zero.
+//! Where patch j is close to a patch, B_j is that of a path that continues from y (`ray::path_continuation`), as the radiosity varies within the patch.
 
 use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
 use super::pane_openings::{PaneOpenings, escape_transmittance};
@@ -43,6 +42,8 @@ const GATHER_SEED: u64 = 0x2d35_8dcc_aa6c_78a5;
 const ESCAPE_SEED: u64 = 0x6a09_e667_f3bc_c908;
 /// Bit of the number of a continued ray that separates it from the rays of the table.
 const GATHER_RAY: usize = 1 << 24;
+/// Bit that separates the path from the end of a connection from that of the ray.
+const CONNECTION: usize = 1 << 25;
 /// Smallest cosine at the end of a connection.
 const MIN_COSINE: f64 = 1e-6;
 /// Most nodes of the cut by which connections through panes are aimed.
@@ -258,8 +259,9 @@ impl<'a> Gatherer<'a> {
             scratch.paths.clear();
             (scratch.typical, scratch.sky, scratch.escaped) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
             let place = [u[2], u[3], u[7]];
-            self.follow_ray((i, k | GATHER_RAY | range.half << 23), place, [u[0], u[1], u[6]], scratch);
-            self.connect(i, place, [u[4], u[5], u[6]], scratch);
+            let number = k | GATHER_RAY | range.half << 23;
+            self.follow_ray((i, number), place, [u[0], u[1], u[6]], scratch);
+            self.connect((i, number | CONNECTION), place, [u[4], u[5], u[6]], scratch);
             if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
                 let [v0, v1, v2, ..] = scrambled_sobol::point(k, seed_of_openings);
                 self.connect_through(openings, (i, place), [v0, v1, v2], scratch);
@@ -333,17 +335,25 @@ impl<'a> Gatherer<'a> {
             }
             return;
         }
-        if let Some(lights) = self.lights.as_ref().filter(|_| self.continues(i, &end)) {
-            let last = tracer.continue_path(lights, ray, end, &mut scratch.vertices);
-            scratch.paths.push((last, padded(left)));
-            return;
-        }
         let j = end.zone as usize;
         let towards = self.zones.patches[j].normal.dot(dir).abs().max(MIN_COSINE);
         let density = self.kernel(i, dir) * towards / (end.distance * end.distance).max(f64::MIN_POSITIVE);
         let share = balance(density, self.connection_density(&scratch.cut, i, j));
-        scratch.list.push(weighted_zone(end.zone, left * share));
+        self.add_surface(ray, end, left * share, scratch);
         scratch.typical += left * (1.0 - share);
+    }
+
+    /// Adds the surface at the end of a ray or connection; paths go on from patches close by.
+    fn add_surface(&self, ray: (usize, usize), end: RayEnd, weight: Bands, scratch: &mut GatherScratch) {
+        let continues = ray.0 < self.zones.voxel_offset()
+            && self.zones.patches[end.zone as usize].continues_rays(end.distance);
+        match self.lights.as_ref().filter(|_| continues) {
+            Some(lights) => {
+                let last = self.tracer.continue_path(lights, ray, end, &mut scratch.vertices);
+                scratch.paths.push((last, padded(weight)));
+            }
+            None => scratch.list.push(weighted_zone(end.zone, weight)),
+        }
     }
 
     /// Connects the point `place` of zone `i` with the surroundings through a pane.
@@ -376,13 +386,6 @@ impl<'a> Gatherer<'a> {
         self.field.sky.map_or(Bands::ZERO, |sky| scratch.sky * sky.radiosity)
     }
 
-    /// True where the ray of zone `i` continues from its end.
-    fn continues(&self, i: usize, end: &RayEnd) -> bool {
-        i < self.zones.voxel_offset()
-            && self.lights.is_some()
-            && self.zones.patches[end.zone as usize].continues_rays(end.distance)
-    }
-
     /// Density of the directions of zone `i`, 1/sr.
     fn kernel(&self, i: usize, dir: Vec3) -> f64 {
         let zones = self.zones;
@@ -401,8 +404,8 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Connects the point `place` of zone `i` with a patch.
-    fn connect(&self, i: usize, place: [f64; 3], u: [f64; 3], scratch: &mut GatherScratch) {
-        let zones = self.zones;
+    fn connect(&self, ray: (usize, usize), place: [f64; 3], u: [f64; 3], scratch: &mut GatherScratch) {
+        let (zones, i) = (self.zones, ray.0);
         let Some((j, probability)) = self.patch_lights.sample(&scratch.cut, u[0]) else { return };
         let patch = &zones.patches[j as usize];
         if j as usize == i {
@@ -417,15 +420,12 @@ impl<'a> Gatherer<'a> {
         if !(towards > MIN_COSINE && kernel > 0.0 && distance > self.tracer.transport.epsilon()) {
             return;
         }
-        let end = RayEnd { zone: j, weight: PerBand::splat(1.0), distance, position: y };
-        if self.continues(i, &end) {
-            return;
-        }
         let Some(transmittance) = self.tracer.transport.transmittance_inside(x, y) else { return };
         let density = kernel * towards / (distance * distance);
         let share = balance(density, probability / patch.area);
         let weight = self.ray_weight(i, dir) * transmittance * share;
-        scratch.list.push(weighted_zone(j, weight));
+        let end = RayEnd { zone: j, weight: PerBand::splat(1.0), distance, position: y };
+        self.add_surface(ray, end, weight, scratch);
         scratch.typical -= weight;
     }
 }

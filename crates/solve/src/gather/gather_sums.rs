@@ -9,7 +9,7 @@ use zonal_scene::{Bands, CheckpointStore};
 const STAGE: &str = "state-gather";
 
 /// Sums of all zones: of each zone, half and quantity.
-pub(crate) struct ZoneSums {
+pub(crate) struct GatherSums {
     /// Quantities of a sample.
     pub quantities: usize,
     /// Rounds so far.
@@ -22,14 +22,14 @@ pub(crate) struct ZoneSums {
     pub escape: EscapeRays,
 }
 
-impl ZoneSums {
+impl GatherSums {
     /// The sums of the rounds that an earlier run finished, or none, of `n` zones.
     pub(crate) fn load(
         checkpoints: &dyn CheckpointStore,
         (n, quantities): (usize, usize),
         escape: EscapeRays,
-    ) -> ZoneSums {
-        let mut sums = ZoneSums {
+    ) -> GatherSums {
+        let mut sums = GatherSums {
             quantities,
             round: 0,
             counts: vec![0; n],

@@ -1,0 +1,36 @@
+//! The inputs of a gather.
+
+use super::regression_windows::RegressionWindows;
+use super::zone_gather::GatheredSky;
+use super::zone_groups::ZoneGroups;
+use std::ops::Range;
+use zonal_scene::{Bands, CheckpointStore, Progress, Zones};
+
+/// The inputs of a gather beside the gatherer.
+pub(crate) struct GatherTask<'a> {
+    /// Zones.
+    pub zones: &'a Zones,
+    /// Groups of zones with one degree of smoothing.
+    pub zone_groups: &'a ZoneGroups,
+    /// Neighbours over which fields are smoothed.
+    pub windows: &'a RegressionWindows<'a>,
+    /// Number of light groups; the columns of the gatherer are theirs, then one of the noise of the radiosities.
+    pub groups: usize,
+    /// The surroundings, where the gather samples them.
+    pub sky: Option<&'a GatheredSky>,
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Incident radiation of known value and its error that the result does not contain, W/m²: that of the surroundings.
+    pub known: &'a [[Bands; 2]],
+    /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
+    pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
+    /// Store of finished rounds.
+    pub checkpoints: &'a dyn CheckpointStore,
+    /// Observer.
+    pub progress: &'a dyn Progress,
+}
+
+/// The patches, and the volume zones with the panes.
+pub(crate) fn ranges_of_kinds(zones: &Zones) -> [Range<usize>; 2] {
+    [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()]
+}
