@@ -74,7 +74,7 @@ pub fn scene_text(plan: &ChurchPlan, mesh: &str, patch: f64, cell: f64) -> Strin
 name = \"church\"
 
 [solve]
-tolerance = 0.2
+tolerance = 0.12
 patch_size = {patch}         # metres: the root of a patch's area
 patch_rule = \"area\"
 light_groups = \"each\"

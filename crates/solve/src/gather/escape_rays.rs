@@ -167,6 +167,11 @@ impl EscapeRays {
         starts.map(rows_of).collect()
     }
 
+    /// All rays so far.
+    pub(crate) fn total(&self) -> u64 {
+        self.counts.iter().map(|c| 2 * u64::from(*c)).sum()
+    }
+
     /// Sets the rays for each sample of every row.
     pub(crate) fn set_ratios(&mut self, ratios: Vec<u8>) {
         self.rays_per_sample = ratios;

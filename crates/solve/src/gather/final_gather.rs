@@ -91,6 +91,43 @@ pub(crate) struct Gathered {
     pub relative_error: f64,
     /// Samples of all zones.
     pub samples: u64,
+    /// Rays that only found out whether they leave the scene.
+    escape_rays: u64,
+}
+
+impl Gathered {
+    /// The result of the last round.
+    fn new(task: &GatherTask, fields: GatheredFields, goal: &Goal, sums: &GatherSums) -> Gathered {
+        let GatheredFields { mut values, mut errors, inherited, mut sky, .. } = fields;
+        let mut error = errors.pop().unwrap_or_default();
+        let sum = values.pop().unwrap_or_default();
+        error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
+        // Each group inherits its share of the errors of the radiosities.
+        for (errors, column) in errors.iter_mut().zip(&values) {
+            let all = errors.par_iter_mut().zip(column).zip(inherited.par_iter().zip(&sum));
+            all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
+        }
+        if let Some(of_sky) = task.sky {
+            separate(&mut values[of_sky.column], &mut sky);
+        }
+        Gathered {
+            columns: values,
+            sky,
+            column_errors: errors,
+            error,
+            relative_error: [0, 1]
+                .map(|k| goal.noise[k].hypot(goal.inherited[k]))
+                .into_iter()
+                .fold(0.0, f64::max),
+            samples: 2 * sums.counts.iter().map(|c| *c as u64).sum::<u64>(),
+            escape_rays: sums.escape.total(),
+        }
+    }
+
+    /// Rays that may have left the scene.
+    pub(crate) fn rays(&self) -> u64 {
+        self.samples + self.escape_rays
+    }
 }
 
 /// Gathers until the tolerance is met, or the samples are at their maximum.
@@ -123,29 +160,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
             None => break goal,
         }
     };
-    let GatheredFields { mut values, mut errors, inherited, mut sky, .. } = fields;
-    let mut error = errors.pop().unwrap_or_default();
-    let sum = values.pop().unwrap_or_default();
-    error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
-    // Each group inherits its share of the errors of the radiosities.
-    for (errors, column) in errors.iter_mut().zip(&values) {
-        let all = errors.par_iter_mut().zip(column).zip(inherited.par_iter().zip(&sum));
-        all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
-    }
-    if let Some(of_sky) = task.sky {
-        separate(&mut values[of_sky.column], &mut sky);
-    }
-    Gathered {
-        columns: values,
-        sky,
-        column_errors: errors,
-        error,
-        relative_error: [0, 1]
-            .map(|k| goal.noise[k].hypot(goal.inherited[k]))
-            .into_iter()
-            .fold(0.0, f64::max),
-        samples: 2 * sums.counts.iter().map(|c| *c as u64).sum::<u64>(),
-    }
+    Gathered::new(task, fields, &goal, &sums)
 }
 
 /// Takes a part out of a field. Noise may raise the part over the whole.

@@ -70,7 +70,7 @@ pub(crate) fn build<'a>(
     let mut gathered = operator.gather_incident(&strengths, noise, (&known, gathered_sky), observers);
     check_interrupted(context.progress)?;
     if !gathered.sky.is_empty() {
-        surroundings.set_incident((&gathered.sky, sky), |i| zones.response(i).1, traced + gathered.samples);
+        surroundings.set_incident((&gathered.sky, sky), |i| zones.response(i).1, traced + gathered.rays());
         known.iter_mut().zip(&gathered.sky).for_each(|(k, sky)| k[0] = *sky);
     }
     operator.solve_pane_self_exchange(&stored, &mut gathered);
