@@ -20,11 +20,12 @@
 //! group: a number by the samples of the zone alone would bias its estimate.
 
 use super::gather_error::ratio;
+use super::single_precision::{self, SingleBands};
 use super::zone_groups::ZoneGroups;
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use std::ops::Range;
-use zonal_scene::{Bands, PerBand};
+use zonal_scene::Bands;
 
 /// Numbers of rays.
 struct EscapeParams {
@@ -43,8 +44,6 @@ const ESCAPE_PARAMS: EscapeParams =
 /// Row of a zone without such rays.
 const NO_ROW: u32 = u32::MAX;
 
-type Sum = PerBand<f32>;
-
 /// The groups of the patches and of the volume zones.
 fn blocks(groups: &ZoneGroups) -> Vec<&[u32]> {
     [0, 1].into_iter().flat_map(|kind| groups.of_kind(kind)).collect()
@@ -53,10 +52,6 @@ fn blocks(groups: &ZoneGroups) -> Vec<&[u32]> {
 /// The power of two nearest to a number of at least 0.7.
 fn nearest_power(x: f64) -> u8 {
     1 << (x.log2().round() as u8)
-}
-
-fn added(sum: &mut Sum, more: Bands) {
-    *sum = (sum.map_to_bands(f64::from) + more).map_to(|x| x as f32);
 }
 
 /// Sums of a zone in one round.
@@ -83,7 +78,8 @@ impl EscapeSums {
     }
 }
 
-/// The sums of all zones that have such rays.
+/// The sums of all zones that have such rays; by default of none, where the gather does not sample the surroundings.
+#[derive(Default)]
 pub(crate) struct EscapeRays {
     columns: usize,
     /// Row of every zone.
@@ -93,7 +89,7 @@ pub(crate) struct EscapeRays {
     /// Wanted rays for each sample, of every row.
     rays_per_sample: Vec<u8>,
     /// Of each row: Σ e of both halves, Σ e' of both halves, and Σ v e of every column.
-    sums: Vec<Sum>,
+    sums: Vec<SingleBands>,
 }
 
 /// Means of a zone: ē of its samples and ē' of its rays, for one half.
@@ -103,17 +99,6 @@ struct HalfOfRow {
 }
 
 impl EscapeRays {
-    /// No rays: for scenes whose surroundings the gather does not sample.
-    pub(crate) fn none() -> EscapeRays {
-        EscapeRays {
-            columns: 0,
-            rows: Vec::new(),
-            counts: Vec::new(),
-            rays_per_sample: Vec::new(),
-            sums: Vec::new(),
-        }
-    }
-
     /// Rays of the patches and volume zones whose groups see part of the surroundings; `shares` holds the share of the rays of each zone that leave the
     /// scene.
     pub(crate) fn new(groups: &ZoneGroups, shares: &[f64], columns: usize) -> EscapeRays {
@@ -135,7 +120,7 @@ impl EscapeRays {
         };
         let rows: Vec<u32> = per_sample.iter().map(row).collect();
         let rays_per_sample: Vec<u8> = per_sample.into_iter().filter(|r| *r > 0).collect();
-        let sums = vec![Sum::default(); rays_per_sample.len() * (4 + columns)];
+        let sums = vec![SingleBands::default(); rays_per_sample.len() * (4 + columns)];
         EscapeRays { columns, rows, counts: vec![0; rays_per_sample.len()], rays_per_sample, sums }
     }
 
@@ -143,7 +128,7 @@ impl EscapeRays {
         self.rows.get(i).filter(|r| **r != NO_ROW).map(|r| *r as usize)
     }
 
-    /// The rows of tasks of so many consecutive zones each, of `zones` zones.
+    /// The rows of `zones` zones by task: each task has `zones_per_task` consecutive zones, the last one the rest.
     pub(crate) fn by_tasks(&mut self, zones: usize, zones_per_task: usize) -> Vec<EscapeRows<'_>> {
         let width = 4 + self.columns;
         let (mut counts, mut sums) = (self.counts.as_mut_slice(), self.sums.as_mut_slice());
@@ -199,12 +184,12 @@ impl EscapeRays {
 
     /// Sets all sums to zero.
     pub(crate) fn clear(&mut self) {
-        self.sums.fill(Sum::default());
+        self.sums.fill(SingleBands::default());
         self.counts.fill(0);
     }
 
     fn sum(&self, row: usize, k: usize) -> Bands {
-        self.sums[row * (4 + self.columns) + k].map_to_bands(f64::from)
+        single_precision::to_double(self.sums[row * (4 + self.columns) + k])
     }
 
     /// ē and ē' of half `half` of a row, whose zone has `n` samples in each half.
@@ -215,7 +200,7 @@ impl EscapeRays {
 
     /// Writes the sums to a checkpoint.
     pub(crate) fn encode(&self, encoder: &mut Encoder) {
-        let words = self.sums.iter().flat_map(|s| s.into_rgb()).map(f32::to_bits);
+        let words = self.sums.iter().flat_map(|s| single_precision::words(*s));
         encoder.words(3 * self.sums.len(), words);
         encoder.words(self.counts.len(), self.counts.iter().copied());
     }
@@ -228,8 +213,8 @@ impl EscapeRays {
             return None;
         }
         self.counts.iter_mut().zip(counts).for_each(|(own, c)| *own = u32::from_le_bytes(*c));
-        let real = |w: &[u8; 4]| f32::from_bits(u32::from_le_bytes(*w));
-        let sums = words.as_chunks::<3>().0.iter().map(|[r, g, b]| PerBand::from_rgb([r, g, b].map(real)));
+        let sums =
+            words.as_chunks::<3>().0.iter().map(|w| single_precision::from_words(w.map(u32::from_le_bytes)));
         self.sums.iter_mut().zip(sums).for_each(|(s, v)| *s = v);
         Some(())
     }
@@ -243,7 +228,7 @@ pub(crate) struct EscapeRows<'a> {
     rows: &'a [u32],
     ratios: &'a [u8],
     counts: &'a mut [u32],
-    sums: &'a mut [Sum],
+    sums: &'a mut [SingleBands],
 }
 
 impl EscapeRows<'_> {
@@ -264,7 +249,7 @@ impl EscapeRows<'_> {
         let Some(row) = self.row(i) else { return };
         let own = &mut self.sums[row * self.width..(row + 1) * self.width];
         let all = more.by_samples.iter().chain(&more.by_rays).chain(&more.products);
-        own.iter_mut().zip(all).for_each(|(s, m)| added(s, *m));
+        own.iter_mut().zip(all).for_each(|(s, m)| single_precision::add_to(s, *m));
         self.counts[row] += more.rays as u32;
     }
 }
@@ -313,12 +298,12 @@ impl<'a> EscapeControl<'a> {
         rays / (self.counts[i].max(1) as f64 + rays)
     }
 
-    /// What the mean of half `half` of the samples of zone `i` and column `c` lacks, W/m².
+    /// The correction −c a (ē − ē') of the mean of half `half` of zone `i` and column `c`, W/m².
     pub(crate) fn correction(&self, i: usize, half: usize, c: usize) -> Bands {
         self.rays.row(i).map_or(Bands::ZERO, |row| self.coefficients[c][row] * self.excess(i, row, half))
     }
 
-    /// The same of the part that rays out of the scene bring, whose radiosity is `sky`, W/m².
+    /// The correction of the surroundings alone, of radiosity `sky`: that of their c, W/m².
     pub(crate) fn correction_of_part(&self, i: usize, half: usize, sky: Bands) -> Bands {
         self.rays.row(i).map_or(Bands::ZERO, |row| sky * self.excess(i, row, half))
     }
@@ -365,7 +350,7 @@ impl<'a> EscapeControl<'a> {
         (c * c * self.variance_of_escape(i, row)).sum()
     }
 
-    /// What the mean of both halves of quantity `q` lacks, by halves.
+    /// The corrections of the means of both halves of quantity `q`, W/m².
     pub(crate) fn corrections(&self, i: usize, q: usize) -> [Bands; 2] {
         [0, 1].map(|half| match q < self.rays.columns {
             true => self.correction(i, half, q),

@@ -14,7 +14,7 @@ use super::gather_error::ratio;
 use super::gather_sums::GatherSums;
 use super::gather_task::{GatherTask, ranges_of_kinds};
 use super::gathered_fields::GatheredFields;
-use super::zone_gather::{GatherScratch, Gatherer, SampleRange, SampleSums};
+use super::zone_gather::{GatherScratch, GatheredSky, Gatherer, SampleRange, SampleSums};
 use crate::ray::padded_bands::{LANES, without_padding};
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -135,11 +135,9 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
     let n = task.zones.len();
     // The groups, their sum, the noise of the radiosities, and the surroundings alone.
     let quantities = task.groups + 2 + usize::from(task.sky.is_some());
-    let escape = || match task.sky {
-        Some(sky) => EscapeRays::new(task.zone_groups, &sky.shares, task.groups),
-        None => EscapeRays::none(),
-    };
-    let mut sums = GatherSums::load(task.checkpoints, (n, quantities), escape());
+    let of_sky = |sky: &GatheredSky| EscapeRays::new(task.zone_groups, &sky.shares, task.groups);
+    let escape = task.sky.map(of_sky).unwrap_or_default();
+    let mut sums = GatherSums::load(task.checkpoints, (n, quantities), escape);
     if sums.round == 0 {
         let kind = |i: usize| kind_of(task.zones, i) + usize::from(i >= task.zones.pane_offset());
         let first = |i: usize| GATHER_PARAMS.first_samples[kind(i)];

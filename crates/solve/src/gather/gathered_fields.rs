@@ -7,7 +7,8 @@ use super::escape_rays::EscapeControl;
 use super::gather_error::{ZoneVariances, inherited_errors, ratio, standard_errors};
 use super::gather_sums::GatherSums;
 use super::gather_task::{GatherTask, ranges_of_kinds};
-use super::half_smoothing::{self, HalfMeans, NarrowBands, SmoothedGroup};
+use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
+use super::single_precision::{SingleBands, to_single};
 use super::zone_groups::GROUPS_TOGETHER;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -32,7 +33,7 @@ pub(crate) struct GatheredFields {
     pub escape_ratios: Vec<u8>,
 }
 
-/// What the means of the samples are made of: the sums, and the rays that correct them.
+/// The sums of the samples, with the corrections of their means by escape rays.
 struct Means<'a> {
     task: &'a GatherTask<'a>,
     sums: &'a GatherSums,
@@ -168,15 +169,15 @@ fn positive(v: Bands) -> Bands {
 fn half_means(means: &Means, range: Range<usize>) -> HalfMeans {
     let (n, groups) = (means.task.zones.len(), means.task.groups);
     let filled = |mean: &(dyn Fn(usize) -> Bands + Sync)| {
-        let mut list = vec![NarrowBands::default(); n];
+        let mut list = vec![SingleBands::default(); n];
         let zones = list[range.clone()].par_iter_mut().zip(range.clone());
-        zones.for_each(|(v, i)| *v = mean(i).map_to(|x| x as f32));
+        zones.for_each(|(v, i)| *v = to_single(mean(i)));
         list
     };
     let half = |c: usize, h: usize| filled(&|i| means.half(i, h, c));
-    let columns: Vec<[Vec<NarrowBands>; 2]> = (0..groups).map(|c| [half(c, 0), half(c, 1)]).collect();
+    let columns: Vec<[Vec<SingleBands>; 2]> = (0..groups).map(|c| [half(c, 0), half(c, 1)]).collect();
     let part = means.task.sky.map(|sky| [0, 1].map(|h| filled(&|i| means.half_of_sky(i, h, sky.radiosity))));
-    let of_column = |c: &[Vec<NarrowBands>; 2], i: usize| half_smoothing::mean_of_halves(c, i);
+    let of_column = |c: &[Vec<SingleBands>; 2], i: usize| half_smoothing::mean_of_halves(c, i);
     let mut weights: Vec<Bands> =
         columns.iter().map(|c| weight_of(range.clone(), &|i| of_column(c, i))).collect();
     weights.push(weight_of(range.clone(), &|i| columns.iter().map(|c| of_column(c, i)).sum::<Bands>()));

@@ -16,34 +16,28 @@
 //!
 //! A group takes the window of the least error. The fits of a group share their neighbours, so that its few independent fits estimate v_S and b² poorly:
 //! v_S is at least half of the share of v_R that it has over all groups of the kind, and b² is increased by a share of its standard error. The product of
-//! two noisy differences is noisier still: unless b² of a group is significant by itself, it is joined with that of the neighbouring groups. λ and window are the same for all bands and light groups, so that sums remain sums.
+//! two noisy differences is noisier still: unless b² of a group is significant by itself, it is joined with that of the neighbouring groups, and theirs with that of all groups of the kind. λ and window are the same for all bands and light groups, so that sums remain sums.
 
 use super::gather_error::ratio;
 use super::regression_windows::{RegressionWindow, RegressionWindows};
+use super::single_precision::{SingleBands, to_double, to_single};
 use rayon::prelude::*;
-use zonal_scene::{Band, Bands, PerBand};
+use zonal_scene::{Band, Bands};
 
 /// Share of the noise that the mixture must remove before a group is smoothed: the estimates of one group vary.
 const MIN_GAIN: f64 = 0.1;
 
-/// Values of all bands in single precision, as the sums of the samples.
-pub(crate) type NarrowBands = PerBand<f32>;
-
-fn wide(v: NarrowBands) -> Bands {
-    v.map_to_bands(f64::from)
-}
-
 /// The mean of both halves of a column at zone `i`.
-pub(crate) fn mean_of_halves(column: &[Vec<NarrowBands>; 2], i: usize) -> Bands {
-    0.5 * (wide(column[0][i]) + wide(column[1][i]))
+pub(crate) fn mean_of_halves(column: &[Vec<SingleBands>; 2], i: usize) -> Bands {
+    0.5 * (to_double(column[0][i]) + to_double(column[1][i]))
 }
 
 /// The means of both halves over the zones of some kinds, a column for each light group.
 pub(crate) struct HalfMeans {
     /// Means of halves A and B of every column and zone.
-    pub columns: Vec<[Vec<NarrowBands>; 2]>,
+    pub columns: Vec<[Vec<SingleBands>; 2]>,
     /// Means of both halves of a part of one of the columns, which is smoothed as they are; `None` without.
-    pub part: Option<[Vec<NarrowBands>; 2]>,
+    pub part: Option<[Vec<SingleBands>; 2]>,
     /// Weight of every column, then of their sum, in the choice of λ: the inverse of its level, per band.
     pub weights: Vec<Bands>,
 }
@@ -69,7 +63,7 @@ const NEIGHBOURS_WEIGHT: f64 = 3.0;
 const ALL_GROUPS_WEIGHT: f64 = 3.0;
 /// Squared bias of a group over its standard error from which it stands alone.
 const SIGNIFICANT_DEVIATION: f64 = 2.0;
-/// Most groups over which the noise of fits is compared with that of samples.
+/// Most groups that are sampled for the noise and the squared bias of the fits of all groups.
 const MAX_SAMPLED_GROUPS: usize = 256;
 /// Least noise of a fit over that of the samples, relative to the same over all groups.
 const MIN_NOISE_SHARE: f64 = 0.5;
@@ -130,7 +124,7 @@ impl Moments {
 }
 
 /// Values of both halves of a column.
-type Halves = [Vec<NarrowBands>; 2];
+type Halves = [Vec<SingleBands>; 2];
 
 /// The smoothed halves of the zones of a group by one window level, for every column.
 type SmoothedHalves = Vec<Halves>;
@@ -292,11 +286,11 @@ fn smoothed_halves(
                     None => half[i],
                     Some(w) => {
                         let mut sum = Bands::ZERO;
-                        w.for_each(|j, l| sum += l * wide(half[j]));
+                        w.for_each(|j, l| sum += l * to_double(half[j]));
                         // Lit neighbours are separated from a zone that no sample lights.
                         let own = mean_of_halves(column, i);
                         let fit = sum.zip_map(own, |v, own| if own > 0.0 { v.max(0.0) } else { 0.0 });
-                        fit.map_to(|v| v as f32)
+                        to_single(fit)
                     }
                 });
             }
@@ -311,7 +305,8 @@ fn moments_of(means: &HalfMeans, smooth: &SmoothedHalves, group: &[u32]) -> Vec<
     for (k, i) in group.iter().map(|i| *i as usize).enumerate() {
         let (mut raw_sum, mut smooth_sum) = ([Bands::ZERO; 2], [Bands::ZERO; 2]);
         for (c, (column, smooth)) in means.columns.iter().zip(smooth).enumerate() {
-            let (raw, fit) = ([0, 1].map(|h| wide(column[h][i])), [0, 1].map(|h| wide(smooth[h][k])));
+            let (raw, fit) =
+                ([0, 1].map(|h| to_double(column[h][i])), [0, 1].map(|h| to_double(smooth[h][k])));
             out[c].add(raw, fit);
             for h in 0..2 {
                 raw_sum[h] += raw[h];

@@ -12,6 +12,7 @@
 //! | `pane_openings` | connections to the surroundings through panes |
 //! | `escape_rays` | rays that only find out whether they leave the scene |
 //! | `gather_sums` | sums of the samples of all zones |
+//! | `single_precision` | bands in single precision, for sums and means of all zones |
 //! | `gather_task` | the inputs of a gather |
 //! | `final_gather` | rounds of samples, allocated by need |
 //! | `gathered_fields` | H or G of every zone from the samples so far, with errors |
@@ -31,5 +32,6 @@ mod half_smoothing;
 mod pane_openings;
 mod patch_lights;
 pub(crate) mod regression_windows;
+mod single_precision;
 pub(crate) mod zone_gather;
 pub(crate) mod zone_groups;

@@ -15,16 +15,9 @@ use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
 use crate::ray::ray_tracer::RayTracer;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Zones};
-use zonal_transport::Transport;
 
 /// Share of the surroundings that each pane sees at least: few rays measure it.
 const MIN_SKY_SHARE: f64 = 0.02;
-
-/// Transmittance of a ray out of the scene; `None` where it does not leave the scene.
-pub(crate) fn escape_transmittance(transport: &Transport, origin: Vec3, dir: Vec3) -> Option<Bands> {
-    let far = transport.exterior_point(origin, dir);
-    (!transport.occluded(origin, far)).then(|| (-transport.optical_depth(origin, far)).exp())
-}
 
 /// The panes as openings to the surroundings.
 pub(crate) struct PaneOpenings<'a> {
@@ -87,6 +80,7 @@ impl<'a> PaneOpenings<'a> {
         if !dir.is_finite() {
             return None;
         }
-        Some((dir, escape_transmittance(self.tracer.transport, x, dir)?))
+        let transport = self.tracer.transport;
+        Some((dir, transport.transmittance(x, transport.exterior_point(x, dir))?))
     }
 }

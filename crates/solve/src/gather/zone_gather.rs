@@ -24,8 +24,9 @@
 //! Where patch j is close to a patch, B_j is that of a path that continues from y (`ray::path_continuation`), as the radiosity varies within the patch.
 
 use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
-use super::pane_openings::{PaneOpenings, escape_transmittance};
+use super::pane_openings::PaneOpenings;
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
+use super::single_precision::{self, SingleBands};
 use crate::ray::padded_bands::{LANES, PaddedBands, padded};
 use crate::ray::path_continuation::{PathField, PathLights, PathVertex, VertexSource, vertex_index};
 use crate::ray::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayTracer};
@@ -96,19 +97,19 @@ pub(crate) struct Gatherer<'a> {
 /// Sum and sum of squares of the samples of one quantity.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct SampleSums {
-    sum: PerBand<f32>,
-    squares: PerBand<f32>,
+    sum: SingleBands,
+    squares: SingleBands,
 }
 
 impl SampleSums {
     /// Σ v.
     pub(crate) fn sum(&self) -> Bands {
-        self.sum.map_to_bands(f64::from)
+        single_precision::to_double(self.sum)
     }
 
     /// Σ v².
     pub(crate) fn squares(&self) -> Bands {
-        self.squares.map_to_bands(f64::from)
+        single_precision::to_double(self.squares)
     }
 
     /// Words of the sums in a checkpoint.
@@ -116,20 +117,20 @@ impl SampleSums {
 
     /// The sums as words.
     pub(crate) fn words(&self) -> [u32; 6] {
-        let ([a, b, c], [d, e, f]) = (self.sum.into_rgb(), self.squares.into_rgb());
-        [a, b, c, d, e, f].map(f32::to_bits)
+        let [[a, b, c], [d, e, f]] = [self.sum, self.squares].map(single_precision::words);
+        [a, b, c, d, e, f]
     }
 
     /// The sums of these words.
     pub(crate) fn from_words([a, b, c, d, e, f]: [u32; 6]) -> SampleSums {
-        let [sum, squares] = [[a, b, c], [d, e, f]].map(|v| PerBand::from_rgb(v).map(f32::from_bits));
+        let [sum, squares] = [[a, b, c], [d, e, f]].map(single_precision::from_words);
         SampleSums { sum, squares }
     }
 
     /// Adds sums of further samples.
     pub(crate) fn add(&mut self, [sum, squares]: [Bands; 2]) {
-        self.sum = (self.sum() + sum).map_to(|x| x as f32);
-        self.squares = (self.squares() + squares).map_to(|x| x as f32);
+        single_precision::add_to(&mut self.sum, sum);
+        single_precision::add_to(&mut self.squares, squares);
     }
 }
 
@@ -281,7 +282,9 @@ impl<'a> Gatherer<'a> {
             let u = scrambled_sobol::point(k, seed);
             let (origin, dir, weight) =
                 ray_from_sample(zones, self.tracer.cell(), i, [u[2], u[3], u[7]], [u[0], u[1]]);
-            if let Some(transmittance) = escape_transmittance(transport, origin, dir) {
+            if let Some(transmittance) =
+                transport.transmittance(origin, transport.exterior_point(origin, dir))
+            {
                 let density = openings.density(&scratch.openings_cut, (origin, dir));
                 sum += weight * transmittance * balance(self.kernel(i, dir), density);
             }
