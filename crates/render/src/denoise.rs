@@ -34,8 +34,8 @@ struct DenoiseParams {
 
 const PARAMS: DenoiseParams = DenoiseParams {
     noise_share_of_estimate: 0.7,
-    min_relative_error: 0.04,
-    filter_radius: 2.4,
+    min_relative_error: 0.015,
+    filter_radius: 4.0,
     min_normal_cosine: 0.78,
     max_plane_distance: 0.34,
 };

@@ -31,7 +31,7 @@ struct DirectLightParams {
     sky_sample_factor: usize,
     /// Angular diameter, rad, from which on one direction does not stand for a whole sun.
     wide_sun_diameter: f64,
-    /// Samples of a sun in its penumbra over those elsewhere.
+    /// Samples of a sun or an emitter in its penumbra over those elsewhere.
     penumbra_sample_factor: usize,
     /// Share of the indirect irradiance below which a clustered emitter has one shadow ray.
     single_ray_share: f64,
@@ -160,12 +160,24 @@ impl<'a> DirectLights<'a> {
             let h = match light.narrow_sun_depths() {
                 Some(depths) => self.sun_irradiance(light_sampler, depths, &receiver, &own),
                 None if clustered => self.clustered_irradiance(light_sampler, &receiver, &own),
-                None => light_sampler
-                    .gather_with(self.transport, point, Receiver::Surface(normal), n, |i| own.sample(i)),
+                None => {
+                    let many = own.with_count(own.count * self.samples_over_first(light_sampler));
+                    let at = |i: usize| many.sample(i);
+                    let receiver = Receiver::Surface(normal);
+                    light_sampler.gather_adaptively(self.transport, point, receiver, [own.count, many.count], at)
+                }
             };
             sum += h;
         }
         sum
+    }
+
+    /// Samples of a light in its penumbra over the first ones.
+    fn samples_over_first(&self, light: &LightSampler) -> usize {
+        match light.light() {
+            Light::Emitter { .. } => PARAMS.penumbra_sample_factor,
+            _ => 1,
+        }
     }
 
     /// H_dir of an emitter of many facets, each cluster as one point. Where the whole emitter is faint, one shadow ray is traced with
@@ -260,13 +272,13 @@ impl<'a> DirectLights<'a> {
         }
         for light in self.lights.iter().filter(|l| !skip(&l.sampler)) {
             if let Some(map) = &light.shadow_map {
-                for i in 0..sampler.sun_repeats {
+                for i in 0..sampler.medium_repeats {
                     let samples = MapSamples {
-                        first: sampler.first * sampler.sun_repeats + i,
+                        first: sampler.first * sampler.medium_repeats + i,
                         shift: sampler.shift,
                         max_steps: sampler.max_sun_steps,
                     };
-                    out += map.inscattered(&self.scattering, ray, path, samples) / sampler.sun_repeats as f64;
+                    out += map.inscattered(&self.scattering, ray, path, samples) / sampler.medium_repeats as f64;
                 }
                 continue;
             }
@@ -274,13 +286,15 @@ impl<'a> DirectLights<'a> {
                 Light::Sun { .. } => 1,
                 _ => sampler.count.div_ceil(2),
             };
-            let own = sampler.with_count(n);
             if let Some(area_light) = &light.area_light {
+                let n = sampler.count * sampler.medium_repeats;
+                let own = sampler.with_count(n);
                 let points: Vec<EmissionSample> =
                     (0..n).filter_map(|i| light.sampler.sample_emission(own.sample(i))).collect();
                 out += area_light.inscattered(&self.scattering, &light.sampler, ray, path, &points);
                 continue;
             }
+            let own = sampler.with_count(n);
             for i in 0..n {
                 if let Some(source) = light.sampler.sample_emission(own.sample(i)) {
                     let l = self.scattering.inscattered(ray, path, &source, light.sun_depths.as_ref());

@@ -11,15 +11,15 @@ pub(crate) struct RaySampler {
     pub shift: [f64; 3],
     /// Maximum number of steps along the ray for suns with an extent.
     pub max_sun_steps: usize,
-    /// Number of times that the steps for suns are sampled.
-    pub sun_repeats: usize,
+    /// Number of times that the steps for suns, and the points of emitters of few facets, are sampled along the ray.
+    pub medium_repeats: usize,
 }
 
 impl RaySampler {
     /// Samples of ray number `i` of a pixel, `count` of each light.
     pub(crate) fn of_ray(i: usize, count: usize, shift: [f64; 3]) -> RaySampler {
         let max_sun_steps = RENDER_PARAMS.max_sun_steps;
-        RaySampler { first: i * count, count, shift, max_sun_steps, sun_repeats: 1 }
+        RaySampler { first: i * count, count, shift, max_sun_steps, medium_repeats: 1 }
     }
 
     /// The same ray with `n` samples of each light.

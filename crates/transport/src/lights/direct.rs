@@ -218,12 +218,32 @@ impl<'a> LightSampler<'a> {
         n: usize,
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
+        self.gather_adaptively(transport, point, receiver, [n, n], at)
+    }
+
+    /// The same from the first number of samples where all of them arrive, or none; where some arrive, in the penumbra, from the second number.
+    pub fn gather_adaptively(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        [few, many]: [usize; 2],
+        at: impl Fn(usize) -> [f64; 3],
+    ) -> Bands {
         // Sum the samples before and after attenuation.
         let (mut sent, mut arrived) = (Bands::ZERO, Bands::ZERO);
-        for i in 0..n {
+        let (mut blocked, mut open) = (false, false);
+        let (mut i, mut n) = (0, few);
+        while i < n {
             if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
                 sent += sample.flux;
-                arrived += self.attenuated(transport, point, &sample).unwrap_or_default();
+                let attenuated = self.attenuated(transport, point, &sample);
+                *(if attenuated.is_some() { &mut open } else { &mut blocked }) = true;
+                arrived += attenuated.unwrap_or_default();
+            }
+            i += 1;
+            if i == few && blocked && open {
+                n = many.max(few);
             }
         }
         if !self.has_closed_form() {
