@@ -161,10 +161,8 @@ impl<'a> DirectLights<'a> {
                 Some(depths) => self.sun_irradiance(light_sampler, depths, &receiver, &own),
                 None if clustered => self.clustered_irradiance(light_sampler, &receiver, &own),
                 None => {
-                    let many = own.with_count(own.count * self.samples_over_first(light_sampler));
-                    let at = |i: usize| many.sample(i);
                     let receiver = Receiver::Surface(normal);
-                    light_sampler.gather_adaptively(self.transport, point, receiver, [own.count, many.count], at)
+                    self.sampled_irradiance(light_sampler, (point, receiver), &own)
                 }
             };
             sum += h;
@@ -172,11 +170,22 @@ impl<'a> DirectLights<'a> {
         sum
     }
 
-    /// Samples of a light in its penumbra over the first ones.
-    fn samples_over_first(&self, light: &LightSampler) -> usize {
-        match light.light() {
-            Light::Emitter { .. } => PARAMS.penumbra_sample_factor,
-            _ => 1,
+    /// H_dir by the samples of a ray; more of them in the penumbra of an emitter.
+    fn sampled_irradiance(
+        &self,
+        light_sampler: &LightSampler,
+        (point, receiver): (Vec3, Receiver),
+        own: &RaySampler,
+    ) -> Bands {
+        let few = own.count;
+        match light_sampler.light() {
+            Light::Emitter { .. } => {
+                let many = PARAMS.penumbra_sample_factor * few;
+                let all = own.with_count(few + many);
+                light_sampler
+                    .gather_adaptively(self.transport, point, receiver, [few, many], |i| all.sample(i))
+            }
+            _ => light_sampler.gather_with(self.transport, point, receiver, few, |i| own.sample(i)),
         }
     }
 
@@ -278,7 +287,8 @@ impl<'a> DirectLights<'a> {
                         shift: sampler.shift,
                         max_steps: sampler.max_sun_steps,
                     };
-                    out += map.inscattered(&self.scattering, ray, path, samples) / sampler.medium_repeats as f64;
+                    out +=
+                        map.inscattered(&self.scattering, ray, path, samples) / sampler.medium_repeats as f64;
                 }
                 continue;
             }

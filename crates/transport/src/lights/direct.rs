@@ -22,6 +22,7 @@ use super::receiver::Receiver;
 use super::samples::{EmissionSample, LightSample};
 use crate::transport::Transport;
 use std::f64::consts::PI;
+use std::ops::Range;
 use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Bands, Light, Scene};
@@ -218,10 +219,11 @@ impl<'a> LightSampler<'a> {
         n: usize,
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
-        self.gather_adaptively(transport, point, receiver, [n, n], at)
+        self.gather_range(transport, (point, receiver), 0..n, at).0
     }
 
-    /// The same from the first number of samples where all of them arrive, or none; where some arrive, in the penumbra, from the second number.
+    /// The same with the number of samples by need: `few` first ones show whether the point lies in the penumbra, where some arrive and others do not. The value is
+    /// the mean of as many others, in the penumbra of `many` others: samples that choose their number are not part of it, as it would be biased.
     pub fn gather_adaptively(
         &self,
         transport: &Transport,
@@ -230,28 +232,40 @@ impl<'a> LightSampler<'a> {
         [few, many]: [usize; 2],
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
+        let (_, in_penumbra) = self.gather_range(transport, (point, receiver), 0..few, &at);
+        let n = if in_penumbra { many } else { few };
+        self.gather_range(transport, (point, receiver), few..few + n, &at).0
+    }
+
+    /// The mean over a range of samples, and whether some of them arrive and others do not.
+    fn gather_range(
+        &self,
+        transport: &Transport,
+        (point, receiver): (Vec3, Receiver),
+        range: Range<usize>,
+        at: impl Fn(usize) -> [f64; 3],
+    ) -> (Bands, bool) {
+        let n = range.len();
         // Sum the samples before and after attenuation.
         let (mut sent, mut arrived) = (Bands::ZERO, Bands::ZERO);
-        let (mut blocked, mut open) = (false, false);
-        let (mut i, mut n) = (0, few);
-        while i < n {
+        let (mut blocked, mut open) = (0, 0);
+        for i in range {
             if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
                 sent += sample.flux;
-                let attenuated = self.attenuated(transport, point, &sample);
-                *(if attenuated.is_some() { &mut open } else { &mut blocked }) = true;
-                arrived += attenuated.unwrap_or_default();
-            }
-            i += 1;
-            if i == few && blocked && open {
-                n = many.max(few);
+                match self.attenuated(transport, point, &sample) {
+                    Some(flux) => (arrived, open) = (arrived + flux, open + 1),
+                    None => blocked += 1,
+                }
             }
         }
+        let in_penumbra = blocked > 0 && open > 0;
         if !self.has_closed_form() {
-            return arrived / n as f64;
+            return (arrived / n as f64, in_penumbra);
         }
         // Scale the closed form by the fraction that arrives.
         let unoccluded = self.unoccluded(point, receiver);
-        Bands::from_fn(|b| if sent[b] > 0.0 { unoccluded[b] * arrived[b] / sent[b] } else { 0.0 })
+        let scaled = |b| if sent[b] > 0.0 { unoccluded[b] * arrived[b] / sent[b] } else { 0.0 };
+        (Bands::from_fn(scaled), in_penumbra)
     }
 
     /// H or G of an emitter without attenuation, W/m², in closed form; zero for a light that has none.
@@ -441,5 +455,33 @@ mod tests {
         assert!((h.first() / TAU - 1.0).abs() < 1e-9, "{h:?}");
         let g = fluence(&scene, &sky, vec3(0.0, 0.0, 1e-4), 1024, 5);
         assert!((g.first() / (4.0 * PI) - 1.0).abs() < 0.01, "the floor covers half the sphere: {g:?}");
+    }
+
+    #[test]
+    fn more_samples_in_the_penumbra_do_not_change_the_mean() {
+        // A lamp of 2 m hangs 2 m above; a plate 1 m above hides its edge from the point, a tenth of it.
+        let hides = Plate::parallelogram(vec3(0.4, -1.0, 1.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 2.0, 0.0));
+        let scene = Scene::new(SceneParts {
+            surfaces: vec![surface("lamp", 1.0), surface("plate", 0.0)],
+            facets: vec![facet(0, square(2.0, 1.0, false)), facet(1, hides)],
+            lights: vec![Light::Emitter { surface: 0, name: None }],
+            ..SceneParts::default()
+        })
+        .unwrap();
+        let (transport, sampler) = (Transport::new(&scene), LightSampler::new(&scene, &scene.lights()[0]));
+        let receiver = (Vec3::ZERO, Receiver::Surface(vec3(0.0, 0.0, 1.0)));
+        let at = |shift: [f64; 3]| move |i: usize| low_discrepancy::r3(i, shift);
+        let exact = sampler.gather_with(&transport, receiver.0, receiver.1, 20_000, at([0.5; 3])).first();
+        let open = sampler.unoccluded(receiver.0, receiver.1).first();
+        assert!(exact > 0.8 * open && exact < 0.95 * open, "{exact} of {open}");
+        let n = 4000;
+        let shift = |k: u64| [0, 1, 2].map(|i| low_discrepancy::hash_to_unit(3 * k + i));
+        let mean = (0..n)
+            .map(|k| {
+                sampler.gather_adaptively(&transport, receiver.0, receiver.1, [4, 16], at(shift(k))).first()
+            })
+            .sum::<f64>()
+            / n as f64;
+        assert!((mean / exact - 1.0).abs() < 0.005, "{mean} {exact}");
     }
 }
