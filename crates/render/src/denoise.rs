@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn values_with_small_errors_are_unchanged() {
-        let (patches, value, error, _) = floor(0.04);
+        let (patches, value, error, _) = floor(PARAMS.min_relative_error);
         assert_eq!(denoise_patches(&patches, &value, &error), value);
     }
 }

@@ -18,7 +18,7 @@ use zonal_scene::{Patch, Scene, Zones};
 
 /// Microseconds of a pair: boxes without obstacles, boxes that facets may divide, and plates or cut voxels in any position that face each other (4.7 to 6.9 in a city, a ball
 /// on a floor, a furnished room and the chapel of the demo).
-const PAIR_MICROSECONDS: [f64; 3] = [0.25, 2.0, 6.0];
+const PAIR_MICROSECONDS: [f64; 3] = [0.25, 2.0, 7.0];
 /// Pairs of patches of which the share that face each other is taken.
 const SAMPLED_PATCH_PAIRS: usize = 4096;
 /// Height of a corner over the plane of a patch, relative to its distance, from which it lies in front.

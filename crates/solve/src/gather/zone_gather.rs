@@ -30,7 +30,7 @@ use super::single_precision::{self, SingleBands};
 use crate::ray::padded_bands::{LANES, PaddedBands, padded};
 use crate::ray::path_continuation::{PathField, PathLights, PathVertex, VertexSource, vertex_index};
 use crate::ray::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayTracer};
-use crate::surroundings::zone_rays::{pane_ray_weight, point_in_zone, ray_from_sample};
+use crate::surroundings::zone_rays::{pane_ray_weight, point_in_zone, ray_from_point};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -259,13 +259,13 @@ impl<'a> Gatherer<'a> {
             scratch.vertices.clear();
             scratch.paths.clear();
             (scratch.typical, scratch.sky, scratch.escaped) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
-            let place = [u[2], u[3], u[7]];
+            let from = (self.point(i, [u[2], u[3], u[7]]), u[7]);
             let number = k | GATHER_RAY | range.half << 23;
-            self.follow_ray((i, number), place, [u[0], u[1], u[6]], scratch);
-            self.connect((i, number | CONNECTION), place, [u[4], u[5], u[6]], scratch);
+            self.follow_ray((i, number), from, [u[0], u[1], u[6]], scratch);
+            self.connect((i, number | CONNECTION), from.0, [u[4], u[5], u[6]], scratch);
             if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
                 let [v0, v1, v2, ..] = scrambled_sobol::point(k, seed_of_openings);
-                self.connect_through(openings, (i, place), [v0, v1, v2], scratch);
+                self.connect_through(openings, (i, from.0), [v0, v1, v2], scratch);
             }
             let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };
             each(&|c| self.value(c, scratch), sky);
@@ -280,8 +280,8 @@ impl<'a> Gatherer<'a> {
         let seed = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ ESCAPE_SEED) as u32;
         for k in range.numbers {
             let u = scrambled_sobol::point(k, seed);
-            let (origin, dir, weight) =
-                ray_from_sample(zones, self.tracer.cell(), i, [u[2], u[3], u[7]], [u[0], u[1]]);
+            let from = (self.point(i, [u[2], u[3], u[7]]), u[7]);
+            let (origin, dir, weight) = ray_from_point(zones, i, from, [u[0], u[1]]);
             if let Some(transmittance) =
                 transport.transmittance(origin, transport.exterior_point(origin, dir))
             {
@@ -317,16 +317,21 @@ impl<'a> Gatherer<'a> {
         sum
     }
 
-    /// Follows one ray from the point `place` of the zone, in the direction of the first two numbers; the third places points in the medium.
+    /// The point of zone `i` for a point of the unit cube.
+    fn point(&self, i: usize, u: [f64; 3]) -> Vec3 {
+        point_in_zone(self.zones, self.tracer.transport, i, u)
+    }
+
+    /// Follows one ray from the point `from` of the zone, on the side of the second number, in the direction of the first two numbers; the third places points in the medium.
     fn follow_ray(
         &self,
         ray: (usize, usize),
-        place: [f64; 3],
+        from: (Vec3, f64),
         [d0, d1, jitter]: [f64; 3],
         scratch: &mut GatherScratch,
     ) {
         let (i, tracer) = (ray.0, self.tracer);
-        let (origin, dir, weight) = ray_from_sample(self.zones, tracer.cell(), i, place, [d0, d1]);
+        let (origin, dir, weight) = ray_from_point(self.zones, i, from, [d0, d1]);
         let end = tracer.first_surface(origin, dir);
         let left =
             weight * self.path.collect((origin, dir), (end.distance, jitter), weight, &mut scratch.list);
@@ -359,15 +364,14 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Connects the point `place` of zone `i` with the surroundings through a pane.
+    /// Connects the point `x` of zone `i` with the surroundings through a pane.
     fn connect_through(
         &self,
         openings: &PaneOpenings,
-        (i, place): (usize, [f64; 3]),
+        (i, x): (usize, Vec3),
         u: [f64; 3],
         scratch: &mut GatherScratch,
     ) {
-        let x = point_in_zone(self.zones, self.tracer.cell(), i, place);
         let Some((dir, transmittance)) = openings.sample(&scratch.openings_cut, x, u) else { return };
         let kernel = self.kernel(i, dir);
         if kernel > 0.0 {
@@ -406,8 +410,8 @@ impl<'a> Gatherer<'a> {
         if i == j { 0.0 } else { self.patch_lights.probability(cut, j as u32) / self.zones.patches[j].area }
     }
 
-    /// Connects the point `place` of zone `i` with a patch.
-    fn connect(&self, ray: (usize, usize), place: [f64; 3], u: [f64; 3], scratch: &mut GatherScratch) {
+    /// Connects the point `x` of zone `i` with a patch.
+    fn connect(&self, ray: (usize, usize), x: Vec3, u: [f64; 3], scratch: &mut GatherScratch) {
         let (zones, i) = (self.zones, ray.0);
         let Some((j, probability)) = self.patch_lights.sample(&scratch.cut, u[0]) else { return };
         let patch = &zones.patches[j as usize];
@@ -415,7 +419,7 @@ impl<'a> Gatherer<'a> {
             return;
         }
         let [s, t] = patch.plate.warp([u[1], u[2]]);
-        let (x, y) = (point_in_zone(zones, self.tracer.cell(), i, place), patch.plate.at(s, t));
+        let y = patch.plate.at(s, t);
         let distance = (y - x).length();
         let dir = (y - x) / distance.max(f64::MIN_POSITIVE);
         let towards = -patch.normal.dot(dir);

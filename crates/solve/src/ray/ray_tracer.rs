@@ -87,7 +87,6 @@ pub(crate) struct RayTracer<'a> {
     pane_pieces: PatchLocator,
     /// Number of each pane's first plate in `pane_pieces`.
     first_plate: Vec<usize>,
-    cell: Vec3,
     max_length: f64,
     offset: f64,
     /// True where every ray has weight 1 in every band.
@@ -123,7 +122,6 @@ impl<'a> RayTracer<'a> {
             pane_pieces,
             first_plate,
             patches: facet_side_locator(scene, zones),
-            cell: grid.map_or(Vec3::ZERO, |v| v.cell()),
             max_length: MAX_LENGTH_IN_DIAGONALS * scene.diagonal(),
             offset: OFFSET_IN_DIAGONALS * scene.diagonal(),
             grey: grey_medium && scene.panes().is_empty(),
@@ -134,7 +132,7 @@ impl<'a> RayTracer<'a> {
 
     /// Origin, direction and weight of the `k`-th ray of zone `i`.
     fn ray_of_zone(&self, i: usize, k: usize) -> (Segment, Bands) {
-        let (origin, dir, weight) = zone_ray(self.zones, self.cell, (i, RAY_SEED), k);
+        let (origin, dir, weight) = zone_ray(self.zones, self.transport, (i, RAY_SEED), k);
         (Segment { origin, dir }, weight)
     }
 
@@ -189,11 +187,6 @@ impl<'a> RayTracer<'a> {
         let uv = self.scene.panes()[hit.pane].plates[hit.plate].parameters(point);
         let piece = self.pane_pieces.locate(self.first_plate[hit.pane] + hit.plate, uv)?;
         Some(piece as usize + self.zones.pane_offset())
-    }
-
-    /// Edges of a voxel, m.
-    pub(crate) fn cell(&self) -> Vec3 {
-        self.cell
     }
 
     /// Transmittance up to the distance `t`, behind panes of transmittance `panes`.

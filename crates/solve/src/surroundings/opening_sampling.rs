@@ -165,7 +165,7 @@ impl<'a, 'b> Strata<'a, 'b> {
     fn ray_to_cell(&self, p: [f64; 3], cell: &BoxCell, d: [f64; 2]) -> WeightedRay {
         let (traced, i) = (&self.sampler.traced, self.zone);
         let zones = traced.zones;
-        let origin = point_in_zone(zones, traced.cell(), i, p);
+        let origin = point_in_zone(zones, traced.transport, i, p);
         let r = cell.corner + cell.edges[0] * d[0] + cell.edges[1] * d[1] - origin;
         let dir = r.normalized();
         let solid_angle = cell.normal.dot(dir).max(0.0) * cell.area() / r.length2();

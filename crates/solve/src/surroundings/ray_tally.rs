@@ -40,7 +40,7 @@ impl TracedScene<'_> {
 
     /// The ray of zone `i` for a sample of origin and direction.
     pub(super) fn ray(&self, i: usize, (p, d): ([f64; 3], [f64; 2])) -> WeightedRay {
-        ray_from_sample(self.zones, self.cell(), i, p, d)
+        ray_from_sample(self.zones, self.transport, i, p, d)
     }
 
     /// Centre and half the diagonal of zone `i`.

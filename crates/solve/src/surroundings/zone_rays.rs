@@ -5,11 +5,13 @@
 
 use zonal_math::direction_sampling::{cosine_hemisphere, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, PaneZone, Plate, Scene, Sides, VoxelZone, Zones};
+use zonal_scene::{Bands, PaneZone, Plate, SUBCELLS, Scene, Sides, VoxelZone, Zones};
 use zonal_transport::{Hit, Transport};
 
 /// Distance from its origin at which a ray begins to intersect, over the diagonal of the scene.
 const RAY_OFFSET: f64 = 1e-9;
+/// Random points of a sub-cell that are tried.
+const MAX_TRIALS: u64 = 100;
 
 /// Origin, unit direction and weight of a ray.
 pub(crate) type WeightedRay = (Vec3, Vec3, Bands);
@@ -43,10 +45,15 @@ pub(crate) fn lost_transmittance(
     }
 }
 
-/// The `k`-th ray of zone `i`; `cell` holds the edges of a voxel, m.
-pub(crate) fn zone_ray(zones: &Zones, cell: Vec3, (i, seed): (usize, u64), k: usize) -> WeightedRay {
+/// The `k`-th ray of zone `i`.
+pub(crate) fn zone_ray(
+    zones: &Zones,
+    transport: &Transport,
+    (i, seed): (usize, u64),
+    k: usize,
+) -> WeightedRay {
     let (p, d) = sample_point(i, seed, k);
-    ray_from_sample(zones, cell, i, p, d)
+    ray_from_sample(zones, transport, i, p, d)
 }
 
 /// The `k`-th sample of zone `i`: a point of the unit cube for the origin, one of the unit square for the direction.
@@ -58,22 +65,37 @@ pub(crate) fn sample_point(i: usize, seed: u64, k: usize) -> ([f64; 3], [f64; 2]
 }
 
 /// The ray of zone `i` whose origin is the point `p` of the unit cube and whose direction is the point `d` of the unit square.
-pub(crate) fn ray_from_sample(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3], d: [f64; 2]) -> WeightedRay {
-    let origin = point_in_zone(zones, cell, i, p);
+pub(crate) fn ray_from_sample(
+    zones: &Zones,
+    transport: &Transport,
+    i: usize,
+    p: [f64; 3],
+    d: [f64; 2],
+) -> WeightedRay {
+    ray_from_point(zones, i, (point_in_zone(zones, transport, i, p), p[2]), d)
+}
+
+/// The ray of zone `i` from the point `origin` in the direction of the point `d` of the unit square; of a pane on one side where `side` is below 1/2.
+pub(crate) fn ray_from_point(
+    zones: &Zones,
+    i: usize,
+    (origin, side): (Vec3, f64),
+    d: [f64; 2],
+) -> WeightedRay {
     if i < zones.voxel_offset() {
         return (origin, cosine_hemisphere(zones.patches[i].normal, d), Bands::ONE);
     }
     if i >= zones.pane_offset() {
         let z = &zones.panes[i - zones.pane_offset()];
         // Cosine-distributed, on one of the two sides.
-        let w = cosine_hemisphere(if p[2] < 0.5 { z.normal } else { -z.normal }, d);
+        let w = cosine_hemisphere(if side < 0.5 { z.normal } else { -z.normal }, d);
         return (origin, w, pane_ray_weight(z, w));
     }
     (origin, uniform_sphere(d), Bands::ONE)
 }
 
 /// The point of zone `i` for the point `p` of the unit cube, uniform over the zone.
-pub(crate) fn point_in_zone(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3]) -> Vec3 {
+pub(crate) fn point_in_zone(zones: &Zones, transport: &Transport, i: usize, p: [f64; 3]) -> Vec3 {
     let on = |plate: &Plate| {
         let [u, v] = plate.warp([p[0], p[1]]);
         plate.at(u, v)
@@ -83,7 +105,7 @@ pub(crate) fn point_in_zone(zones: &Zones, cell: Vec3, i: usize, p: [f64; 3]) ->
     }
     match i.checked_sub(zones.pane_offset()) {
         Some(k) => on(&zones.panes[k].plate),
-        None => voxel_point(zones.voxels.at(i - zones.voxel_offset()), cell, p),
+        None => voxel_point(transport, zones.voxels.at(i - zones.voxel_offset()), p),
     }
 }
 
@@ -92,8 +114,59 @@ pub(crate) fn pane_ray_weight(z: &PaneZone, dir: Vec3) -> Bands {
     z.effective_path(dir) / (2.0 * z.thickness)
 }
 
-/// A point of a voxel zone with cell edges `cell`: uniform in a whole voxel, one of the stored samples of a cut one.
-pub(crate) fn voxel_point(z: VoxelZone, cell: Vec3, u: [f64; 3]) -> Vec3 {
-    let whole = || z.centre + cell.scale(Vec3::from_array(u) - Vec3::splat(0.5));
-    z.samples.point_at(u[0]).unwrap_or_else(whole)
+/// A point of a voxel zone, uniform over it.
+///
+/// A zone that walls cut has one stored point for each of its sub-cells; the points of the sub-cell that see it belong to the zone. A random one replaces the stored
+/// point, whose own radiation may be another where the part is narrow, such as between a beam and the edge of the medium. The stored point remains where
+/// no trial finds one.
+pub(crate) fn voxel_point(transport: &Transport, z: VoxelZone, u: [f64; 3]) -> Vec3 {
+    let Some(grid) = transport.scene().voxel_grid() else { return z.centre };
+    let corner = grid.corner(grid.coordinates(z.cell));
+    let Some(stored) = z.samples.point_at(u[0]) else {
+        return z.centre + grid.cell().scale(Vec3::from_array(u) - Vec3::splat(0.5));
+    };
+    let (edges, last) = (grid.cell() / SUBCELLS as f64, (SUBCELLS - 1) as f64);
+    let index = |k: usize| ((stored[k] - corner[k]) / edges[k]).floor().clamp(0.0, last);
+    let lo = corner + edges.scale(Vec3::from_array([0, 1, 2].map(index)));
+    let seed = u[0].to_bits() ^ u[1].to_bits().rotate_left(21) ^ u[2].to_bits().rotate_left(42);
+    let random = |k: u64| low_discrepancy::hash_to_unit(seed.wrapping_add(k));
+    let trial = |t: u64| match t {
+        0 => [random(0), u[1], u[2]],
+        _ => [0, 1, 2].map(|k| random(3 * t + k)),
+    };
+    let mut points = (0..MAX_TRIALS).map(|t| lo + edges.scale(Vec3::from_array(trial(t))));
+    points.find(|x| !transport.occluded_inside(stored, *x)).unwrap_or(stored)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_transport::build_zones;
+
+    /// A room of one voxel that a sheet divides 7 cm before a wall.
+    const DIVIDED: &str = "name = \"divided\"\n[solve]\npatch_size = 1\n\
+        [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [2, 2, 2] }\n\
+        [[surface]]\nname = \"sheet\"\nrectangle = { origin = [1.93, 0, 0], edge1 = [0, 2, 0], edge2 = [0, 0, 2] }\nsides = \"both\"\n\
+        [medium]\nmin = [0, 0, 0]\nmax = [2, 2, 2]\ncells = [1, 1, 1]\nextinction = 0.2\nalbedo = 0.5\n";
+
+    #[test]
+    fn points_are_uniform_over_the_parts_of_a_divided_voxel() {
+        let scene = zonal_io::input::parse_scene(DIVIDED, None, "divided").unwrap();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        assert_eq!(zones.voxels.len(), 2);
+        for z in (0..2).map(|z| zones.voxels.at(z)) {
+            let (lo, hi) = if z.centre.x < 1.93 { (0.0, 1.93) } else { (1.93, 2.0) };
+            let n = 4000;
+            let x: Vec<f64> = (0..n)
+                .map(|k| voxel_point(&transport, z, low_discrepancy::r3(k, [0.3, 0.1, 0.7])).x)
+                .collect();
+            assert!(x.iter().all(|x| (lo..hi).contains(x)));
+            let mean = x.iter().sum::<f64>() / n as f64;
+            let variance = x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n as f64;
+            let of_uniform = (hi - lo) / 12f64.sqrt();
+            assert!((mean - 0.5 * (lo + hi)).abs() < 0.05 * (hi - lo), "{mean} between {lo} and {hi}");
+            assert!((variance.sqrt() / of_uniform - 1.0).abs() < 0.05, "{} {of_uniform}", variance.sqrt());
+        }
+    }
 }

@@ -56,8 +56,6 @@ pub(super) struct ZoneLightSampler<'a> {
     /// True if the light is part of the scene.
     is_inside: bool,
     grid: Option<&'a VoxelGrid>,
-    /// Edges of a cell of the voxel grid, m.
-    pub(super) cell: Vec3,
 }
 
 /// Estimate of one zone.
@@ -108,7 +106,6 @@ impl<'a> ZoneLightSampler<'a> {
             has_closed_form: sampler.has_closed_form(),
             is_inside: matches!(light, Light::Emitter { .. }),
             grid: scene.voxel_grid(),
-            cell: scene.voxel_grid().map_or(Vec3::ZERO, |v| v.cell()),
             light: sampler,
         }
     }
@@ -128,7 +125,7 @@ impl<'a> ZoneLightSampler<'a> {
                 }
                 None => {
                     let z = self.zones.voxels.at(i - self.zones.voxel_offset());
-                    (voxel_point(z, self.cell, [u, v, w]), Receiver::Free)
+                    (voxel_point(self.transport, z, [u, v, w]), Receiver::Free)
                 }
             };
             let [p, q] = low_discrepancy::sobol_2d(k as u32, scramble);
