@@ -40,8 +40,8 @@ struct AdaptiveSamplingParams {
     segment_spacing: usize,
     /// Rows of a strip.
     strip_rows: usize,
-    /// Number of times that suns and emitters are sampled along a segment of the first grid, and along a later one.
-    medium_repeats: (usize, usize),
+    /// Number of times that suns and emitters are sampled along a segment of the medium.
+    medium_repeats: usize,
     /// Largest difference of L_m between neighbouring segments that agree, as a share of L.
     max_inscattered_difference: f64,
     /// Largest difference of their lengths, in optical depth …
@@ -63,7 +63,7 @@ struct AdaptiveSamplingParams {
 const PARAMS: AdaptiveSamplingParams = AdaptiveSamplingParams {
     segment_spacing: 4,
     strip_rows: 128,
-    medium_repeats: (4, 4),
+    medium_repeats: 4,
     max_inscattered_difference: 0.05,
     max_depth_difference: 0.06,
     max_length_difference: 0.2,
@@ -240,9 +240,8 @@ impl<'a> AdaptiveSampler<'a> {
             }
         }
         let (ray, sampler) = self.ray(x, y, CENTRE_RAY);
-        let (first_grid, later_grids) = PARAMS.medium_repeats;
-        let medium_repeats = if step == PARAMS.segment_spacing { first_grid } else { later_grids };
-        Some(self.integrator.medium_segment(ray, length, RaySampler { medium_repeats, ..sampler }))
+        let sampler = RaySampler { medium_repeats: PARAMS.medium_repeats, ..sampler };
+        Some(self.integrator.medium_segment(ray, length, sampler))
     }
 
     /// A pixel of the picture.

@@ -322,7 +322,8 @@ impl<'a> Gatherer<'a> {
         point_in_zone(self.zones, self.tracer.transport, i, u)
     }
 
-    /// Follows one ray from the point `from` of the zone, on the side of the second number, in the direction of the first two numbers; the third places points in the medium.
+    /// Follows one ray from a point of the zone, of a pane on the side of the number beside it, in the direction of the first two numbers; the third places points in
+    /// the medium.
     fn follow_ray(
         &self,
         ray: (usize, usize),
