@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from compare import ROOT, timed, used  # noqa: E402
+from compare import ROOT, TARGET, timed, used  # noqa: E402
 
 BLOCK = 8
 WHITE = [0.885809, 0.698859, 0.666422]
@@ -31,7 +31,6 @@ VIEWS = {
     "low": ([60, 60, 40], [380, 200, 420], 65),
 }
 CASES = {"vacuum": None, "haze": (0.002, [0.8] * 3), "coloured-haze": (0.001, [0.95, 0.6, 0.3])}
-TARGET = 0.01
 
 
 def theirs_of(mi, meshes, medium, view, o):

@@ -64,6 +64,12 @@ impl Plate {
         let t = if self.kind == PlateKind::Triangle { 1.0 / 3.0 } else { 0.5 };
         self.at(t, t)
     }
+    /// True where all of the plate lies behind the plane through `point` with the unit normal `normal`, or within `tolerance`, m, before it.
+    #[must_use]
+    pub fn is_behind(&self, point: Vec3, normal: Vec3, tolerance: f64) -> bool {
+        let (corners, n) = self.corners();
+        corners[..n].iter().all(|c| normal.dot(*c - point) <= tolerance)
+    }
     /// The corners, counter-clockwise from the front, and their number: three or four.
     pub fn corners(&self) -> ([Vec3; 4], usize) {
         let (a, b, d) = (self.origin, self.origin + self.e1, self.origin + self.e2);

@@ -180,16 +180,19 @@ impl VoxelSamples {
         })
     }
 
-    /// The sample at the fraction `u` ∈ [0, 1) of the cumulative volume, by ascending sub-cell; `None` for a whole voxel.
-    pub fn point_at(&self, u: f64) -> Option<Vec3> {
+    /// The sample at the fraction `u` ∈ [0, 1) of the cumulative volume, by ascending sub-cell, m, and the lower corner and the edges of its sub-cell, m; `None` for a
+    /// whole voxel.
+    pub fn sample_at(&self, u: f64) -> Option<(Vec3, [Vec3; 2])> {
         let p = self.0.as_ref()?;
         let total_weight: u64 = p.samples.iter().map(|s| s[3] as u64).sum();
         let mut remaining = u * total_weight as f64;
         let (mut mask, last) = (p.mask, p.samples.len() - 1);
-        for (k, &[x, y, z, weight]) in p.samples.iter().enumerate() {
+        for (sample, &[x, y, z, weight]) in p.samples.iter().enumerate() {
             remaining -= weight as f64;
-            if remaining <= 0.0 || k == last {
-                return Some(unpack_point(p.lo, p.edges, mask.trailing_zeros() as u8, [x, y, z]));
+            if remaining <= 0.0 || sample == last {
+                let k = mask.trailing_zeros() as u8;
+                let lo = p.lo + p.edges.scale(subcell_coordinates(k));
+                return Some((unpack_point(p.lo, p.edges, k, [x, y, z]), [lo, p.edges]));
             }
             mask &= mask - 1;
         }
@@ -227,8 +230,8 @@ mod tests {
         let (mask, packed) = part.packed();
         assert_eq!(VoxelSamples::from_packed(lo, cell, volume, mask, packed.into()), Some(part.clone()));
         assert_eq!(VoxelSamples::from_packed(lo, cell, volume, mask | 2, packed.into()), None);
-        assert_eq!(part.point_at(0.0), Some(unpacked[0].point));
-        assert_eq!(part.point_at(1.0 - 1e-12), Some(unpacked[4].point));
+        assert_eq!(part.sample_at(0.0).map(|s| s.0), Some(unpacked[0].point));
+        assert_eq!(part.sample_at(1.0 - 1e-12).map(|s| s.0), Some(unpacked[4].point));
         assert!(VoxelSamples::default().is_empty() && VoxelSamples::default().iter().next().is_none());
     }
 }

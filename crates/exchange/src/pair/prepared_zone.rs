@@ -195,10 +195,7 @@ pub(super) fn is_behind(a: &PreparedZone, b: &PreparedZone) -> bool {
         return c[..m].iter().all(|&p| height(p).abs() <= eps);
     }
     match &b.shape {
-        PreparedShape::Plate { plate: q, .. } => {
-            let (c, m) = q.corners();
-            c[..m].iter().all(|&p| height(p) <= eps)
-        }
+        PreparedShape::Plate { plate: q, .. } => q.is_behind(plate.origin, n, eps),
         _ => {
             let far = vec3(
                 if n.x > 0.0 { b.hi.x } else { b.lo.x },

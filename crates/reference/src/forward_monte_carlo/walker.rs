@@ -8,6 +8,7 @@ use crate::path_tracer::bvh::RayHit;
 use crate::path_tracer::flight::direction_about;
 use crate::rng::{Rng, hash, select_band};
 use zonal_math::Vec3;
+use zonal_scene::voxel_samples::subcell_coordinates;
 use zonal_scene::{Band, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
 
 /// Independent batches of a mean.
@@ -177,9 +178,7 @@ impl<'a> Walker<'a> {
         }
         let Some(s) = chosen else { return rng.point_in_box(lo, lo + edge) };
         let small = edge / SUBCELLS as f64;
-        let k = s.subcell as usize;
-        let place = [k / (SUBCELLS * SUBCELLS), k / SUBCELLS % SUBCELLS, k % SUBCELLS].map(|i| i as f64);
-        let lo = lo + small.scale(Vec3::from_array(place));
+        let lo = lo + small.scale(subcell_coordinates(s.subcell));
         (0..MAX_POINT_TRIALS)
             .map(|_| rng.point_in_box(lo, lo + small))
             .find(|x| self.walk_scene.visible(s.point, *x))

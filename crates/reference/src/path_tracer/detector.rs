@@ -1,6 +1,7 @@
 //! Detectors: the surfaces, points and volumes whose received light is measured.
 
 use zonal_math::Vec3;
+use zonal_scene::voxel_samples::subcell_coordinates;
 use zonal_scene::{Patch, Plate, SUBCELLS, VolumeSample, VoxelGrid, VoxelZone};
 
 /// A surface, point or volume that receives light.
@@ -62,9 +63,7 @@ impl Detector {
         }
         let small = edge / SUBCELLS as f64;
         let part = |s: VolumeSample| {
-            let k = s.subcell as usize;
-            let at = [k / (SUBCELLS * SUBCELLS), k / SUBCELLS % SUBCELLS, k % SUBCELLS].map(|i| i as f64);
-            let lo = lo + small.scale(Vec3::from_array(at));
+            let lo = lo + small.scale(subcell_coordinates(s.subcell));
             SubcellPart { lo, hi: lo + small, point: s.point, volume: s.volume }
         };
         Detector::Part(z.samples.iter().map(part).collect())

@@ -160,10 +160,7 @@ impl<'a> DirectLights<'a> {
             let h = match light.narrow_sun_depths() {
                 Some(depths) => self.sun_irradiance(light_sampler, depths, &receiver, &own),
                 None if clustered => self.clustered_irradiance(light_sampler, &receiver, &own),
-                None => {
-                    let receiver = Receiver::Surface(normal);
-                    self.sampled_irradiance(light_sampler, (point, receiver), &own)
-                }
+                None => self.sampled_irradiance(light_sampler, &receiver, &own),
             };
             sum += h;
         }
@@ -171,13 +168,8 @@ impl<'a> DirectLights<'a> {
     }
 
     /// H_dir by the samples of a ray; more of them in the penumbra of an emitter.
-    fn sampled_irradiance(
-        &self,
-        light_sampler: &LightSampler,
-        (point, receiver): (Vec3, Receiver),
-        own: &RaySampler,
-    ) -> Bands {
-        let few = own.count;
+    fn sampled_irradiance(&self, light_sampler: &LightSampler, at: &LitPoint, own: &RaySampler) -> Bands {
+        let (point, receiver, few) = (at.point, Receiver::Surface(at.normal), own.count);
         match light_sampler.light() {
             Light::Emitter { .. } => {
                 let many = PARAMS.penumbra_sample_factor * few;

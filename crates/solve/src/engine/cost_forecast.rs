@@ -21,8 +21,8 @@ use zonal_scene::{Patch, Scene, Zones};
 const PAIR_MICROSECONDS: [f64; 3] = [0.25, 2.0, 7.0];
 /// Pairs of patches of which the share that face each other is taken.
 const SAMPLED_PATCH_PAIRS: usize = 4096;
-/// Height of a corner over the plane of a patch, relative to its distance, from which it lies in front.
-const MIN_HEIGHT_OVER_DISTANCE: f64 = 1e-9;
+/// Height up to which a patch counts as in the plane of another, over the sum of their diameters.
+const IN_PLANE_HEIGHT: f64 = 1e-10;
 /// Factor on the time of a pair where the medium varies.
 const VARYING_MEDIUM_FACTOR: f64 = 2.0;
 /// Microseconds of a stored ray, of a sample of the gather, and of a zone.
@@ -48,14 +48,10 @@ fn is_aligned(edges: [Vec3; 2]) -> bool {
     edges.into_iter().all(along_axis)
 }
 
-/// True if a corner of patch `q` lies in front of patch `p`.
-fn lies_in_front(q: &Patch, p: &Patch) -> bool {
-    let (corners, n) = q.plate.corners();
-    let centre = p.plate.centre();
-    corners[..n].iter().any(|c| {
-        let offset = *c - centre;
-        offset.dot(p.normal) > MIN_HEIGHT_OVER_DISTANCE * offset.length()
-    })
+/// True if patch `q` lies behind patch `p`: such pairs are not computed.
+fn lies_behind(q: &Patch, p: &Patch) -> bool {
+    let tolerance = IN_PLANE_HEIGHT * (q.plate.diameter() + p.plate.diameter());
+    q.plate.is_behind(p.plate.origin, p.normal, tolerance)
 }
 
 /// Share of the pairs of zones that are not two patches of which one lies behind the other.
@@ -66,7 +62,7 @@ fn share_of_facing_pairs(zones: &Zones) -> f64 {
     }
     let faces = |k: &usize| {
         let [p, q] = low_discrepancy::r2(*k, [0.5; 2]).map(|u| &patches[(u * patches.len() as f64) as usize]);
-        lies_in_front(q, p) && lies_in_front(p, q)
+        !lies_behind(q, p) && !lies_behind(p, q)
     };
     let facing = (0..SAMPLED_PATCH_PAIRS).filter(faces).count() as f64 / SAMPLED_PATCH_PAIRS as f64;
     let both_patches = (patches.len() as f64 / zones.len() as f64).powi(2);
@@ -123,9 +119,9 @@ mod tests {
         let beside = patch(x, x, y);
         let wall = patch(Vec3::ZERO, y, z);
         let ceiling = patch(z, y, x);
-        assert!(!lies_in_front(&beside, &floor) && !lies_in_front(&floor, &beside));
-        assert!(lies_in_front(&wall, &floor) && lies_in_front(&floor, &wall));
-        assert!(lies_in_front(&ceiling, &floor) && lies_in_front(&floor, &ceiling));
+        assert!(lies_behind(&beside, &floor) && lies_behind(&floor, &beside));
+        assert!(!lies_behind(&wall, &floor) && !lies_behind(&floor, &wall));
+        assert!(!lies_behind(&ceiling, &floor) && !lies_behind(&floor, &ceiling));
         // Two floors and a ceiling: of nine ordered pairs the four of a floor and the ceiling.
         let zones = Zones { patches: vec![floor, beside, ceiling], ..Zones::default() };
         let share = share_of_facing_pairs(&zones);

@@ -259,7 +259,7 @@ impl<'a> Gatherer<'a> {
             scratch.vertices.clear();
             scratch.paths.clear();
             (scratch.typical, scratch.sky, scratch.escaped) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
-            let from = (self.point(i, [u[2], u[3], u[7]]), u[7]);
+            let from = self.start(i, [u[2], u[3], u[7]]);
             let number = k | GATHER_RAY | range.half << 23;
             self.follow_ray((i, number), from, [u[0], u[1], u[6]], scratch);
             self.connect((i, number | CONNECTION), from.0, [u[4], u[5], u[6]], scratch);
@@ -280,7 +280,7 @@ impl<'a> Gatherer<'a> {
         let seed = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ ESCAPE_SEED) as u32;
         for k in range.numbers {
             let u = scrambled_sobol::point(k, seed);
-            let from = (self.point(i, [u[2], u[3], u[7]]), u[7]);
+            let from = self.start(i, [u[2], u[3], u[7]]);
             let (origin, dir, weight) = ray_from_point(zones, i, from, [u[0], u[1]]);
             if let Some(transmittance) =
                 transport.transmittance(origin, transport.exterior_point(origin, dir))
@@ -317,9 +317,9 @@ impl<'a> Gatherer<'a> {
         sum
     }
 
-    /// The point of zone `i` for a point of the unit cube.
-    fn point(&self, i: usize, u: [f64; 3]) -> Vec3 {
-        point_in_zone(self.zones, self.tracer.transport, i, u)
+    /// The point of zone `i` for a point of the unit cube, and the number of the side of a pane.
+    fn start(&self, i: usize, u: [f64; 3]) -> (Vec3, f64) {
+        (point_in_zone(self.zones, self.tracer.transport, i, u), u[2])
     }
 
     /// Follows one ray from a point of the zone, of a pane on the side of the number beside it, in the direction of the first two numbers; the third places points in

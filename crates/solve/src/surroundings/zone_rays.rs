@@ -5,7 +5,7 @@
 
 use zonal_math::direction_sampling::{cosine_hemisphere, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, PaneZone, Plate, SUBCELLS, Scene, Sides, VoxelZone, Zones};
+use zonal_scene::{Bands, PaneZone, Plate, Scene, Sides, VoxelZone, Zones};
 use zonal_transport::{Hit, Transport};
 
 /// Distance from its origin at which a ray begins to intersect, over the diagonal of the scene.
@@ -120,14 +120,10 @@ pub(crate) fn pane_ray_weight(z: &PaneZone, dir: Vec3) -> Bands {
 /// point, whose own radiation may be another where the part is narrow, such as between a beam and the edge of the medium. The stored point remains where
 /// no trial finds one.
 pub(crate) fn voxel_point(transport: &Transport, z: VoxelZone, u: [f64; 3]) -> Vec3 {
-    let Some(grid) = transport.scene().voxel_grid() else { return z.centre };
-    let corner = grid.corner(grid.coordinates(z.cell));
-    let Some(stored) = z.samples.point_at(u[0]) else {
-        return z.centre + grid.cell().scale(Vec3::from_array(u) - Vec3::splat(0.5));
+    let Some((stored, [lo, edges])) = z.samples.sample_at(u[0]) else {
+        let cell = transport.scene().voxel_grid().map_or(Vec3::ZERO, |grid| grid.cell());
+        return z.centre + cell.scale(Vec3::from_array(u) - Vec3::splat(0.5));
     };
-    let (edges, last) = (grid.cell() / SUBCELLS as f64, (SUBCELLS - 1) as f64);
-    let index = |k: usize| ((stored[k] - corner[k]) / edges[k]).floor().clamp(0.0, last);
-    let lo = corner + edges.scale(Vec3::from_array([0, 1, 2].map(index)));
     let seed = u[0].to_bits() ^ u[1].to_bits().rotate_left(21) ^ u[2].to_bits().rotate_left(42);
     let random = |k: u64| low_discrepancy::hash_to_unit(seed.wrapping_add(k));
     let trial = |t: u64| match t {

@@ -22,7 +22,6 @@ use super::receiver::Receiver;
 use super::samples::{EmissionSample, LightSample};
 use crate::transport::Transport;
 use std::f64::consts::PI;
-use std::ops::Range;
 use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Bands, Light, Scene};
@@ -219,7 +218,20 @@ impl<'a> LightSampler<'a> {
         n: usize,
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
-        self.gather_range(transport, (point, receiver), 0..n, at).0
+        // Sum the samples before and after attenuation.
+        let (mut sent, mut arrived) = (Bands::ZERO, Bands::ZERO);
+        for i in 0..n {
+            if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
+                sent += sample.flux;
+                arrived += self.attenuated(transport, point, &sample).unwrap_or_default();
+            }
+        }
+        if !self.has_closed_form() {
+            return arrived / n as f64;
+        }
+        // Scale the closed form by the fraction that arrives.
+        let unoccluded = self.unoccluded(point, receiver);
+        Bands::from_fn(|b| if sent[b] > 0.0 { unoccluded[b] * arrived[b] / sent[b] } else { 0.0 })
     }
 
     /// The same with the number of samples by need: `few` first ones show whether the point lies in the penumbra, where some arrive and others do not. The value is
@@ -232,40 +244,14 @@ impl<'a> LightSampler<'a> {
         [few, many]: [usize; 2],
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
-        let (_, in_penumbra) = self.gather_range(transport, (point, receiver), 0..few, &at);
+        let mut seen = [false; 2];
+        let mut first = (0..few).filter_map(|i| self.sample_at(transport, point, receiver, at(i)));
+        let in_penumbra = first.any(|sample| {
+            seen[usize::from(transport.occluded(point, sample.end))] = true;
+            seen == [true; 2]
+        });
         let n = if in_penumbra { many } else { few };
-        self.gather_range(transport, (point, receiver), few..few + n, &at).0
-    }
-
-    /// The mean over a range of samples, and whether some of them arrive and others do not.
-    fn gather_range(
-        &self,
-        transport: &Transport,
-        (point, receiver): (Vec3, Receiver),
-        range: Range<usize>,
-        at: impl Fn(usize) -> [f64; 3],
-    ) -> (Bands, bool) {
-        let n = range.len();
-        // Sum the samples before and after attenuation.
-        let (mut sent, mut arrived) = (Bands::ZERO, Bands::ZERO);
-        let (mut blocked, mut open) = (0, 0);
-        for i in range {
-            if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
-                sent += sample.flux;
-                match self.attenuated(transport, point, &sample) {
-                    Some(flux) => (arrived, open) = (arrived + flux, open + 1),
-                    None => blocked += 1,
-                }
-            }
-        }
-        let in_penumbra = blocked > 0 && open > 0;
-        if !self.has_closed_form() {
-            return (arrived / n as f64, in_penumbra);
-        }
-        // Scale the closed form by the fraction that arrives.
-        let unoccluded = self.unoccluded(point, receiver);
-        let scaled = |b| if sent[b] > 0.0 { unoccluded[b] * arrived[b] / sent[b] } else { 0.0 };
-        (Bands::from_fn(scaled), in_penumbra)
+        self.gather_with(transport, point, receiver, n, |i| at(few + i))
     }
 
     /// H or G of an emitter without attenuation, W/m², in closed form; zero for a light that has none.
