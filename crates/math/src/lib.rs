@@ -10,6 +10,7 @@
 //! | [`gauss_jacobi`] | Gauss–Jacobi rules for triangles, with remainders |
 //! | [`gauss_legendre`] | Gauss–Legendre rules, with error bounds |
 //! | [`low_discrepancy`] | R_d and Sobol sequences, hashes |
+//! | [`scrambled_sobol`] | Sobol's sequence with nested uniform scrambling |
 //! | [`simd`] | loops over lanes with run-time dispatch, e^x and ln x, eight-lane f32 |
 //! | [`mod@vec3`] | three-dimensional vectors |
 

@@ -3,6 +3,8 @@
 //! The first 2^k points with any seed form a digital net, so that smooth integrands of few effective dimensions converge much faster than with
 //! independent points. Two seeds give independent sequences: the difference of two means is a sample of their error.
 
+use crate::low_discrepancy;
+
 /// Most points of one sequence.
 pub const MAX_POINTS: usize = 1 << 16;
 
@@ -28,6 +30,13 @@ pub fn point(n: usize, seed: u32) -> [f64; 8] {
     })
 }
 
+/// The `n`-th point of a sequence of any length: blocks of [`MAX_POINTS`] points, each with a seed of its own.
+#[inline]
+pub fn point_of_blocks(n: usize, seed: u64) -> [f64; 8] {
+    let block = (n / MAX_POINTS) as u64;
+    point(n, low_discrepancy::split_mix64(seed ^ block << 48) as u32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,6 +50,13 @@ mod tests {
             hit[(p[0] * 8.0) as usize * 8 + (p[1] * 8.0) as usize] += 1;
         }
         assert!(hit.iter().all(|h| *h == 1), "{hit:?}");
+    }
+
+    #[test]
+    fn blocks_of_a_long_sequence_differ() {
+        assert_eq!(point_of_blocks(3, 7), point_of_blocks(3, 7));
+        assert_ne!(point_of_blocks(3, 7), point_of_blocks(3 + MAX_POINTS, 7));
+        assert_ne!(point_of_blocks(3, 7), point_of_blocks(3, 8));
     }
 
     #[test]

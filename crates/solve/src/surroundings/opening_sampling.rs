@@ -18,7 +18,7 @@ use super::ray_tally::{BATCHES, RayTally, TracedScene};
 use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_point};
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use zonal_math::low_discrepancy;
+use zonal_math::{low_discrepancy, scrambled_sobol};
 use zonal_scene::Bands;
 
 /// Maximum number of open cells; with more the scene is open rather than a room with openings.
@@ -140,17 +140,17 @@ impl<'a, 'b> Strata<'a, 'b> {
         Strata { sampler, zone, is_stratum, cells }
     }
 
-    /// Shift and scramble of the sequence of stratum `c`.
-    fn sequence(&self, c: usize, purpose: RayPurpose) -> ([f64; 3], [u32; 2]) {
+    /// Seed of the sequence of stratum `c`.
+    fn sequence(&self, c: usize, purpose: RayPurpose) -> u64 {
         let estimate = u64::from(purpose == RayPurpose::Estimate);
         let seed = (((self.zone << 10) + c) as u64 * 2 + estimate) ^ self.sampler.traced.seed.rotate_left(32);
-        let hash = low_discrepancy::split_mix64(seed);
-        (low_discrepancy::random_shift(hash), [hash as u32, (hash >> 32) as u32])
+        low_discrepancy::split_mix64(seed)
     }
 
     /// The `k`-th ray of stratum `c`; the last stratum is that of directions, without the rays that leave through the other strata.
-    fn ray(&self, c: usize, (shift, scramble): ([f64; 3], [u32; 2]), k: usize) -> WeightedRay {
-        let (p, d) = (low_discrepancy::r3(k, shift), low_discrepancy::sobol_2d(k as u32, scramble));
+    fn ray(&self, c: usize, sequence: u64, k: usize) -> WeightedRay {
+        let [d0, d1, p0, p1, p2, ..] = scrambled_sobol::point_of_blocks(k, sequence);
+        let (p, d) = ([p0, p1, p2], [d0, d1]);
         if c < self.cells.len() {
             return self.ray_to_cell(p, self.cells[c], d);
         }

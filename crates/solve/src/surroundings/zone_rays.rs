@@ -1,10 +1,10 @@
 //! Rays from zones with the density of the exchange kernel, and their transmittance out of the scene.
 //!
-//! Origins follow a low-discrepancy R₃ sequence over the zone, directions a scrambled Sobol sequence: cosine-distributed on a patch, uniform in
+//! Origins and directions follow one scrambled Sobol sequence in five dimensions: directions are cosine-distributed on a patch, uniform in
 //! a voxel, cosine-distributed on either side of a pane. The mean weight of the rays of a zone is 1, apart from the absorptance of a pane.
 
 use zonal_math::direction_sampling::{cosine_hemisphere, uniform_sphere};
-use zonal_math::{Vec3, low_discrepancy};
+use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
 use zonal_scene::{Bands, PaneZone, Plate, Scene, Sides, VoxelZone, Zones};
 use zonal_transport::{Hit, Transport};
 
@@ -58,10 +58,9 @@ pub(crate) fn zone_ray(
 
 /// The `k`-th sample of zone `i`: a point of the unit cube for the origin, one of the unit square for the direction.
 pub(crate) fn sample_point(i: usize, seed: u64, k: usize) -> ([f64; 3], [f64; 2]) {
-    let hash = |m: u64| low_discrepancy::split_mix64((i as u64 * 8 + m) ^ seed);
-    let shift = [0, 1, 2].map(|m| low_discrepancy::hash_to_unit((i as u64 * 8 + m) ^ seed));
-    // Two R sequences would be correlated over thousands of rays, hence a Sobol sequence for the directions.
-    (low_discrepancy::r3(k, shift), low_discrepancy::sobol_2d(k as u32, [hash(3) as u32, hash(4) as u32]))
+    let [d0, d1, p0, p1, p2, ..] =
+        scrambled_sobol::point_of_blocks(k, low_discrepancy::split_mix64(i as u64) ^ seed);
+    ([p0, p1, p2], [d0, d1])
 }
 
 /// The ray of zone `i` whose origin is the point `p` of the unit cube and whose direction is the point `d` of the unit square.

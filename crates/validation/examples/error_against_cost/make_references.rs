@@ -31,6 +31,8 @@ struct ReferenceRequest {
     seed: u64,
     samples: u64,
     tolerance: f64,
+    /// Names of the light groups to walk for; all where it is empty.
+    groups: Vec<String>,
 }
 
 impl ReferenceRequest {
@@ -46,6 +48,7 @@ impl ReferenceRequest {
             seed: arguments.number("--seed", 1)?,
             samples: arguments.number("--samples", 4)?,
             tolerance: arguments.number("--tolerance", 0.003)?,
+            groups: arguments.list("--groups").unwrap_or_default().into_iter().map(String::from).collect(),
         })
     }
 }
@@ -111,7 +114,10 @@ enum WalkKind {
 
 /// Walks on zones for every light group, and beside zonal walks path-traced means.
 fn by_walks(scene: &Scene, request: &ReferenceRequest, kind: WalkKind) -> Result<Reference, Error> {
-    let parts = parts_by_group(scene)?;
+    let mut parts = parts_by_group(scene)?;
+    if !request.groups.is_empty() {
+        parts.retain(|(name, _)| request.groups.contains(name));
+    }
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport)?;
     let picked = picked(&zones, request);

@@ -3,9 +3,9 @@
 use super::neighbour_agreement::NeighbourAgreement;
 use super::params::{
     AVERAGED_ERROR_SHARE, AVERAGED_VOXEL_SAMPLES, CHUNK_ZONES, CURVATURE_SHARE, DISAGREEING_NEIGHBOURS,
-    ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_RATIO_CHANGE, MAX_RAYS,
-    MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM,
-    SAMPLES_PER_PANE_POINT, STATED_OVER_MEAN_ERROR,
+    ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_ERROR_EXCESS,
+    MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_POINTS,
+    PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_MEAN_ERROR,
 };
 use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
 use crate::iteration::multivector;
@@ -66,6 +66,22 @@ fn root_mean_square(list: &[DirectLightEstimate]) -> f64 {
     (parts.iter().sum::<f64>() / list.len().max(1) as f64).sqrt()
 }
 
+/// The cells whose ratios may be averaged: none under a sun, whose penumbra is narrower than a cell.
+fn unobstructed_cells<'a>(
+    scene: &'a Scene,
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+    light: &Light,
+) -> Option<UnobstructedCells<'a>> {
+    let grid = scene.voxel_grid().filter(|_| !matches!(light, Light::Sun { .. }))?;
+    Some(UnobstructedCells::new(grid, zones, transport))
+}
+
+/// True for a zone among obstacles whose error is too large by the factor `excess`, for its pilot samples were too alike to tell the number of samples.
+fn is_undersampled(one: &DirectLightEstimate, excess: f64, limit: usize) -> bool {
+    excess > MAX_ERROR_EXCESS && 2 * one.count as usize <= limit
+}
+
 /// Expected number of shadow rays of [`gather`], from about `sample` zones of each kind.
 pub(crate) fn expected_rays(
     scene: &Scene,
@@ -76,8 +92,8 @@ pub(crate) fn expected_rays(
 ) -> f64 {
     let sampler = ZoneLightSampler::new(scene, zones, transport, light);
     let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
-    let is_sun = matches!(light, Light::Sun { .. });
     let limit = max_samples(scene, n);
+    let unobstructed = unobstructed_cells(scene, zones, transport, light);
     let of = |range: Range<usize>, kind: usize| {
         let step = (range.len() / sample.max(1)).max(1);
         let list: Vec<usize> = range.step_by(step).collect();
@@ -89,10 +105,17 @@ pub(crate) fn expected_rays(
             if largest(o.unoccluded) * o.relative_error(0) <= wanted {
                 return 0.0;
             }
-            let averaged = !is_sun && i >= patches && zones.voxels.at(i - patches).samples.is_empty();
+            let averaged =
+                i >= patches && unobstructed.as_ref().is_some_and(|o| o.cube(i - patches, 1).is_some());
             let share = if o.agrees() { DISAGREEING_NEIGHBOURS } else { 1.0 };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
-            share * sampler.resample(i, o, most, wanted).count as f64
+            let second = sampler.resample(i, o, most, wanted);
+            let excess = largest(second.unoccluded) * second.error as f64 / wanted;
+            let third = match !averaged && is_undersampled(&second, excess, most) {
+                true => sampler.resample(i, &second, most, wanted).count,
+                false => 0,
+            };
+            share * (second.count as f64 + third as f64)
         };
         let resampled: Vec<f64> = pilot.par_iter().zip(&list).map(more).collect();
         step as f64 * (resampled.iter().sum::<f64>() + (list.len() * PILOT_SAMPLES[kind]) as f64)
@@ -121,10 +144,7 @@ pub(crate) fn gather(
             ErrorTarget::new(scene, &pilot[..patches], 0),
             ErrorTarget::new(scene, &pilot[patches..], 1),
         ],
-        unobstructed: scene
-            .voxel_grid()
-            .filter(|_| !matches!(light, Light::Sun { .. }))
-            .map(|m| UnobstructedCells::new(m, zones, transport)),
+        unobstructed: unobstructed_cells(scene, zones, transport, light),
         limit: max_samples(scene, n),
         patches,
         sampler: &sampler,
@@ -200,24 +220,30 @@ impl Gathering<'_> {
         self.sampler.resample(i, pilot, most, wanted)
     }
 
-    /// Field, error (W/m²) and number of further rays of zone `i`: the mean with the cells around it if that is smooth, else further samples.
+    /// Field, error (W/m²) and number of further rays of zone `i`, whose error is too large: the mean with the cells around it if that is smooth, else further samples.
     fn average_or_resample(&self, i: usize, all: &[DirectLightEstimate]) -> (Bands, Bands, u64) {
         let own = &all[i];
         let stated = |o: &DirectLightEstimate| STATED_OVER_MEAN_ERROR * o.unoccluded * o.error as f64;
         let result = |o: &DirectLightEstimate, rays: u64| (o.value(), stated(o), rays);
-        let is_too_large =
-            |own: &DirectLightEstimate| largest(own.unoccluded) * own.error as f64 > self.wanted(i, own);
-        let Some(rows) = self.cube(i).filter(|_| is_too_large(own)) else {
-            return result(own, 0);
+        let excess = largest(own.unoccluded) * own.error as f64 / self.wanted(i, own);
+        let resampled = |limit: usize| {
+            let more = self.sampler.resample(i, own, limit, self.wanted(i, own));
+            result(&more, more.count as u64)
         };
-        let (mean, change) = mean_ratio(rows, &all[self.patches..]);
-        let off = (own.ratio - mean).abs().into_iter().fold(0.0, f64::max);
-        if off <= MAX_DEVIATION_FROM_MEAN * own.error as f64 && change <= MAX_RATIO_CHANGE {
-            let error = (AVERAGED_ERROR_SHARE * own.error).hypot(CURVATURE_SHARE * change as f32);
-            return result(&DirectLightEstimate { ratio: mean, error, ..*own }, 0);
+        let limit = self.limit[self.kind(i)];
+        match self.cube(i) {
+            Some(rows) if excess > 1.0 => {
+                let (mean, change) = mean_ratio(rows, &all[self.patches..]);
+                let off = (own.ratio - mean).abs().into_iter().fold(0.0, f64::max);
+                if off <= MAX_DEVIATION_FROM_MEAN * own.error as f64 && change <= MAX_RATIO_CHANGE {
+                    let error = (AVERAGED_ERROR_SHARE * own.error).hypot(CURVATURE_SHARE * change as f32);
+                    return result(&DirectLightEstimate { ratio: mean, error, ..*own }, 0);
+                }
+                resampled(self.limit[1])
+            }
+            None if is_undersampled(own, excess, limit) => resampled(limit),
+            _ => result(own, 0),
         }
-        let resampled = self.sampler.resample(i, own, self.limit[1], self.wanted(i, own));
-        result(&resampled, resampled.count as u64)
     }
 }
 

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! so that a fully lit zone has no noise but that of τ. Points of an emitter are sampled by solid angle: w is bounded, and the fraction of visible
-//! samples is the fraction of visible light, also beside the emitter. Points of the light form scrambled (0,2)-nets, points of the zone an R
-//! sequence. The error of the visible fraction s of m samples is about
+//! samples is the fraction of visible light, also beside the emitter. Points of the light and of the zone are one scrambled Sobol sequence in six
+//! dimensions. The error of the visible fraction s of m samples is about
 //!
 //! ```text
 //! e = √(s(1−s)) m^(−3/4)     if the samples disagree (the shadow boundary runs through few of m strata);
@@ -18,8 +18,8 @@
 //! ```
 //!
 //! Every zone gets a few pilot samples, then fresh ones where U e exceeds a share of the tolerance times the root mean square of the light over the
-//! zones of its kind. Their number follows from the pilot samples, within limits that grow for small tolerances. In cells without obstacles the
-//! ratios R of a cell and the 26 around it are averaged if the ratio of the cell agrees with the mean within its error: a penumbra is wider than a
+//! zones of its kind. Their number follows from the pilot samples, within limits that grow for small tolerances; a zone among obstacles whose error
+//! is still too large is sampled a third time. In cells without obstacles the ratios R of a cell and the 26 around it are averaged if the ratio of the cell agrees with the mean within its error: a penumbra is wider than a
 //! cell unless the light is a sun. All random numbers are functions of zone and sample index.
 //!
 //! | module | content |

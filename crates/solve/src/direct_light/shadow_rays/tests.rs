@@ -1,4 +1,4 @@
-use super::params::MAX_SAMPLES;
+use super::params::MAX_SAMPLES_PER_ZONE;
 use super::zone_sampler::{ZoneLightSampler, largest};
 use super::{expected_rays, gather};
 use crate::direct_light::illumination::{PowerNormalization, illuminate_by};
@@ -36,7 +36,7 @@ fn check(light: &str, omit: &str, limit: f64) {
     }
     let l2 = (off / all).sqrt();
     assert!(l2 < limit && within as f64 > 0.9 * n as f64, "{light}: {l2:.2e}, {within} of {n} within twice");
-    assert!(found.rays < (MAX_SAMPLES[0] * zones.len()) as u64);
+    assert!(found.rays < (MAX_SAMPLES_PER_ZONE * zones.len()) as u64);
 }
 
 #[test]

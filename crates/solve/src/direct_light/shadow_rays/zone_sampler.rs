@@ -5,7 +5,7 @@ use super::params::{
 };
 use crate::surroundings::zone_rays::voxel_point;
 use rayon::prelude::*;
-use zonal_math::{Vec3, low_discrepancy};
+use zonal_math::{Vec3, scrambled_sobol};
 use zonal_scene::{Bands, Light, Progress, Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
@@ -112,12 +112,9 @@ impl<'a> ZoneLightSampler<'a> {
 
     /// Adds the samples of `range` of zone `i`.
     fn trace_shadow_rays(&self, t: &mut SampleTally, i: usize, range: std::ops::Range<usize>) {
-        let seed = |m: u64| low_discrepancy::split_mix64((i as u64) << 3 | m);
-        let shift = [0, 1, 2].map(|m| low_discrepancy::hash_to_unit((i as u64) << 3 | m));
-        let (scramble, turn) = ([seed(3) as u32, seed(4) as u32], seed(5) as u32);
         let patch = self.zones.patches.get(i);
         for k in range {
-            let [u, v, w] = low_discrepancy::r3(k, shift);
+            let [p, q, u, v, w, r, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
             let (x, receiver) = match patch {
                 Some(p) => {
                     let [u, v] = p.plate.warp([u, v]);
@@ -128,13 +125,7 @@ impl<'a> ZoneLightSampler<'a> {
                     (voxel_point(self.transport, z, [u, v, w]), Receiver::Free)
                 }
             };
-            let [p, q] = low_discrepancy::sobol_2d(k as u32, scramble);
-            self.trace_shadow_ray(
-                t,
-                x,
-                receiver,
-                [p, q, low_discrepancy::sobol_third_dimension(k as u32, turn)],
-            );
+            self.trace_shadow_ray(t, x, receiver, [p, q, r]);
         }
     }
 
@@ -242,7 +233,11 @@ impl<'a> ZoneLightSampler<'a> {
         }
         let count = count.min(most as f64).ceil() as usize;
         let samples = count.next_multiple_of(SAMPLE_QUANTUM).clamp(SAMPLE_QUANTUM, most);
-        let first = samples.next_power_of_two().max(FIRST_FRESH_SAMPLE);
+        // Behind the samples of the estimate, which may itself be of fresh samples.
+        let used = pilot.count as usize;
+        let behind =
+            if used >= SAMPLE_QUANTUM { 2 * used.next_power_of_two().max(FIRST_FRESH_SAMPLE) } else { 0 };
+        let first = samples.next_power_of_two().max(FIRST_FRESH_SAMPLE).max(behind);
         let one = self.sample_zone(i, first..first + samples);
         DirectLightEstimate { error: one.relative_error(0) as f32, ..one }
     }
