@@ -44,7 +44,7 @@ fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Parses every Rust source below `crates/`, `python/` and `fuzz/`, sorted by path.
+/// Parses every Rust source below `crates/`, `mpi/`, `python/` and `fuzz/`, sorted by path.
 ///
 /// # Panics
 /// If a file cannot be read or parsed.
@@ -56,6 +56,7 @@ pub fn load(root: &Path) -> Vec<SourceFile> {
     rust_files(&root.join("fuzz/fuzz_targets"), &mut paths);
     rust_files(&root.join("examples"), &mut paths);
     rust_files(&root.join("python/src"), &mut paths);
+    rust_files(&root.join("mpi/src"), &mut paths);
     paths.sort();
     paths.iter().map(|path| parse(root, path)).collect()
 }

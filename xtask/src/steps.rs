@@ -16,7 +16,7 @@ struct Step {
     command: &'static [&'static str],
 }
 
-const STEPS: [Step; 14] = [
+const STEPS: [Step; 15] = [
     Step { name: "format", checks: "rustfmt", command: &["cargo", "fmt", "--all", "--", "--check", "-l"] },
     Step {
         name: "lint",
@@ -27,6 +27,8 @@ const STEPS: [Step; 14] = [
             "--quiet",
             "--keep-going",
             "--workspace",
+            "--exclude",
+            "zonal-mpi",
             "--all-targets",
             "--locked",
             "--",
@@ -45,6 +47,8 @@ const STEPS: [Step; 14] = [
             "--quiet",
             "--keep-going",
             "--workspace",
+            "--exclude",
+            "zonal-mpi",
             "--no-deps",
             "--locked",
         ],
@@ -75,6 +79,11 @@ const STEPS: [Step; 14] = [
         name: "python",
         checks: "the Python package: wheel, tests, types",
         command: &[".ci/python_package.sh", "{zonal}"],
+    },
+    Step {
+        name: "mpi",
+        checks: "distributed solves by MPI: lint, tests, the bytes of one process",
+        command: &[".ci/mpi.sh", "{zonal}"],
     },
     Step {
         name: "validate",

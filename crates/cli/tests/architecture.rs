@@ -52,6 +52,9 @@ const PYTHON_MODULE: (&str, &[&str]) = (
     &["math", "scene", "exchange", "view-factors", "solve", "render", "io", "report", "validation", "cli"],
 );
 
+/// The command of distributed solves, in the folder `mpi`, with the crates on which it depends.
+const MPI_COMMAND: (&str, &[&str]) = ("mpi", &["cli", "report", "solve"]);
+
 /// Crates on which all tests may depend in addition: the reference solutions, and the scene format.
 const TEST_DEPENDENCIES: [&str; 2] = ["reference", "io"];
 
@@ -162,7 +165,8 @@ fn manifest(text: &str) -> Manifest {
 }
 
 fn wrong_dependencies(name: &str, text: &str) -> Vec<String> {
-    let Some((_, allowed)) = DEPENDENCIES.iter().chain([&PYTHON_MODULE]).find(|a| a.0 == name) else {
+    let Some((_, allowed)) = DEPENDENCIES.iter().chain([&PYTHON_MODULE, &MPI_COMMAND]).find(|a| a.0 == name)
+    else {
         return vec![format!(
             "{name}: this crate is not in the list of dependencies; add it here and to ARCHITECTURE.md"
         )];
@@ -177,7 +181,7 @@ fn wrong_dependencies(name: &str, text: &str) -> Vec<String> {
     out.extend(m.dev.iter().filter(|d| !allowed.contains(*d) && !for_tests(d)).map(|d| {
         format!("{name}: its tests depend on {d}; they may use what it depends on, and {TEST_DEPENDENCIES:?}")
     }));
-    if !["cli", "report", "python"].contains(&name) {
+    if !["cli", "report", "python", "mpi"].contains(&name) {
         let outside = m.external.iter().filter(|e| NOT_IN_THE_LIBRARY.contains(&e.as_str()));
         out.extend(outside.map(|e| format!("{name}: {e} belongs to the command")));
         let wrong = m.optional.iter().filter(|e| !OPTIONAL_IN_THE_LIBRARY.contains(&(name, e.as_str())));
@@ -222,12 +226,15 @@ fn crate_dependencies_are_as_declared() {
 }
 
 #[test]
-fn the_python_module_is_no_default_member() {
+fn the_python_module_and_the_command_of_mpi_are_no_default_members() {
     assert_none(wrong_dependencies("python", &read("python/Cargo.toml")));
+    assert_none(wrong_dependencies("mpi", &read("mpi/Cargo.toml")));
     let workspace = read("Cargo.toml");
-    assert!(workspace.contains("members = [\"crates/*\", \"python\", \"xtask\"]"));
+    assert!(workspace.contains("members = [\"crates/*\", \"mpi\", \"python\", \"xtask\"]"));
     assert!(workspace.contains("default-members = [\"crates/*\"]"));
-    assert_none(sources("python/src").iter().flat_map(|(name, text)| unfinished(name, text)).collect());
+    for folder in ["python/src", "mpi/src"] {
+        assert_none(sources(folder).iter().flat_map(|(name, text)| unfinished(name, text)).collect());
+    }
 }
 
 #[test]

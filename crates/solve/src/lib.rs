@@ -13,6 +13,7 @@
 //! |---|---|
 //! | `pipeline` | the phases of a solve, in their order |
 //! | [`settings`] | memory limit, checkpoints, observer, warm start |
+//! | [`distribution`] | work shared by several processes |
 //! | [`operator`] | the interface of the engines: [`ExchangeOperator`], `ErrorModel` |
 //! | [`engine`] | selection and construction of an engine |
 //! | [`dense`] | all pairs of zones |
@@ -34,6 +35,7 @@
 
 pub mod dense;
 pub mod direct_light;
+pub mod distribution;
 pub mod engine;
 mod errors;
 pub mod exchange_areas;

@@ -368,6 +368,7 @@ fn complete_direct_light(
         let settings = SolveSettings {
             checkpoints: context.checkpoints,
             pair_settings: context.pair_settings,
+            communicator: context.communicator,
             ..SolveSettings::new(context.memory_limit, context.progress)
         };
         let shadow_rays = |l: usize| illuminate_triple(&triples[t], l, &settings);
@@ -393,6 +394,7 @@ fn context_of<'a>(
         memory_limit: settings.memory_limit,
         checkpoints: settings.checkpoints,
         progress: settings.progress,
+        communicator: settings.communicator,
     }
 }
 
@@ -585,7 +587,8 @@ pub(crate) fn illuminate_stage(
         return Ok(light);
     }
     let normalization = illumination::PowerNormalization::of(scene);
-    let light = illumination::illuminate_by(scene, zones, transport, (l, normalization), settings.progress);
+    let light =
+        illumination::illuminate_by(scene, zones, transport, (l, normalization), settings.execution());
     if settings.checkpoints.keeps() {
         settings.checkpoints.save(&stage, &light.encode());
     }

@@ -1,5 +1,6 @@
 //! Settings of a solve that are not part of the scene: memory limit, methods for pairs of zones, checkpoints, observer and warm start.
 
+use crate::distribution::{Communicator, Execution, SingleProcess};
 use zonal_exchange::pair::PairSettings;
 use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress, SceneError};
 
@@ -17,6 +18,8 @@ pub struct SolveSettings<'a> {
     pub checkpoints: &'a dyn CheckpointStore,
     /// Observer.
     pub progress: &'a dyn Progress,
+    /// The processes that share the work.
+    pub communicator: &'a dyn Communicator,
     /// Light groups of an earlier solution on the same zones for a warm start; empty for a cold start.
     pub initial_groups: &'a [LightGroup],
 }
@@ -29,8 +32,14 @@ impl<'a> SolveSettings<'a> {
             pair_settings: PairSettings::default(),
             checkpoints: &NoCheckpoints,
             progress,
+            communicator: &SingleProcess,
             initial_groups: &[],
         }
+    }
+
+    /// The processes and the observer.
+    pub(crate) fn execution(&self) -> Execution<'a> {
+        Execution { communicator: self.communicator, progress: self.progress }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Input and result of building an engine: [`SolveContext`] in, `BuiltEngine` out.
 
 use crate::direct_light::light_field::DirectLight;
+use crate::distribution::{Communicator, Execution};
 use crate::iteration::IterationResult;
 use crate::light_groups::{self, SourceGroup};
 use crate::operator::{ErrorModel, IncidentPower};
@@ -32,9 +33,16 @@ pub struct SolveContext<'a> {
     pub checkpoints: &'a dyn CheckpointStore,
     /// Observer.
     pub progress: &'a dyn Progress,
+    /// The processes that share the work.
+    pub communicator: &'a dyn Communicator,
 }
 
-impl SolveContext<'_> {
+impl<'a> SolveContext<'a> {
+    /// The processes and the observer.
+    pub(crate) fn execution(&self) -> Execution<'a> {
+        Execution { communicator: self.communicator, progress: self.progress }
+    }
+
     /// The source strengths s⁰ of every group, W/m² and W/m³.
     pub(crate) fn source_strengths(&self, surroundings: &SurroundingsExchange) -> Vec<Vec<Bands>> {
         let of_group = |s: &SourceGroup| {

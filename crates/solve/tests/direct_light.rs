@@ -7,6 +7,7 @@ use zonal_reference::test_cases::sampled_cases;
 use zonal_scene::{Bands, NoProgress, Solution};
 use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
 use zonal_solve::direct_light::{DirectLight, LightField};
+use zonal_solve::distribution::Execution;
 use zonal_solve::surroundings::SurroundingsExchange;
 use zonal_transport::{Transport, build_zones};
 
@@ -63,7 +64,10 @@ fn fields_of_several_lights_add_up() {
         let scene = read(&unit_room("patch_size=0.25", "omit=[\"y1\"]", &format!("{FOG}{lights}")));
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
-        (illuminate(&scene, &zones, &transport, PowerNormalization::None, &NoProgress), zones.len())
+        (
+            illuminate(&scene, &zones, &transport, PowerNormalization::None, Execution::alone(&NoProgress)),
+            zones.len(),
+        )
     };
     let (both, zones) = lit(&format!("{SUN}{SKY}"));
     let [sun, sky]: [LightField; 2] = [SUN, SKY].map(|light| lit(light).0.lights.swap_remove(0));
@@ -151,7 +155,13 @@ fn sky_fraction_is_the_closure_remainder() {
     for (name, scene) in [("open", WALLS.to_string()), ("half covered", format!("{WALLS}{CANOPY}"))] {
         let scene = read(&scene);
         with_exchange(&scene, |zones, transport, exchange| {
-            let escape = SurroundingsExchange::measure(&scene, zones, transport, (256, 0), &NoProgress);
+            let escape = SurroundingsExchange::measure(
+                &scene,
+                zones,
+                transport,
+                (256, 0),
+                Execution::alone(&NoProgress),
+            );
             let inside: Vec<usize> =
                 (0..zones.len()).filter(|&i| zones.patches[i].plate.centre().z <= 1.0).collect();
             let mut count = count();
@@ -181,7 +191,13 @@ fn error_of_the_surroundings_is_stated() {
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap_or_else(|e| panic!("{e}"));
         (
-            SurroundingsExchange::measure(&scene, &zones, &transport, (256, sample), &NoProgress),
+            SurroundingsExchange::measure(
+                &scene,
+                &zones,
+                &transport,
+                (256, sample),
+                Execution::alone(&NoProgress),
+            ),
             zones.voxel_offset(),
         )
     };

@@ -6,6 +6,7 @@ use common::{mean, patches_of, read, sheet_over_floor, unit_room, with_site};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Band, Bands, NoProgress, Scene};
 use zonal_solve::ExchangeOperator;
+use zonal_solve::distribution::Execution;
 use zonal_solve::ray::ray_operator::{PathContinuation, RayOperator};
 use zonal_solve::surroundings::SurroundingsExchange;
 
@@ -160,7 +161,8 @@ fn a_gather_measures_the_surroundings_through_panes() {
     ));
     with_site(&scene, |context, _| {
         let (zones, transport) = (context.zones, context.transport);
-        let wanted = SurroundingsExchange::measure(&scene, zones, transport, (8192, 0), &NoProgress);
+        let wanted =
+            SurroundingsExchange::measure(&scene, zones, transport, (8192, 0), Execution::alone(&NoProgress));
         let operator = RayOperator::new(context, [32, 16], PathContinuation::On);
         let radiosity = scene.surroundings().radiosity();
         for share in [1.0, 0.5, 0.0] {

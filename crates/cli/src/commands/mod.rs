@@ -120,7 +120,10 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
 }
 
 /// Starts the global pool of threads; an existing pool is kept.
-fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
+///
+/// # Errors
+/// If a thread cannot be started.
+pub fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from));
     match pool.build_global() {
         // An error without a source reports an existing pool.

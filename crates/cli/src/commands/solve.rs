@@ -9,6 +9,7 @@ use zonal_io::output::{self, CheckpointFolder, CheckpointState};
 use zonal_report::{Failure, check_output, note, say};
 use zonal_scene::{CheckpointStore, Engine, LightGrouping, NoCheckpoints, Scene, Solution, ZoneBasis};
 use zonal_solve::SolveSettings;
+use zonal_solve::distribution::{Communicator, SingleProcess};
 
 /// Solve a scene and write the solution.
 ///
@@ -73,25 +74,39 @@ pub enum ClosureMode {
 /// # Errors
 /// For options and scenes that are not valid, solves that are refused, and outputs that cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
+    run_on_ranks(args, context, &SingleProcess)
+}
+
+/// Runs the command on several processes, of which the first writes and prints.
+///
+/// # Errors
+/// As [`run`], on all ranks alike, and where the ranks have different scenes or versions.
+pub fn run_on_ranks(args: &Args, context: Context, communicator: &dyn Communicator) -> Result<(), Failure> {
+    let is_first = communicator.rank() == 0;
     // Check the arguments and read the scene.
-    check_output(&args.output, &["npz"])?;
-    let memory_limit = memory_limit(args.max_memory)?;
-    let scene = zonal_io::input::read_scene(&args.scene)?;
-    let scene = with_options(scene, args)?;
+    let (scene, memory_limit) = agreed(read_scene(args), communicator)?;
     let uses_checkpoint = args.checkpoint.is_some() || args.resume || args.keep_factors;
-    let folder = if uses_checkpoint { Some(resume_or_begin_checkpoint(&scene, args)?) } else { None };
+    let folder = match uses_checkpoint {
+        true => Some(shared_checkpoint(&scene, args, communicator)?),
+        false => None,
+    };
     // Solve it.
     let progress = context.progress();
+    let stages = folder.as_ref().map(|folder| RankCheckpoints { folder, is_first });
     let settings = SolveSettings {
         pair_settings: args.factors.pair_settings(),
-        checkpoints: folder.as_ref().map_or(&NoCheckpoints, |f| f as &dyn CheckpointStore),
+        checkpoints: stages.as_ref().map_or(&NoCheckpoints, |f| f as &dyn CheckpointStore),
+        communicator,
         ..SolveSettings::new(memory_limit, &progress)
     };
     let solution = solve_and_hash(scene, &settings).map_err(|e| {
         // A refused solve leaves nothing to resume.
-        folder.iter().for_each(CheckpointFolder::remove);
+        folder.iter().filter(|_| is_first).for_each(CheckpointFolder::remove);
         Failure::in_file(&args.scene, e)
     })?;
+    if !is_first {
+        return Ok(());
+    }
     // Write the solution, then remove the checkpoint.
     output::write_solution(&args.output, &solution)?;
     if let Some(folder) = folder {
@@ -99,6 +114,90 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     print_report(args, &solution, context)?;
     context.check_report(&solution.report)
+}
+
+/// The scene with the options of the command line, and the memory limit.
+fn read_scene(args: &Args) -> Result<(Scene, u64), Failure> {
+    check_output(&args.output, &["npz"])?;
+    let memory_limit = memory_limit(args.max_memory)?;
+    let scene = zonal_io::input::read_scene(&args.scene)?;
+    Ok((with_options(scene, args)?, memory_limit))
+}
+
+/// What every rank read, if all could read the same scene with the same version.
+fn agreed(
+    read: Result<(Scene, u64), Failure>,
+    communicator: &dyn Communicator,
+) -> Result<(Scene, u64), Failure> {
+    if communicator.size() == 1 {
+        return read;
+    }
+    let own = match &read {
+        Ok((scene, memory)) => {
+            format!("{} {} {memory}", env!("CARGO_PKG_VERSION"), output::scene_hash(scene))
+        }
+        Err(e) => format!("{FAILED}{e}"),
+    };
+    let all = communicator.all_gather(own.into_bytes());
+    let read = read?;
+    let failure = |(rank, text): (usize, &Vec<u8>)| {
+        let message = text.strip_prefix(FAILED.as_bytes())?;
+        Some(Failure::new(format!("rank {rank}: {}", String::from_utf8_lossy(message))))
+    };
+    if let Some(failure) = all.iter().enumerate().find_map(failure) {
+        return Err(failure);
+    }
+    match all.iter().position(|other| *other != all[0]) {
+        None => Ok(read),
+        Some(rank) => Err(Failure::new(format!(
+            "rank {rank} has another scene, another memory limit or another version than rank 0; give all ranks the same files and the same program"
+        ))),
+    }
+}
+
+/// Mark of a rank that failed to read its scene.
+const FAILED: &str = "failed ";
+
+/// The folder of the checkpoint, which the first rank prepares before the others use it.
+fn shared_checkpoint(
+    scene: &Scene,
+    args: &Args,
+    communicator: &dyn Communicator,
+) -> Result<CheckpointFolder, Failure> {
+    let mut prepared = None;
+    let mut failure = Vec::new();
+    if communicator.rank() == 0 {
+        match resume_or_begin_checkpoint(scene, args) {
+            Ok(folder) => prepared = Some(folder),
+            Err(e) => failure = e.to_string().into_bytes(),
+        }
+    }
+    let failures = communicator.all_gather(failure);
+    match (prepared, failures[0].is_empty()) {
+        (_, false) => Err(Failure::new(String::from_utf8_lossy(&failures[0]).into_owned())),
+        (Some(folder), _) => Ok(folder),
+        (None, _) => Ok(checkpoint_folder(scene, args)),
+    }
+}
+
+/// The stages of a checkpoint for one rank: it saves the rows that it owns, the first rank also what all ranks have.
+struct RankCheckpoints<'a> {
+    folder: &'a CheckpointFolder,
+    is_first: bool,
+}
+
+impl CheckpointStore for RankCheckpoints<'_> {
+    fn keeps(&self) -> bool {
+        self.folder.keeps()
+    }
+    fn load(&self, stage: &str) -> Option<Vec<u8>> {
+        self.folder.load(stage)
+    }
+    fn save(&self, stage: &str, bytes: &[u8]) {
+        if self.is_first || zonal_solve::distribution::is_stage_of_one_rank(stage) {
+            self.folder.save(stage, bytes);
+        }
+    }
 }
 
 /// The scene with the options of the command line.
@@ -114,17 +213,24 @@ fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
     scene.with_options(o).map_err(|e| option_failure(&e))
 }
 
+fn checkpoint_path(args: &Args) -> PathBuf {
+    let named = args.checkpoint.clone().flatten();
+    named.unwrap_or_else(|| path_beside(&args.output, "checkpoint"))
+}
+
+fn checkpoint_folder(scene: &Scene, args: &Args) -> CheckpointFolder {
+    CheckpointFolder::new(&checkpoint_path(args), checkpoint_keys(scene, args.factors.pair_settings()))
+}
+
 /// The folder of the checkpoint: with its stages if `--resume` is given and they belong to this scene, else empty.
 fn resume_or_begin_checkpoint(scene: &Scene, args: &Args) -> Result<CheckpointFolder, Failure> {
-    let named = args.checkpoint.clone().flatten();
-    let path = named.unwrap_or_else(|| path_beside(&args.output, "checkpoint"));
-    let folder = CheckpointFolder::new(&path, checkpoint_keys(scene, args.factors.pair_settings()));
+    let folder = checkpoint_folder(scene, args);
     match folder.state() {
         CheckpointState::Matching if args.resume => {}
         CheckpointState::Mismatched if args.resume => {
             note(&format!(
                 "{}: this checkpoint belongs to another scene, other options or another version; starting from the beginning",
-                path.display()
+                checkpoint_path(args).display()
             ));
             folder.remove();
         }

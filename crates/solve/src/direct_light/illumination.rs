@@ -14,9 +14,10 @@
 use super::light_field::{DirectLight, LightField};
 use super::light_power::LightPower;
 use super::shadow_rays::{GatheredLight, gather};
+use crate::distribution::Execution;
 use crate::iteration::multivector;
 use crate::zone_power::interception_area;
-use zonal_scene::{Band, Bands, Light, Progress, Scene, Zones};
+use zonal_scene::{Band, Bands, Light, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Relative disagreement with the power of the light above which the fields are not normalized, because the cause is not noise.
@@ -48,9 +49,9 @@ pub fn illuminate(
     zones: &Zones,
     transport: &Transport,
     normalization: PowerNormalization,
-    progress: &dyn Progress,
+    execution: Execution,
 ) -> DirectLight {
-    let one = |l: usize| illuminate_by(scene, zones, transport, (l, normalization), progress);
+    let one = |l: usize| illuminate_by(scene, zones, transport, (l, normalization), execution);
     DirectLight { lights: (0..scene.lights().len()).map(one).collect() }
 }
 
@@ -60,13 +61,13 @@ pub(crate) fn illuminate_by(
     zones: &Zones,
     transport: &Transport,
     (index, normalization): (usize, PowerNormalization),
-    progress: &dyn Progress,
+    execution: Execution,
 ) -> LightField {
     let light = &scene.lights()[index];
     let name = light.name(scene.surfaces()).to_string();
     // Sample both sides: shadow rays from the zones, rays from the light.
     let GatheredLight { mut fields, mut error, rays, limited } =
-        gather(scene, zones, transport, light, progress);
+        gather(scene, zones, transport, light, execution);
     let mut power = LightPower::measure(scene, zones, transport, light);
     let is_emitter = matches!(light, Light::Emitter { .. });
     // Compare them, and normalize the fields unless they disagree too much.

@@ -22,6 +22,7 @@
 use super::gather_error::ratio;
 use super::single_precision::{self, SingleBands};
 use super::zone_groups::ZoneGroups;
+use crate::distribution::Message;
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -126,6 +127,31 @@ impl EscapeRays {
 
     fn row(&self, i: usize) -> Option<usize> {
         self.rows.get(i).filter(|r| **r != NO_ROW).map(|r| *r as usize)
+    }
+
+    /// Bytes of the row of zone `i` in messages.
+    pub(crate) fn row_bytes(&self, i: usize) -> usize {
+        if self.row(i).is_some() { 4 + 12 * (4 + self.columns) } else { 0 }
+    }
+
+    /// Appends the row of zone `i`.
+    pub(crate) fn put_row(&self, i: usize, out: &mut Vec<u8>) {
+        let Some(row) = self.row(i) else { return };
+        self.counts[row].put(out);
+        let width = 4 + self.columns;
+        let sums = &self.sums[row * width..(row + 1) * width];
+        sums.iter().for_each(|s| single_precision::words(*s).put(out));
+    }
+
+    /// Sets the row of zone `i` to that of [`EscapeRays::put_row`].
+    pub(crate) fn take_row(&mut self, i: usize, bytes: &[u8]) {
+        let Some(row) = self.row(i) else { return };
+        let (count, sums) = bytes.split_at(4);
+        self.counts[row] = u32::get(count);
+        let width = 4 + self.columns;
+        let own = &mut self.sums[row * width..(row + 1) * width];
+        let values = sums.chunks_exact(12).map(|w| single_precision::from_words(Message::get(w)));
+        own.iter_mut().zip(values).for_each(|(own, v)| *own = v);
     }
 
     /// The rows of `zones` zones by task: each task has `zones_per_task` consecutive zones, the last one the rest.

@@ -150,7 +150,9 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         sums.escape.set_ratios(std::mem::take(&mut fields.escape_ratios));
         let goal = Goal::of(task, &fields);
         let more = goal.samples(task, &sums, &fields);
-        match more.filter(|_| sums.round < GATHER_PARAMS.max_rounds && !task.progress.is_interrupted()) {
+        match more
+            .filter(|_| sums.round < GATHER_PARAMS.max_rounds && !task.execution.progress.is_interrupted())
+        {
             Some(wanted) => {
                 changed = ranges_of_kinds(task.zones).map(|r| wanted[r.clone()] != sums.counts[r]);
                 take_samples(gatherer, task, &wanted, &mut sums);
@@ -172,7 +174,10 @@ fn separate(whole: &mut [Bands], part: &mut [Bands]) {
 /// Takes samples of every zone up to the wanted number of each half, and saves them.
 fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut GatherSums) {
     let (quantities, p) = (sums.quantities, &GATHER_PARAMS);
-    task.progress.begin("gather", task.zones.len() as u64);
+    let (progress, communicator) = (task.execution.progress, task.execution.communicator);
+    progress.begin("gather", task.zones.len() as u64);
+    let blocks = task.execution.blocks(task.zones.len(), ZONES_PER_TASK);
+    let before = sums.counts.clone();
     let tasks = sums
         .sums
         .par_chunks_mut(2 * quantities * ZONES_PER_TASK)
@@ -180,7 +185,8 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
         .zip(sums.escape.by_tasks(task.zones.len(), ZONES_PER_TASK))
         .enumerate()
         .with_max_len(TASKS_AT_A_TIME);
-    tasks.for_each_init(GatherScratch::default, |scratch, (number, ((sums, counts), mut escape))| {
+    let own = tasks.filter(|(number, _)| blocks.is_own_block(*number));
+    own.for_each_init(GatherScratch::default, |scratch, (number, ((sums, counts), mut escape))| {
         let zones = counts.len() as u64;
         let mut aimed = 0..0;
         for (k, (sums, count)) in sums.chunks_mut(2 * quantities).zip(counts).enumerate() {
@@ -209,9 +215,10 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
             escape.add(zone, &of_zone);
             *count = numbers.end;
         }
-        task.progress.advance(zones);
+        progress.advance(zones);
     });
-    task.progress.end();
+    sums.exchange(&blocks, communicator, (&before, wanted));
+    progress.end();
     sums.round += 1;
     sums.save(task.checkpoints);
 }

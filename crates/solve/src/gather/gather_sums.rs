@@ -2,6 +2,7 @@
 
 use super::escape_rays::EscapeRays;
 use super::zone_gather::SampleSums;
+use crate::distribution::{Blocks, Communicator, Message};
 use crate::stage_codec::{Decoder, Encoder};
 use zonal_scene::{Bands, CheckpointStore};
 
@@ -62,6 +63,41 @@ impl GatherSums {
         self.sums.iter_mut().zip(sums).for_each(|(own, w)| *own = sum(w));
         self.escape.decode(&mut decoder)?;
         decoder.at_end().then_some(())
+    }
+
+    /// Sends the sums of the own zones that have more than `before` samples, and receives those of the other ranks, of `wanted` samples.
+    pub(crate) fn exchange(
+        &mut self,
+        blocks: &Blocks,
+        communicator: &dyn Communicator,
+        (before, wanted): (&[usize], &[usize]),
+    ) {
+        let (width, is_new) = (2 * self.quantities, |i: usize| wanted[i] > before[i]);
+        let (mut received, escape) = (Vec::new(), &self.escape);
+        let bytes_of_sums = 4 * width * SampleSums::ENCODED_WORDS;
+        let put = |i: usize, out: &mut Vec<u8>| {
+            if is_new(i) {
+                let sums = &self.sums[width * i..width * (i + 1)];
+                sums.iter().flat_map(SampleSums::words).for_each(|w| w.put(out));
+                escape.put_row(i, out);
+            }
+        };
+        let take = |i: usize, bytes: &[u8]| {
+            let length = if is_new(i) { bytes_of_sums + escape.row_bytes(i) } else { 0 };
+            if length > 0 {
+                received.push((i, bytes[..length].to_vec()));
+            }
+            length
+        };
+        blocks.exchange(communicator, put, take);
+        for (i, bytes) in received {
+            let (sums, row) = bytes.split_at(bytes_of_sums);
+            let values = sums.chunks_exact(4 * SampleSums::ENCODED_WORDS).map(<[u32; 6]>::get);
+            let own = &mut self.sums[width * i..width * (i + 1)];
+            own.iter_mut().zip(values).for_each(|(own, w)| *own = SampleSums::from_words(w));
+            self.escape.take_row(i, row);
+            self.counts[i] = wanted[i];
+        }
     }
 
     /// Saves the sums of the rounds so far.

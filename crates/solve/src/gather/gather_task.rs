@@ -3,8 +3,9 @@
 use super::regression_windows::RegressionWindows;
 use super::zone_gather::GatheredSky;
 use super::zone_groups::ZoneGroups;
+use crate::distribution::Execution;
 use std::ops::Range;
-use zonal_scene::{Bands, CheckpointStore, Progress, Zones};
+use zonal_scene::{Bands, CheckpointStore, Zones};
 
 /// The inputs of a gather beside the gatherer.
 pub(crate) struct GatherTask<'a> {
@@ -26,8 +27,8 @@ pub(crate) struct GatherTask<'a> {
     pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
     /// Store of finished rounds.
     pub checkpoints: &'a dyn CheckpointStore,
-    /// Observer.
-    pub progress: &'a dyn Progress,
+    /// The processes that share the work, and the observer.
+    pub execution: Execution<'a>,
 }
 
 /// The patches, and the volume zones with the panes.

@@ -1,7 +1,7 @@
 //! The ray table as stages of a checkpoint.
 //!
 //! The ends of rays depend on the geometry, the extinctions and the lights of a scene alone, so a checkpoint also serves a scene with other
-//! reflectances and albedos. The table is cut into stages of about [`STAGE_BYTES`], named `views-P-V-KIND-NUMBER` with P rays of a patch
+//! reflectances and albedos. The table is cut into stages of at most about [`STAGE_BYTES`], named `views-P-V-KIND-NUMBER` with P rays of a patch
 //! and V of a volume zone; an interrupted solve loses at most one stage. A stage holds the ends (u32), the weights (f32, three a ray, or
 //! none), and for each block of zones its path vertices.
 
@@ -11,8 +11,10 @@ use super::ray_tracer::FIRST_CODE;
 use crate::stage_codec::{Decoder, Encoder};
 use zonal_scene::{Band, PerBand};
 
-/// Approximate bytes of a stage: some seconds of work.
+/// Most bytes of a stage, about: some seconds of work.
 const STAGE_BYTES: usize = 64 << 20;
+/// Least number of stages of many zones of a kind: ranks share the stages.
+const MIN_STAGES: usize = 64;
 /// Most bytes of a ray in a stage, without path vertices.
 const RAY_BYTES: usize = 16;
 
@@ -27,9 +29,10 @@ pub(crate) struct StageLimits {
     pub zones: usize,
 }
 
-/// Blocks of zones in a stage, with `rays` rays per zone.
-pub(crate) fn blocks_per_stage(rays: usize) -> usize {
-    (STAGE_BYTES / (RAY_BYTES * ZONES_PER_BLOCK * rays.max(1))).max(1)
+/// Zones of a stage, whole blocks, of `zones` zones of a kind with `rays` rays each.
+pub(crate) fn zones_per_stage(zones: usize, rays: usize) -> usize {
+    let blocks = STAGE_BYTES / (RAY_BYTES * ZONES_PER_BLOCK * rays.max(1));
+    ZONES_PER_BLOCK * blocks.min(zones / (ZONES_PER_BLOCK * MIN_STAGES)).max(1)
 }
 
 /// Name of stage `number` of the patches (kind 0) or volume zones (kind 1).

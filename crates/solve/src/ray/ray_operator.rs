@@ -10,6 +10,7 @@ use super::ray_sampling::{RaysPerZone, rays_measure_escape};
 use super::ray_table::{PathExtent, RayTable};
 use super::ray_tracer::RayTracer;
 use crate::direct_light::light_field::DirectLight;
+use crate::distribution::Execution;
 use crate::gather::final_gather::{self, Gathered};
 use crate::gather::gather_task::GatherTask;
 use crate::gather::regression_windows::RegressionWindows;
@@ -53,7 +54,7 @@ pub struct RayOperator<'a> {
     zones: &'a Zones,
     transport: &'a Transport<'a>,
     direct: &'a DirectLight,
-    table: RayTable,
+    table: RayTable<'a>,
     continuation: PathContinuation,
     /// c of every zone.
     coefficients: Vec<Bands>,
@@ -284,6 +285,7 @@ impl RayOperator<'_> {
         (known, sky): (&[[Bands; 2]], Option<GatheredSky>),
         (checkpoints, progress): (&dyn CheckpointStore, &dyn Progress),
     ) -> Gathered {
+        let execution = Execution { communicator: self.table.communicator(), progress };
         let sky = sky.as_ref();
         let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
         let mut typical: Vec<PaddedBands> = radiosity.iter().map(|b| self.typical_radiosity(b)).collect();
@@ -310,7 +312,7 @@ impl RayOperator<'_> {
             known,
             own: &own,
             checkpoints,
-            progress,
+            execution,
         };
         final_gather::gather(&gatherer, &task)
     }

@@ -13,6 +13,9 @@
 //!
 //! Bands of different extinction share one ray, sampled by their mean; each has a weight, its own probability over that of the ray.
 //!
+//! **Ranks.** The table is cut into stages of consecutive zones of a kind; a rank holds the rays of its own stages. A product computes its rows on the rank that
+//! has their rays, and every rank receives all of them.
+//!
 //! **Cost.** 4 bytes a ray, 12 more where the bands differ, and [`VERTEX_BYTES`](super::path_continuation::VERTEX_BYTES) a path vertex.
 
 use super::padded_bands::{LANES, PaddedBands, padded, padded_f32, without_padding};
@@ -22,6 +25,7 @@ use super::path_continuation::{
 use super::ray_checkpoint;
 use super::ray_sampling::RaysPerZone;
 use super::ray_tracer::{BACK_FACE, ESCAPED, FIRST_CODE, NO_ZONE, RayTracer};
+use crate::distribution::{Blocks, Communicator, Message};
 use crate::solve_context::SolveContext;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
@@ -29,20 +33,24 @@ use std::ops::Range;
 use zonal_exchange::pair::closure_target;
 use zonal_scene::{Bands, PerBand, Zones};
 
-/// Zones of one task where a product is formed.
-const MIN_ZONES_PER_TASK: usize = 256;
-
 /// The ends of the rays of every zone.
-pub(crate) struct RayTable {
+pub(crate) struct RayTable<'a> {
+    communicator: &'a dyn Communicator,
     /// Number of patches.
     patches: usize,
+    /// Stages of the patches, and of the volume zones.
+    stages: [Blocks; 2],
     rays_per_zone: RaysPerZone,
-    /// End of every ray: a zone, a path vertex or a code.
+    /// Rays of the own patches; those of volume zones follow.
+    own_patch_rays: usize,
+    /// End of every own ray: a zone, a path vertex or a code.
     ends: Vec<u32>,
-    /// Weight of every ray in each band; empty where all are 1.
+    /// Weight of every own ray in each band; empty where all are 1.
     weights: Vec<PerBand<f32>>,
-    /// Path vertices of the patches, and of the volume zones, in blocks of [`ZONES_PER_BLOCK`] zones.
+    /// Path vertices of the own patches, and of the own volume zones, in blocks of [`ZONES_PER_BLOCK`] zones.
     vertices: [Vec<Vec<PathVertex>>; 2],
+    /// Path vertices of all ranks.
+    vertex_count: u64,
     /// ρ of the patches where paths continue; otherwise empty.
     reflectance: Vec<PaddedBands>,
     /// Fraction of its own emission that each pane zone absorbs.
@@ -69,6 +77,7 @@ struct KindTracing<'a> {
     /// 0 for patches, 1 for volume zones.
     kind: usize,
     first_zone: usize,
+    stages: Blocks,
 }
 
 impl KindTracing<'_> {
@@ -76,13 +85,17 @@ impl KindTracing<'_> {
         self.rays_per_zone[self.kind]
     }
 
-    /// Traces all rays, stage by stage; `weights` is empty where all are 1. Returns the path vertices by blocks.
+    /// Traces all rays of this rank, stage by stage; `weights` is empty where all are 1. Returns the path vertices by blocks.
     fn trace(&self, ends: &mut [u32], weights: &mut [PerBand<f32>]) -> Vec<Vec<PathVertex>> {
-        let stage = self.rays() * ZONES_PER_BLOCK * ray_checkpoint::blocks_per_stage(self.rays());
         let mut vertices = Vec::new();
-        let mut weights = weights.chunks_mut(stage);
-        for (number, ends) in ends.chunks_mut(stage).enumerate() {
-            vertices.extend(self.trace_stage(number, ends, weights.next().unwrap_or_default()));
+        let (mut ends, mut weights) = (ends, weights);
+        for number in self.stages.own() {
+            let rays = self.rays() * self.stages.range(number).len();
+            let (own, rest) = std::mem::take(&mut ends).split_at_mut(rays);
+            let (own_weights, rest_of_weights) =
+                std::mem::take(&mut weights).split_at_mut(if self.tracer.grey { 0 } else { rays });
+            (ends, weights) = (rest, rest_of_weights);
+            vertices.extend(self.trace_stage(number, own, own_weights));
         }
         vertices
     }
@@ -107,8 +120,8 @@ impl KindTracing<'_> {
             self.context.progress.advance(ends.len() as u64 / rays.max(1) as u64);
             return vertices;
         }
-        let blocks = ray_checkpoint::blocks_per_stage(rays);
-        let first = |b: usize| self.first_zone + (number * blocks + b) * ZONES_PER_BLOCK;
+        let start = self.first_zone + self.stages.range(number).start;
+        let first = |b: usize| start + b * ZONES_PER_BLOCK;
         let by_block =
             ends.par_chunks_mut(rays * ZONES_PER_BLOCK).enumerate().map(|(b, ends)| (first(b), ends));
         let vertices: Vec<Vec<PathVertex>> = if self.tracer.grey {
@@ -141,17 +154,23 @@ impl KindTracing<'_> {
     }
 }
 
-impl RayTable {
+impl<'a> RayTable<'a> {
     /// Traces the rays of every zone; with `lights` paths continue from close patches. Finished stages are kept in the checkpoint.
     pub(crate) fn trace(
-        context: &SolveContext,
+        context: &SolveContext<'a>,
         rays_per_zone: RaysPerZone,
         lights: Option<&PathLights>,
-    ) -> RayTable {
+    ) -> RayTable<'a> {
         let zones = context.zones;
         let tracer = RayTracer::new(context.scene, zones, context.transport);
         let patches = zones.voxel_offset();
-        let total = rays_per_zone[0] * patches + rays_per_zone[1] * (zones.len() - patches);
+        let of_kind = [patches, zones.len() - patches];
+        let stages = [0, 1].map(|k| {
+            let zones_per_stage = ray_checkpoint::zones_per_stage(of_kind[k], rays_per_zone[k]);
+            Blocks::new(context.communicator, of_kind[k], zones_per_stage)
+        });
+        let own_rays = [0, 1].map(|k| rays_per_zone[k] * stages[k].own_items().count());
+        let total = own_rays[0] + own_rays[1];
         context.progress.begin("rays", zones.len() as u64);
         let reflectance = match lights {
             Some(_) => zones.patches.iter().map(|p| padded(p.reflectance)).collect(),
@@ -159,31 +178,51 @@ impl RayTable {
         };
         let pane_zones = zones.pane_offset()..zones.len();
         let mut table = RayTable {
+            communicator: context.communicator,
             patches,
+            stages,
             rays_per_zone,
+            own_patch_rays: own_rays[0],
             ends: vec![NO_ZONE; total],
             weights: if tracer.grey { Vec::new() } else { vec![PerBand::splat(1.0); total] },
             vertices: Default::default(),
+            vertex_count: 0,
             reflectance,
             pane_self_exchange: pane_zones.map(|i| tracer.self_exchange(i, rays_per_zone[1])).collect(),
         };
         // Trace patches, then volume zones.
-        let patch_rays = rays_per_zone[0] * patches;
-        let (patch_ends, volume_ends) = table.ends.split_at_mut(patch_rays);
+        let (patch_ends, volume_ends) = table.ends.split_at_mut(own_rays[0]);
         let (patch_weights, volume_weights) =
-            table.weights.split_at_mut(if tracer.grey { 0 } else { patch_rays });
+            table.weights.split_at_mut(if tracer.grey { 0 } else { own_rays[0] });
         let kinds = [(0, patch_ends, patch_weights), (patches, volume_ends, volume_weights)];
         for (kind, (first_zone, ends, weights)) in kinds.into_iter().enumerate() {
-            let tracing = KindTracing { context, tracer: &tracer, lights, rays_per_zone, kind, first_zone };
+            let stages = stages[kind];
+            let tracing =
+                KindTracing { context, tracer: &tracer, lights, rays_per_zone, kind, first_zone, stages };
             table.vertices[kind] = tracing.trace(ends, weights);
         }
+        let own: u64 = table.vertices.iter().flatten().map(|v| v.len() as u64).sum();
+        table.vertex_count = context.execution().sum_of_ranks(own);
         context.progress.end();
         table
     }
 
+    /// The processes that share the rays.
+    pub(crate) fn communicator(&self) -> &'a dyn Communicator {
+        self.communicator
+    }
+
     /// Number of rays, and of path vertices.
     pub(crate) fn rays_and_vertices(&self) -> [u64; 2] {
-        [self.ends.len() as u64, self.vertices.iter().flatten().map(|v| v.len() as u64).sum()]
+        let of_kind = [0, 1].map(|k| (self.rays_per_zone[k] * self.stages[k].items()) as u64);
+        [of_kind[0] + of_kind[1], self.vertex_count]
+    }
+
+    /// `f` of every zone, each on the rank that has its rays.
+    fn map_zones<T: Message>(&self, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let mut out = self.stages[0].map(self.communicator, &f);
+        out.extend(self.stages[1].map(self.communicator, |z| f(self.patches + z)));
+        out
     }
 
     /// Writes into `surroundings` the exchange of every zone with the surroundings and with back faces.
@@ -197,25 +236,31 @@ impl RayTable {
             }
             found
         };
-        let each = surroundings.sky.par_iter_mut().zip(&mut surroundings.backfaces).enumerate();
-        each.for_each(|(i, (sky, backfaces))| [*sky, *backfaces] = one(i));
+        let found = self.map_zones(one);
+        let each = surroundings.sky.iter_mut().zip(&mut surroundings.backfaces).zip(found);
+        each.for_each(|((sky, backfaces), found)| [*sky, *backfaces] = found);
     }
 
-    /// Indices of the rays of zone `i`.
-    pub(crate) fn rays_of(&self, i: usize) -> Range<usize> {
-        let [p, v] = self.rays_per_zone;
-        if i < self.patches {
-            p * i..p * (i + 1)
-        } else {
-            let start = p * self.patches + v * (i - self.patches);
-            start..start + v
+    /// The kind of an own zone `i`, and its number among the own zones of that kind.
+    fn place(&self, i: usize) -> (usize, usize) {
+        match i.checked_sub(self.patches) {
+            None => (0, self.stages[0].place(i)),
+            Some(z) => (1, self.stages[1].place(z)),
         }
     }
 
-    /// Path vertices of the block of zone `i`.
+    /// Indices of the rays of an own zone `i`.
+    fn rays_of(&self, i: usize) -> Range<usize> {
+        let (kind, place) = self.place(i);
+        let before = if kind == 0 { 0 } else { self.own_patch_rays };
+        let start = before + self.rays_per_zone[kind] * place;
+        start..start + self.rays_per_zone[kind]
+    }
+
+    /// Path vertices of the block of an own zone `i`.
     fn vertices_of(&self, i: usize) -> &[PathVertex] {
-        let (kind, z) = if i < self.patches { (0, i) } else { (1, i - self.patches) };
-        &self.vertices[kind][z / ZONES_PER_BLOCK]
+        let (kind, place) = self.place(i);
+        &self.vertices[kind][place / ZONES_PER_BLOCK]
     }
 
     /// Calls `each` with the radiosity that every ray of `range`, of a zone of these vertices, transports from zones of radiosity `b` and surroundings of
@@ -282,7 +327,7 @@ impl RayTable {
             let own = self.self_irradiation(i, b);
             factor * (without_padding(sum.map(|s| (s / count as f32) as f64)) + own)
         };
-        (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
+        self.map_zones(one)
     }
 
     /// Standard error of H or G of every zone by the variance of its rays, from zones of radiosity `b` and surroundings of radiosity `sky`, W/m².
@@ -305,7 +350,7 @@ impl RayTable {
             let e = (mean_square - h * h).map(|variance| (variance.max(0.0) / m).sqrt());
             e * factor
         };
-        (0..b.len()).into_par_iter().with_min_len(MIN_ZONES_PER_TASK).map(one).collect()
+        self.map_zones(one)
     }
 
     /// Mean radiosity that zone `i` receives from itself beside its rays; zero except for a pane zone.

@@ -4,6 +4,7 @@
 //! succession).
 
 use super::zone_rays::{WeightedRay, escape_transmittance, ray_from_sample, sample_point};
+use crate::distribution::Message;
 use std::ops::Range;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::Vec3;
@@ -69,6 +70,19 @@ pub(super) struct RayTally {
     pub traced: u32,
     /// Number of pilot rays, which do not enter it.
     pub pilot: u32,
+}
+
+impl Message for RayTally {
+    fn size() -> usize {
+        <([Bands; 3], [u32; 3])>::size()
+    }
+    fn put(&self, out: &mut Vec<u8>) {
+        ([self.sums[0], self.sums[1], self.variance], [self.escaped, self.traced, self.pilot]).put(out);
+    }
+    fn get(bytes: &[u8]) -> RayTally {
+        let ([to_sky, to_backs, variance], [escaped, traced, pilot]) = Message::get(bytes);
+        RayTally { sums: [to_sky, to_backs], variance, escaped, traced, pilot }
+    }
 }
 
 impl RayTally {

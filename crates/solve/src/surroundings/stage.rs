@@ -19,7 +19,7 @@ pub(crate) fn measure(
     let kept = settings.checkpoints.load(STAGE).and_then(|bytes| decode(&bytes, zones.len()));
     kept.unwrap_or_else(|| {
         let sampled = (escape_rays_per_zone(scene), settings.pair_settings.sample);
-        let exchange = SurroundingsExchange::measure(scene, zones, transport, sampled, settings.progress);
+        let exchange = SurroundingsExchange::measure(scene, zones, transport, sampled, settings.execution());
         if settings.checkpoints.keeps() {
             settings.checkpoints.save(STAGE, &encode(&exchange));
         }

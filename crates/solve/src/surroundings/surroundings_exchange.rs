@@ -9,9 +9,10 @@
 
 use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_ERROR_EXPONENT};
 use super::ray_tally::{RayTally, TracedScene};
+use crate::distribution::Execution;
 use rayon::prelude::*;
 use zonal_exchange::pair::{StripImages, closure_target, sample_seed};
-use zonal_scene::{Band, Bands, Progress, Scene, Zones};
+use zonal_scene::{Band, Bands, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Limits on the number of rays to the surroundings.
@@ -66,6 +67,9 @@ const PARAMS: SurroundingsSamplingParams = SurroundingsSamplingParams {
     fine_tolerance: 0.01,
 };
 
+/// Zones of a block that one rank measures.
+const ZONES_PER_BLOCK: usize = 64;
+
 /// Error of the exchange of a strip with the surroundings over its area: rounding of its row.
 const STRIP_ERROR_OVER_AREA: f64 = 1e-10;
 
@@ -89,9 +93,10 @@ impl SurroundingsExchange {
         zones: &Zones,
         transport: &Transport,
         (rays, sample): (usize, u64),
-        progress: &dyn Progress,
+        execution: Execution,
     ) -> SurroundingsExchange {
-        let n = zones.len();
+        let (n, progress) = (zones.len(), execution.progress);
+        let (blocks, communicator) = (execution.blocks(n, ZONES_PER_BLOCK), execution.communicator);
         let has_radiance = scene.surroundings().has_radiance();
         progress.begin("surroundings", if has_radiance { 2 * n as u64 } else { n as u64 });
         let rays = if uses_openings(scene, n) { rays.min(PARAMS.rays_before_openings) } else { rays };
@@ -99,18 +104,20 @@ impl SurroundingsExchange {
         let traced = TracedScene { scene, zones, transport, seed: sample_seed(sample) };
         // Trace the pilot rays, and the other rays if the scene is open.
         let mut tallies: Vec<RayTally> =
-            (0..n).into_par_iter().map(|i| RayTally::of_zone(&traced, i, 0..pilot)).collect();
+            blocks.map(communicator, |i| RayTally::of_zone(&traced, i, 0..pilot));
         if pilot < rays && tallies.iter().any(|x| x.escaped > 0) {
-            tallies.par_iter_mut().enumerate().for_each(|(i, x)| {
+            tallies = blocks.map(communicator, |i| {
+                let mut x = tallies[i];
                 let mixed = x.escaped > 0 && x.escaped < x.traced;
                 let count = if mixed { (PARAMS.mixed_factor * each).min(rays) } else { each };
                 x.add(&RayTally::of_zone(&traced, i, pilot..count));
+                x
             });
         }
         progress.advance(n as u64);
         // Refine zones whose error is too large.
         if has_radiance {
-            refine(&traced, &mut tallies, progress);
+            refine(&traced, &mut tallies, execution);
         }
         progress.end();
         let target = |i: usize| closure_target(zones, i);
@@ -255,7 +262,7 @@ pub(crate) fn escape_rays_per_zone(scene: &Scene) -> usize {
 }
 
 /// Traces more rays from zones whose error is too large.
-fn refine(traced: &TracedScene, tallies: &mut [RayTally], progress: &dyn Progress) {
+fn refine(traced: &TracedScene, tallies: &mut Vec<RayTally>, execution: Execution) {
     let options = traced.scene.options();
     let limit = max_rays(traced.scene, tallies.len());
     let offsets = [traced.zones.voxel_offset(), traced.zones.pane_offset()];
@@ -263,22 +270,25 @@ fn refine(traced: &TracedScene, tallies: &mut [RayTally], progress: &dyn Progres
         if uses_openings(traced.scene, tallies.len()) { OpeningSampler::find(*traced) } else { None };
     for round in if openings.is_some() { PARAMS.rounds - 1 } else { 0 }..PARAMS.rounds {
         let wanted = error_targets(tallies, offsets, PARAMS.error_share * options.tolerance);
-        tallies.par_iter_mut().enumerate().for_each(|(i, x)| {
+        let refined = |i: usize| {
+            let mut x = tallies[i];
             let wanted = wanted[offsets.iter().filter(|first| i >= **first).count()];
             let off = norm(x.standard_error()) / wanted;
             if wanted > 0.0 && off > 1.0 {
                 let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(PARAMS.max_growth);
                 let all = ((x.traced as f64 * growth) as usize).min(limit);
                 match &openings {
-                    Some(openings) => *x = openings.measure(i, wanted, limit),
+                    Some(openings) => x = openings.measure(i, wanted, limit),
                     None if all > x.traced as usize => {
                         x.add(&RayTally::of_zone(traced, i, x.traced as usize..all));
                     }
                     None => {}
                 }
             }
-            progress.advance(u64::from(round == PARAMS.rounds - 1));
-        });
+            execution.progress.advance(u64::from(round == PARAMS.rounds - 1));
+            x
+        };
+        *tallies = execution.blocks(tallies.len(), ZONES_PER_BLOCK).map(execution.communicator, refined);
     }
 }
 

@@ -9,6 +9,7 @@ use zonal_scene::{
     SceneParts, Sides, Solution, Surface, Zones,
 };
 use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
+use zonal_solve::distribution::Execution;
 use zonal_solve::light_groups::{SourceGroup, select_groups};
 use zonal_solve::solve_context::SolveContext;
 use zonal_solve::surroundings::SurroundingsExchange;
@@ -203,7 +204,8 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
     let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
     let escape = SurroundingsExchange::unmeasured(&zones);
     let sources: Vec<SourceGroup> = select_groups(scene, &zones).0;
-    let direct = illuminate(scene, &zones, &transport, PowerNormalization::None, &NoProgress);
+    let direct =
+        illuminate(scene, &zones, &transport, PowerNormalization::None, Execution::alone(&NoProgress));
     let site = SolveContext {
         scene,
         zones: &zones,
@@ -215,6 +217,7 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
         memory_limit: 1 << 30,
         checkpoints: &NoCheckpoints,
         progress: &NoProgress,
+        communicator: &zonal_solve::distribution::SingleProcess,
     };
     use_it(&site, &escape);
 }

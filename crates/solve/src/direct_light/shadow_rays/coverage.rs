@@ -4,6 +4,7 @@ use super::params::{PANE_POINTS, STATED_OVER_MEAN_ERROR};
 use super::zone_sampler::ZoneLightSampler;
 use crate::direct_light::illumination::{PowerNormalization, illuminate_by};
 use crate::direct_light::light_field::LightField;
+use crate::distribution::Execution;
 use rayon::prelude::*;
 use zonal_math::{Grade, vec3};
 use zonal_reference::test_cases::sampled_cases;
@@ -56,7 +57,13 @@ fn check(text: &str, tolerance: f64) -> ErrorCoverage {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let g = ZoneLightSampler::new(&scene, &zones, &transport, &scene.lights()[0]);
-    let lit = illuminate_by(&scene, &zones, &transport, (0, PowerNormalization::None), &NoProgress);
+    let lit = illuminate_by(
+        &scene,
+        &zones,
+        &transport,
+        (0, PowerNormalization::None),
+        Execution::alone(&NoProgress),
+    );
     let list: Vec<usize> = (0..zones.len()).step_by((zones.len() / COMPARED_ZONES).max(1)).collect();
     let truth: Vec<Bands> = list
         .par_iter()
@@ -221,7 +228,13 @@ fn direct_light_is_bit_identical_for_threads_and_checkpoints() {
     let lit = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            illuminate_by(&scene, &zones, &transport, (0, PowerNormalization::InverseVariance), &NoProgress)
+            illuminate_by(
+                &scene,
+                &zones,
+                &transport,
+                (0, PowerNormalization::InverseVariance),
+                Execution::alone(&NoProgress),
+            )
         })
     };
     let one = lit(1);

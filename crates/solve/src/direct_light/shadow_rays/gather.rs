@@ -5,14 +5,16 @@ use super::params::{
     AVERAGED_ERROR_SHARE, AVERAGED_VOXEL_SAMPLES, CHUNK_ZONES, CURVATURE_SHARE, DISAGREEING_NEIGHBOURS,
     ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_ERROR_EXCESS,
     MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_POINTS,
-    PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_MEAN_ERROR,
+    PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_AGREEMENT_ERROR,
+    STATED_OVER_MEAN_ERROR,
 };
 use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
+use crate::distribution::Execution;
 use crate::iteration::multivector;
 use crate::unobstructed_cells::{CellRow, UnobstructedCells};
 use rayon::prelude::*;
 use std::ops::Range;
-use zonal_scene::{Bands, Light, Progress, Scene, Zones};
+use zonal_scene::{Bands, Light, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Direct light of one light on all zones.
@@ -130,15 +132,16 @@ pub(crate) fn gather(
     zones: &Zones,
     transport: &Transport,
     light: &Light,
-    progress: &dyn Progress,
+    execution: Execution,
 ) -> GatheredLight {
     let sampler = ZoneLightSampler::new(scene, zones, transport, light);
     let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
+    let progress = execution.progress;
     progress.begin("direct light", 2 * n as u64);
     // Sample every zone with its pilot samples.
     let kind = |i: usize| usize::from(i >= patches);
     let pilot =
-        ZoneLightSampler::for_zones(n, progress, |i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind(i)]));
+        ZoneLightSampler::for_zones(n, execution, |i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind(i)]));
     let gathering = Gathering {
         targets: [
             ErrorTarget::new(scene, &pilot[..patches], 0),
@@ -151,7 +154,7 @@ pub(crate) fn gather(
     };
     // Resample the zones whose error is too large.
     let neighbours = scene.voxel_grid().map(|m| NeighbourAgreement::new(&sampler, m, &pilot));
-    let second = ZoneLightSampler::for_zones(n, progress, |i| {
+    let second = ZoneLightSampler::for_zones(n, execution, |i| {
         let around = neighbours.as_ref().map_or(0, |c| c.agreeing_samples(&sampler, &pilot[i], i));
         gathering.resample_if_needed(i, &pilot[i], around)
     });
@@ -159,16 +162,17 @@ pub(crate) fn gather(
     let rays = counted(&pilot) + counted(&second);
     drop((neighbours, pilot));
     // Average or resample the voxels whose error is still too large.
-    let settled: Vec<(Bands, Bands, u64)> =
-        (0..n).into_par_iter().map(|i| gathering.average_or_resample(i, &second)).collect();
+    let settle = |i: usize| gathering.average_or_resample(i, &second);
+    let settled: Vec<(Bands, (Bands, u64))> =
+        execution.blocks(n, CHUNK_ZONES).map(execution.communicator, settle);
     // Add the panes.
-    let (panes, pane_rays) = sampler.panes(scene.options().tolerance);
+    let (panes, pane_rays) = sampler.panes(scene.options().tolerance, execution);
     progress.end();
     let fields: Vec<Bands> = settled.iter().map(|s| s.0).chain(panes.iter().map(|p| p[0])).collect();
-    let error: Vec<Bands> = settled.iter().map(|s| s.1).chain(panes.iter().map(|p| p[1])).collect();
+    let error: Vec<Bands> = settled.iter().map(|s| s.1.0).chain(panes.iter().map(|p| p[1])).collect();
     let kinds = [0..patches, patches..n, n..zones.len()];
     let worst = kinds.into_iter().map(|kind| relative_error(&fields, &error, kind)).fold(0.0, f64::max);
-    let rays = rays + settled.iter().map(|s| s.2).sum::<u64>() + pane_rays;
+    let rays = rays + settled.iter().map(|s| s.1.1).sum::<u64>() + pane_rays;
     GatheredLight { fields, error, rays, limited: (worst, gathering.limit[0].max(gathering.limit[1])) }
 }
 
@@ -221,10 +225,13 @@ impl Gathering<'_> {
     }
 
     /// Field, error (W/m²) and number of further rays of zone `i`, whose error is too large: the mean with the cells around it if that is smooth, else further samples.
-    fn average_or_resample(&self, i: usize, all: &[DirectLightEstimate]) -> (Bands, Bands, u64) {
+    fn average_or_resample(&self, i: usize, all: &[DirectLightEstimate]) -> (Bands, (Bands, u64)) {
         let own = &all[i];
-        let stated = |o: &DirectLightEstimate| STATED_OVER_MEAN_ERROR * o.unoccluded * o.error as f64;
-        let result = |o: &DirectLightEstimate, rays: u64| (o.value(), stated(o), rays);
+        let stated = |o: &DirectLightEstimate| {
+            let factor = if o.agrees() { STATED_OVER_AGREEMENT_ERROR } else { STATED_OVER_MEAN_ERROR };
+            factor * o.unoccluded * o.error as f64
+        };
+        let result = |o: &DirectLightEstimate, rays: u64| (o.value(), (stated(o), rays));
         let excess = largest(own.unoccluded) * own.error as f64 / self.wanted(i, own);
         let resampled = |limit: usize| {
             let more = self.sampler.resample(i, own, limit, self.wanted(i, own));

@@ -8,7 +8,7 @@ use super::params::{
     PANE_POINTS, SAMPLES_PER_PANE_POINT,
 };
 use super::zone_sampler::{ZoneLightSampler, largest};
-use rayon::prelude::*;
+use crate::distribution::Execution;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Bands, PaneZone};
 use zonal_transport::lights::Receiver;
@@ -37,30 +37,29 @@ impl ZoneLightSampler<'_> {
     /// G_dir of all pane zones with their errors, and the number of rays: pilot points everywhere, more where the error exceeds a share of the
     /// tolerance. The spread of few parts is itself uncertain, so the stated error is the mean square of a zone's own error and of the relative
     /// error of all panes.
-    pub(super) fn panes(&self, tolerance: f64) -> (Vec<[Bands; 2]>, u64) {
+    pub(super) fn panes(&self, tolerance: f64, execution: Execution) -> (Vec<[Bands; 2]>, u64) {
         let n = self.zones.panes.len();
-        let mut found: Vec<[Bands; 2]> = (0..n).into_par_iter().map(|k| self.pane(k, PANE_POINTS)).collect();
+        let (blocks, communicator) = (execution.blocks(n, 1), execution.communicator);
+        let pilot: Vec<[Bands; 2]> = blocks.map(communicator, |k| self.pane(k, PANE_POINTS));
         let square =
             |of: usize, found: &[[Bands; 2]]| found.iter().map(|f| largest(f[of]).powi(2)).sum::<f64>();
-        let level = (square(0, &found) / n.max(1) as f64).sqrt();
-        let more: Vec<u64> = found
-            .par_iter_mut()
-            .enumerate()
-            .map(|(k, f)| {
-                let clamped = largest(f[0]).clamp(MIN_RELATIVE_LEVEL[1] * level, level);
-                let wanted = ERROR_SHARE[1] * tolerance * clamped;
-                let off = largest(f[1]) / wanted;
-                if level <= 0.0 || off <= 1.0 {
-                    return 0;
-                }
-                let finer = (FINE_TOLERANCE / tolerance).max(1.0);
-                let most =
-                    (MAX_PANE_GROWTH as f64 * finer * finer).min((MAX_SAMPLES_PER_ZONE / PANE_POINTS) as f64);
-                let count = PANE_POINTS * (off * off).min(most).ceil() as usize;
-                *f = self.pane(k, count);
-                count as u64
-            })
-            .collect();
+        let level = (square(0, &pilot) / n.max(1) as f64).sqrt();
+        let refined = |k: usize| {
+            let f = pilot[k];
+            let clamped = largest(f[0]).clamp(MIN_RELATIVE_LEVEL[1] * level, level);
+            let wanted = ERROR_SHARE[1] * tolerance * clamped;
+            let off = largest(f[1]) / wanted;
+            if level <= 0.0 || off <= 1.0 {
+                return (f, 0);
+            }
+            let finer = (FINE_TOLERANCE / tolerance).max(1.0);
+            let most =
+                (MAX_PANE_GROWTH as f64 * finer * finer).min((MAX_SAMPLES_PER_ZONE / PANE_POINTS) as f64);
+            let count = PANE_POINTS * (off * off).min(most).ceil() as usize;
+            (self.pane(k, count), count as u64)
+        };
+        let (mut found, more): (Vec<[Bands; 2]>, Vec<u64>) =
+            blocks.map(communicator, refined).into_iter().unzip();
         let pooled = square(1, &found) / square(0, &found).max(f64::MIN_POSITIVE);
         for [g, e] in &mut found {
             *e = (0.5 * (*e * *e + pooled * *g * *g)).sqrt();

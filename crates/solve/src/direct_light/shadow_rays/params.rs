@@ -27,6 +27,8 @@ pub(super) const FOUR_DIMENSIONAL_SAMPLES: f64 = 256.0;
 pub(super) const FOUR_DIMENSIONAL_RATE: f64 = 0.625;
 /// Stated error over the formula in the module header, which holds in the mean: behind obstacles close to a lamp it is up to two thirds too small.
 pub(super) const STATED_OVER_MEAN_ERROR: f64 = 1.8;
+/// The same for samples that all agree.
+pub(super) const STATED_OVER_AGREEMENT_ERROR: f64 = 1.5;
 
 /// Samples of a voxel whose ratio is averaged with those around it.
 pub(super) const AVERAGED_VOXEL_SAMPLES: usize = 16;

@@ -2,6 +2,7 @@ use super::params::MAX_SAMPLES_PER_ZONE;
 use super::zone_sampler::{ZoneLightSampler, largest};
 use super::{expected_rays, gather};
 use crate::direct_light::illumination::{PowerNormalization, illuminate_by};
+use crate::distribution::Execution;
 use crate::surroundings::zone_rays::voxel_point;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::cosine_hemisphere;
@@ -26,7 +27,7 @@ fn check(light: &str, omit: &str, limit: f64) {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let g = ZoneLightSampler::new(&scene, &zones, &transport, &scene.lights()[0]);
-    let found = gather(&scene, &zones, &transport, &scene.lights()[0], &NoProgress);
+    let found = gather(&scene, &zones, &transport, &scene.lights()[0], Execution::alone(&NoProgress));
     let (mut off, mut all, mut within, mut n) = (0.0, 0.0, 0, 0);
     for i in (0..zones.pane_offset()).step_by(7) {
         let truth = largest(g.sample_zone(i, 0..4096).value());
@@ -98,7 +99,7 @@ fn partly_hidden_lamp_beside_a_zone_is_unbiased() {
     let zones = build_zones(&scene, &transport).unwrap();
     let light = &scene.lights()[0];
     let g = ZoneLightSampler::new(&scene, &zones, &transport, light);
-    let found = gather(&scene, &zones, &transport, light, &NoProgress);
+    let found = gather(&scene, &zones, &transport, light, Execution::alone(&NoProgress));
     let (patches, n) = (zones.voxel_offset(), zones.pane_offset());
     for (range, step) in [(0..patches, 5), (patches..n, 11)] {
         let limit = scene.options().tolerance;
@@ -115,8 +116,13 @@ fn partly_hidden_lamp_beside_a_zone_is_unbiased() {
         assert!(within as f64 > 0.93 * count as f64, "{within} of {count}");
     }
     // The power balance of the lamp closes.
-    let lit =
-        illuminate_by(&scene, &zones, &transport, (0, PowerNormalization::InverseVariance), &NoProgress);
+    let lit = illuminate_by(
+        &scene,
+        &zones,
+        &transport,
+        (0, PowerNormalization::InverseVariance),
+        Execution::alone(&NoProgress),
+    );
     assert!(lit.warning.is_none() && lit.largest_change < 0.01, "{:?} {}", lit.warning, lit.largest_change);
 }
 
@@ -127,6 +133,6 @@ fn expected_rays_are_within_a_factor_of_two() {
     let zones = build_zones(&scene, &transport).unwrap();
     let light = &scene.lights()[0];
     let expected = expected_rays(&scene, &zones, &transport, light, 500);
-    let taken = gather(&scene, &zones, &transport, light, &NoProgress).rays as f64;
+    let taken = gather(&scene, &zones, &transport, light, Execution::alone(&NoProgress)).rays as f64;
     assert!((0.5..2.0).contains(&(expected / taken)), "{expected} for {taken}");
 }

@@ -3,10 +3,11 @@
 use super::params::{
     CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, SAMPLE_QUANTUM,
 };
+use crate::distribution::{Execution, Message};
 use crate::surroundings::zone_rays::voxel_point;
 use rayon::prelude::*;
 use zonal_math::{Vec3, scrambled_sobol};
-use zonal_scene::{Bands, Light, Progress, Scene, VoxelGrid, Zones};
+use zonal_scene::{Bands, Light, Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -70,6 +71,19 @@ pub(super) struct DirectLightEstimate {
     /// Error relative to U; before [`DirectLightEstimate::relative_error`] without the part that agreeing samples may have missed.
     pub error: f32,
     pub count: u16,
+}
+
+impl Message for DirectLightEstimate {
+    fn size() -> usize {
+        <([Bands; 2], ([f32; 2], u16))>::size()
+    }
+    fn put(&self, out: &mut Vec<u8>) {
+        ([self.unoccluded, self.ratio], ([self.visible, self.error], self.count)).put(out);
+    }
+    fn get(bytes: &[u8]) -> DirectLightEstimate {
+        let ([unoccluded, ratio], ([visible, error], count)) = Message::get(bytes);
+        DirectLightEstimate { unoccluded, ratio, visible, error, count }
+    }
 }
 
 impl DirectLightEstimate {
@@ -242,18 +256,21 @@ impl<'a> ZoneLightSampler<'a> {
         DirectLightEstimate { error: one.relative_error(0) as f32, ..one }
     }
 
-    /// `f` of the first `n` zones, in parallel.
+    /// `f` of the first `n` zones, by all threads of all ranks.
     pub(super) fn for_zones(
         n: usize,
-        progress: &dyn Progress,
+        execution: Execution,
         f: impl Fn(usize) -> DirectLightEstimate + Sync,
     ) -> Vec<DirectLightEstimate> {
-        let mut out = vec![DirectLightEstimate::default(); n];
-        out.par_chunks_mut(CHUNK_ZONES).enumerate().for_each(|(c, list)| {
-            list.iter_mut().enumerate().for_each(|(k, one)| *one = f(c * CHUNK_ZONES + k));
-            progress.advance(list.len() as u64);
-        });
-        out
+        let blocks = execution.blocks(n, CHUNK_ZONES);
+        let of_block = |b: usize| {
+            let list: Vec<DirectLightEstimate> = blocks.range(b).map(&f).collect();
+            execution.progress.advance(list.len() as u64);
+            list
+        };
+        let own: Vec<Vec<DirectLightEstimate>> =
+            blocks.own().collect::<Vec<_>>().into_par_iter().map(of_block).collect();
+        blocks.gather(execution.communicator, own.concat())
     }
 
     /// The cell of a voxel zone, or the cell in front of a patch.

@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# mpi.sh ZONAL: the command zonal-mpi: lint, tests, and solutions with the bytes of one process on several ranks.
+source "$(dirname "$0")/common.sh"
+zonal=$1
+if ! command -v mpicc >/dev/null && [ -n "${CI:-}" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    apt-get -qq update >/dev/null
+    apt-get -qq install --no-install-recommends libopenmpi-dev openmpi-bin libclang-dev >/dev/null
+fi
+if ! command -v mpicc >/dev/null || ! command -v mpirun >/dev/null; then
+    missing "no MPI with mpicc and mpirun is available"
+    exit
+fi
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+cargo clippy --quiet --locked --package zonal-mpi --all-targets -- -D warnings
+cargo test --quiet --locked --package zonal-mpi
+cargo build --quiet --locked --package zonal-mpi
+scripts/mpi_ranks.sh "$zonal" "$(dirname "$zonal")/zonal-mpi" "$folder" quick

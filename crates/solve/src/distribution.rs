@@ -1,0 +1,394 @@
+//! Work that several processes share: the ranks of a distributed solve.
+//!
+//! Every rank holds the scene and its zones, and follows the same phases. Work on many items (zones, rows, tables) is cut into blocks of fixed size; rank r
+//! of R does the blocks r, r + R, r + 2R, …, and every rank receives the results of all. Blocks that lie side by side cost about as much, so that no
+//! forecast is needed.
+//!
+//! **Identical results.** An item never depends on the rank that computes it, and sums over items are formed on every rank from all of them, in one
+//! order. So a solution has the same bits for any number of ranks, as for any number of threads.
+//!
+//! The edge of the program implements [`Communicator`], by MPI in the crate `zonal-mpi`. This crate knows [`SingleProcess`] alone.
+
+use rayon::prelude::*;
+use std::ops::Range;
+use zonal_scene::{Band, Bands, Progress};
+
+/// The processes of a solve, which follow the same steps. Calls are collective: every rank makes the same ones in the same order.
+pub trait Communicator: Sync {
+    /// Number of this process, below [`Communicator::size`].
+    fn rank(&self) -> usize;
+    /// Number of processes.
+    fn size(&self) -> usize;
+    /// The bytes of every rank, in the order of the ranks.
+    fn all_gather(&self, own: Vec<u8>) -> Vec<Vec<u8>>;
+    /// Sends part r to rank r; the parts that were sent to this rank, in the order of the ranks.
+    fn all_to_all(&self, parts: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
+}
+
+/// Begins of the names of stages of a checkpoint that one rank computes and saves; all ranks have the others.
+const STAGES_OF_ONE_RANK: [&str; 2] = ["views-", "rows-"];
+
+/// True for a stage of a checkpoint that only the rank has which computes it; other stages are the same on all ranks, and one of them saves them.
+#[must_use]
+pub fn is_stage_of_one_rank(stage: &str) -> bool {
+    STAGES_OF_ONE_RANK.iter().any(|begin| stage.contains(begin))
+}
+
+/// One process.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SingleProcess;
+
+impl Communicator for SingleProcess {
+    fn rank(&self) -> usize {
+        0
+    }
+    fn size(&self) -> usize {
+        1
+    }
+    fn all_gather(&self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        vec![own]
+    }
+    fn all_to_all(&self, parts: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        parts
+    }
+}
+
+/// Who does the work, and who watches it.
+#[derive(Clone, Copy)]
+pub struct Execution<'a> {
+    /// The processes that share the work.
+    pub communicator: &'a dyn Communicator,
+    /// Observer.
+    pub progress: &'a dyn Progress,
+}
+
+impl<'a> Execution<'a> {
+    /// One process.
+    pub fn alone(progress: &'a dyn Progress) -> Execution<'a> {
+        Execution { communicator: &SingleProcess, progress }
+    }
+
+    /// The sum of a number over all ranks.
+    pub(crate) fn sum_of_ranks(&self, own: u64) -> u64 {
+        let all = self.communicator.all_gather(own.to_le_bytes().to_vec());
+        all.iter().map(|bytes| u64::get(bytes)).sum()
+    }
+
+    /// `items` items in blocks of `block`.
+    pub(crate) fn blocks(&self, items: usize, block: usize) -> Blocks {
+        Blocks::new(self.communicator, items, block)
+    }
+}
+
+/// A value of fixed size in messages.
+pub(crate) trait Message: Sized + Send {
+    /// Bytes of a value.
+    fn size() -> usize;
+    /// Appends the bytes.
+    fn put(&self, out: &mut Vec<u8>);
+    /// The value of bytes of that size.
+    fn get(bytes: &[u8]) -> Self;
+}
+
+macro_rules! number_message {
+    ($($t:ty),*) => {$(
+        impl Message for $t {
+            fn size() -> usize {
+                size_of::<$t>()
+            }
+            fn put(&self, out: &mut Vec<u8>) {
+                out.extend_from_slice(&self.to_le_bytes());
+            }
+            fn get(bytes: &[u8]) -> Self {
+                bytes.try_into().map_or(Self::default(), Self::from_le_bytes)
+            }
+        }
+    )*};
+}
+number_message!(f64, f32, u64, u32, u16, u8);
+
+impl Message for bool {
+    fn size() -> usize {
+        1
+    }
+    fn put(&self, out: &mut Vec<u8>) {
+        out.push(u8::from(*self));
+    }
+    fn get(bytes: &[u8]) -> bool {
+        bytes.first().is_some_and(|b| *b != 0)
+    }
+}
+
+impl Message for Bands {
+    fn size() -> usize {
+        8 * Band::count()
+    }
+    fn put(&self, out: &mut Vec<u8>) {
+        self.iter().for_each(|x| x.put(out));
+    }
+    fn get(bytes: &[u8]) -> Bands {
+        let mut numbers = bytes.chunks_exact(8).map(f64::get);
+        Bands::from_fn(|_| numbers.next().unwrap_or_default())
+    }
+}
+
+impl<T: Message, const N: usize> Message for [T; N] {
+    fn size() -> usize {
+        N * T::size()
+    }
+    fn put(&self, out: &mut Vec<u8>) {
+        self.iter().for_each(|x| x.put(out));
+    }
+    fn get(bytes: &[u8]) -> [T; N] {
+        std::array::from_fn(|k| T::get(&bytes[k * T::size()..(k + 1) * T::size()]))
+    }
+}
+
+impl<A: Message, B: Message> Message for (A, B) {
+    fn size() -> usize {
+        A::size() + B::size()
+    }
+    fn put(&self, out: &mut Vec<u8>) {
+        self.0.put(out);
+        self.1.put(out);
+    }
+    fn get(bytes: &[u8]) -> (A, B) {
+        let (a, b) = bytes.split_at(A::size());
+        (A::get(a), B::get(b))
+    }
+}
+
+/// The division of a number of items among the ranks, in blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Blocks {
+    items: usize,
+    block: usize,
+    rank: usize,
+    size: usize,
+}
+
+impl Blocks {
+    /// `items` items in blocks of `block`.
+    pub(crate) fn new(communicator: &dyn Communicator, items: usize, block: usize) -> Blocks {
+        Blocks { items, block, rank: communicator.rank(), size: communicator.size() }
+    }
+
+    /// Number of items.
+    pub(crate) fn items(&self) -> usize {
+        self.items
+    }
+
+    /// Number of blocks.
+    pub(crate) fn count(&self) -> usize {
+        self.items.div_ceil(self.block)
+    }
+
+    /// The items of block `b`.
+    pub(crate) fn range(&self, b: usize) -> Range<usize> {
+        b * self.block..((b + 1) * self.block).min(self.items)
+    }
+
+    /// The blocks of a rank.
+    fn of_rank(&self, rank: usize) -> impl Iterator<Item = usize> + Clone + use<> {
+        (rank..self.count()).step_by(self.size)
+    }
+
+    /// True if block `b` is of this rank.
+    pub(crate) fn is_own_block(&self, b: usize) -> bool {
+        b % self.size == self.rank
+    }
+
+    /// The number of an own item among the own items.
+    pub(crate) fn place(&self, i: usize) -> usize {
+        i / self.block / self.size * self.block + i % self.block
+    }
+
+    /// The blocks of this rank.
+    pub(crate) fn own(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        self.of_rank(self.rank)
+    }
+
+    /// The items of this rank, in their order.
+    pub(crate) fn own_items(&self) -> impl Iterator<Item = usize> + use<'_> {
+        self.own().flat_map(|b| self.range(b))
+    }
+
+    /// Sends the bytes that `put` writes for the own items, and reads those of the other ranks by `take`, item by item, which returns how many it read. Items without bytes
+    /// cost nothing.
+    pub(crate) fn exchange(
+        &self,
+        communicator: &dyn Communicator,
+        put: impl Fn(usize, &mut Vec<u8>),
+        mut take: impl FnMut(usize, &[u8]) -> usize,
+    ) {
+        if self.size == 1 {
+            return;
+        }
+        let mut own = Vec::new();
+        self.own_items().for_each(|i| put(i, &mut own));
+        let all = communicator.all_gather(own);
+        for (rank, bytes) in all.iter().enumerate().filter(|(rank, _)| *rank != self.rank) {
+            let mut read = 0;
+            for i in self.of_rank(rank).flat_map(|b| self.range(b)) {
+                read += take(i, &bytes[read..]);
+            }
+        }
+    }
+
+    /// The values of all items, of which this rank has those of its own items, in their order.
+    pub(crate) fn gather<T: Message>(&self, communicator: &dyn Communicator, own: Vec<T>) -> Vec<T> {
+        if self.size == 1 {
+            return own;
+        }
+        let mut bytes = Vec::with_capacity(own.len() * T::size());
+        own.iter().for_each(|x| x.put(&mut bytes));
+        drop(own);
+        let all = communicator.all_gather(bytes);
+        let mut parts: Vec<_> = all.iter().map(|bytes| bytes.chunks_exact(T::size())).collect();
+        let mut out = Vec::with_capacity(self.items);
+        for b in 0..self.count() {
+            let values = parts[b % self.size].by_ref();
+            out.extend(values.take(self.range(b).len()).map(T::get));
+        }
+        out
+    }
+
+    /// `f` of every item, each computed on its rank by all threads.
+    pub(crate) fn map<T: Message>(
+        &self,
+        communicator: &dyn Communicator,
+        f: impl Fn(usize) -> T + Sync,
+    ) -> Vec<T> {
+        if self.size == 1 {
+            return (0..self.items).into_par_iter().map(&f).collect();
+        }
+        let items: Vec<usize> = self.own_items().collect();
+        self.gather(communicator, items.into_par_iter().map(&f).collect())
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::SolveSettings;
+    use std::sync::{Barrier, Mutex};
+    use zonal_scene::NoProgress;
+
+    /// Ranks that are threads of one process.
+    pub(crate) struct ThreadRanks {
+        barrier: Barrier,
+        mail: Mutex<Vec<Vec<Vec<u8>>>>,
+    }
+
+    /// One of them.
+    pub(crate) struct ThreadRank<'a> {
+        rank: usize,
+        size: usize,
+        shared: &'a ThreadRanks,
+    }
+
+    impl Communicator for ThreadRank<'_> {
+        fn rank(&self) -> usize {
+            self.rank
+        }
+        fn size(&self) -> usize {
+            self.size
+        }
+        fn all_gather(&self, own: Vec<u8>) -> Vec<Vec<u8>> {
+            self.all_to_all(vec![own; self.size])
+        }
+        fn all_to_all(&self, parts: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+            self.shared.mail.lock().unwrap()[self.rank] = parts;
+            self.shared.barrier.wait();
+            let received = self.shared.mail.lock().unwrap().iter().map(|of| of[self.rank].clone()).collect();
+            self.shared.barrier.wait();
+            received
+        }
+    }
+
+    /// `f` on every rank of `size`, each with a pool of one thread; the results in the order of the ranks.
+    pub(crate) fn on_ranks<T: Send>(size: usize, f: impl Fn(&dyn Communicator) -> T + Sync) -> Vec<T> {
+        let shared = ThreadRanks { barrier: Barrier::new(size), mail: Mutex::new(vec![Vec::new(); size]) };
+        let (shared, f) = (&shared, &f);
+        let one = |rank: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+            pool.install(|| f(&ThreadRank { rank, size, shared }))
+        };
+        let one = &one;
+        std::thread::scope(|s| {
+            let ranks: Vec<_> = (0..size).map(|rank| s.spawn(move || one(rank))).collect();
+            ranks.into_iter().map(|r| r.join().unwrap()).collect()
+        })
+    }
+
+    #[test]
+    fn every_rank_receives_all_values_in_their_order() {
+        for (items, block) in [(0, 4), (1, 4), (10, 4), (23, 3), (64, 16)] {
+            let of = |i: usize| [Bands::splat(i as f64), Bands::splat(-0.5)];
+            let want: Vec<[Bands; 2]> = (0..items).map(of).collect();
+            for size in [1, 2, 3, 7] {
+                for found in on_ranks(size, |c| Blocks::new(c, items, block).map(c, of)) {
+                    assert_eq!(found, want, "{items} items in blocks of {block} on {size} ranks");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_item_has_one_rank() {
+        let (items, block, size) = (100, 7, 3);
+        let of_rank = |c: &dyn Communicator| Blocks::new(c, items, block).own_items().collect::<Vec<_>>();
+        let mut all = on_ranks(size, of_rank).concat();
+        all.sort_unstable();
+        assert_eq!(all, (0..items).collect::<Vec<_>>());
+        on_ranks(size, |c| {
+            let blocks = Blocks::new(c, items, block);
+            blocks.own_items().enumerate().for_each(|(place, i)| assert_eq!(blocks.place(i), place));
+        });
+    }
+
+    const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = 0.1\npatch_size = 0.4\nengine = \"ENGINE\"\n\
+        [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [2, 2, 2] }\nomit = [\"z1\"]\nreflectance = 0.5\n\
+        [[surface]]\nname = \"block\"\nbox = { min = [0.7, 0.6, 0], max = [1.3, 1.4, 0.9], rotate_z_degrees = 20 }\nreflectance = 0.6\n\
+        [[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.6, 0.7, 1.95], edge1 = [0, 0.6, 0], edge2 = [0.8, 0, 0] }\nemission = 10\n\
+        [[pane]]\nname = \"glass\"\npolygon = [[0.2, 0.1, 1.6], [1.6, 0.1, 1.6], [1.6, 1.6, 1.6], [0.2, 1.6, 1.6]]\n\
+        thickness = 0.01\nextinction = [20, 40, 80]\nalbedo = 0.1\n\
+        [medium]\nmin = [0, 0, 0]\nmax = [2, 2, 2]\ncells = [5, 5, 5]\nextinction = 0.4\nalbedo = 0.5\n\
+        [surroundings]\nname = \"sky\"\nradiance = 2\n\
+        [[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n\
+        [[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
+
+    /// Everything of a solution, to the bit.
+    fn solved(text: &str, communicator: &dyn Communicator) -> String {
+        let scene = zonal_io::input::parse_scene(text, None, "room").unwrap();
+        let settings = SolveSettings { communicator, ..SolveSettings::new(1 << 30, &NoProgress) };
+        let solution = crate::solve_with_settings(scene, &settings).unwrap();
+        format!("{:?} {:?} {:?}", solution.fields, solution.groups, solution.report)
+    }
+
+    #[test]
+    fn solutions_do_not_depend_on_the_number_of_ranks() {
+        for engine in ["hierarchical", "dense"] {
+            let text = ROOM.replace("ENGINE", engine);
+            let alone = solved(&text, &SingleProcess);
+            for size in [2, 3, 7] {
+                for (rank, found) in on_ranks(size, |c| solved(&text, c)).into_iter().enumerate() {
+                    assert!(found == alone, "{engine}: rank {rank} of {size} differs");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn values_survive_messages() {
+        fn check<T: Message + PartialEq + std::fmt::Debug>(value: T) {
+            let mut bytes = Vec::new();
+            value.put(&mut bytes);
+            assert_eq!(bytes.len(), T::size());
+            assert_eq!(T::get(&bytes), value);
+        }
+        check(1.5f64);
+        check((7u32, [0.25f32, -3.0]));
+        check((Bands::splat(2.0), (true, 9u16)));
+    }
+}

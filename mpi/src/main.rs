@@ -1,0 +1,92 @@
+//! The command `zonal-mpi`: solves shared by the processes of MPI.
+//!
+//! ```text
+//! mpirun -n 4 zonal-mpi solve scene.toml -o run.npz
+//! ```
+//!
+//! Every rank reads the scene; the first rank writes the solution and prints. Solutions have the bits of `zonal solve` on any number of ranks.
+
+mod mpi_ranks;
+
+use clap::{Parser, Subcommand};
+use mpi::Threading;
+use mpi::traits::Communicator as _;
+use std::process::ExitCode;
+use zonal_cli::commands::context::Context;
+use zonal_cli::commands::solve;
+use zonal_report::Failure;
+
+/// Solve scenes on several processes by MPI. Start it by mpirun or srun; solutions are those of the command `zonal`, to the bit, on any number of ranks.
+#[derive(Parser, Debug)]
+#[command(name = "zonal-mpi", version)]
+struct Cli {
+    /// Threads of each rank [default: the processors that the rank may use].
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<u16>,
+    /// Print the report as JSON.
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress bars.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// End with exit code 1 if a warning was reported.
+    #[arg(long, global = true)]
+    strict: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Solve a scene and write the solution (.npz).
+    Solve(solve::Args),
+}
+
+/// Exit code where MPI cannot be used.
+const MPI_FAILURE_CODE: u8 = 2;
+
+fn main() -> ExitCode {
+    let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else {
+        eprintln!("error: MPI cannot be initialized; start the command by mpirun or srun");
+        return ExitCode::from(MPI_FAILURE_CODE);
+    };
+    let world = universe.world();
+    let is_first = world.rank() == 0;
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) => {
+            if is_first {
+                // A closed output loses only the text.
+                let _ = e.print();
+            }
+            return ExitCode::from(e.exit_code() as u8);
+        }
+    };
+    let (ranks, server) = mpi_ranks::mpi_ranks(&world);
+    let outcome = std::thread::scope(|scope| {
+        let solve = scope.spawn(move || run(cli, &ranks));
+        server.serve(&world);
+        solve.join()
+    });
+    match outcome {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(e)) => {
+            if is_first {
+                eprintln!("error: {e}");
+            }
+            ExitCode::from(e.code())
+        }
+        // The panic has printed its message; the other ranks wait for this one.
+        Err(_) => world.abort(i32::from(MPI_FAILURE_CODE)),
+    }
+}
+
+fn run(cli: Cli, ranks: &mpi_ranks::MpiRanks) -> Result<(), Failure> {
+    use zonal_solve::distribution::Communicator;
+    let quiet = cli.quiet || ranks.rank() > 0;
+    zonal_cli::commands::start_threads(cli.threads)?;
+    let context = Context { json: cli.json, quiet, strict: cli.strict };
+    match cli.command {
+        Command::Solve(arguments) => solve::run_on_ranks(&arguments, context, ranks),
+    }
+}
