@@ -7,6 +7,8 @@
 //! Every rank reads the scene; the first rank writes the solution and prints. Solutions have the bits of `zonal solve` on any number of ranks.
 
 mod mpi_ranks;
+mod placement;
+mod stop;
 
 use clap::{Parser, Subcommand};
 use mpi::Threading;
@@ -20,7 +22,7 @@ use zonal_report::Failure;
 #[derive(Parser, Debug)]
 #[command(name = "zonal-mpi", version)]
 struct Cli {
-    /// Threads of each rank [default: the processors that the rank may use].
+    /// Threads of each rank [default: its share of the processors of its machine].
     #[arg(long, global = true, value_name = "N")]
     threads: Option<u16>,
     /// Print the report as JSON.
@@ -84,9 +86,20 @@ fn main() -> ExitCode {
 fn run(cli: Cli, ranks: &mpi_ranks::MpiRanks) -> Result<(), Failure> {
     use zonal_solve::distribution::Communicator;
     let quiet = cli.quiet || ranks.rank() > 0;
-    zonal_cli::commands::start_threads(cli.threads)?;
+    zonal_cli::commands::start_threads(Some(placement::threads(ranks, cli.threads)))?;
     let context = Context { json: cli.json, quiet, strict: cli.strict };
     match cli.command {
-        Command::Solve(arguments) => solve::run_on_ranks(&arguments, context, ranks),
+        Command::Solve(arguments) => {
+            stop::report_stops(ranks, hint(&arguments));
+            solve::run_on_ranks(&arguments, context, ranks)
+        }
+    }
+}
+
+/// How a stopped solve goes on.
+fn hint(arguments: &solve::Args) -> String {
+    match arguments.checkpoint.is_some() || arguments.resume {
+        true => "--resume continues from its checkpoint, on any number of ranks".into(),
+        false => "with --checkpoint it could be resumed".into(),
     }
 }

@@ -253,6 +253,30 @@ impl Blocks {
         out
     }
 
+    /// The lists `f` of every item, each of a known length and computed on its rank by all threads.
+    pub(crate) fn map_lists<T: Message + Clone>(
+        &self,
+        communicator: &dyn Communicator,
+        length: impl Fn(usize) -> usize,
+        f: impl Fn(usize) -> Vec<T> + Sync,
+    ) -> Vec<Vec<T>> {
+        let items: Vec<usize> = self.own_items().collect();
+        let own: Vec<Vec<T>> = items.into_par_iter().map(&f).collect();
+        if self.size == 1 {
+            return own;
+        }
+        let mut lists: Vec<Vec<T>> = vec![Vec::new(); self.items];
+        let put = |i: usize, out: &mut Vec<u8>| own[self.place(i)].iter().for_each(|x| x.put(out));
+        let take = |i: usize, bytes: &[u8]| {
+            let size = length(i) * T::size();
+            lists[i] = bytes[..size].chunks_exact(T::size()).map(T::get).collect();
+            size
+        };
+        self.exchange(communicator, put, take);
+        self.own_items().zip(own).for_each(|(i, list)| lists[i] = list);
+        lists
+    }
+
     /// `f` of every item, each computed on its rank by all threads.
     pub(crate) fn map<T: Message>(
         &self,

@@ -3,10 +3,13 @@
 use super::band_groups::first_bands;
 use super::dense_operator::DenseOperator;
 use super::image_sums::ImageSums;
-use super::packed_symmetric::{PackedSymmetric, packed_length};
+use super::packed_symmetric::PackedSymmetric;
+use super::row_blocks::{RowBlocks, packed_length};
+use crate::distribution::{Communicator, Execution, Message};
 use crate::errors::radii::{PairRadii, radius_code};
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
+use std::ops::Range;
 use zonal_exchange::pair::PairCounts;
 use zonal_math::Grade;
 use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress};
@@ -29,19 +32,8 @@ struct RowChunk {
 impl RowChunk {
     /// Encodes the chunk and its entries as a stage.
     fn encode(&self, rows: &ChunkRows) -> Vec<u8> {
-        let c = &self.counts;
         let mut encoder = Encoder::default();
-        encoder.ints(&[
-            c.aligned,
-            c.by_volume_method,
-            c.general,
-            c.estimated,
-            c.cut,
-            c.pane,
-            c.facing_away,
-            c.partial,
-            c.rays,
-        ]);
+        encode_counts(&self.counts, &mut encoder);
         rows.iter().flatten().for_each(|row| encoder.reals(row));
         encoder.int(self.panes.len());
         self.panes.iter().for_each(|row| encoder.bands(row));
@@ -52,22 +44,7 @@ impl RowChunk {
     /// Decodes a stage of [`RowChunk::encode`] for the rows from `first`, and writes its entries into `rows`.
     fn decode(bytes: &[u8], rows: &mut ChunkRows, first: usize) -> Option<RowChunk> {
         let mut decoder = Decoder::new(bytes);
-        let [aligned, by_volume_method, general, estimated, cut, pane, facing_away, partial, rays] =
-            decoder.ints()?[..]
-        else {
-            return None;
-        };
-        let counts = PairCounts {
-            aligned,
-            by_volume_method,
-            general,
-            estimated,
-            cut,
-            pane,
-            facing_away,
-            partial,
-            rays,
-        };
+        let counts = decode_counts(&mut decoder)?;
         for row in rows.iter_mut().flatten() {
             let kept = decoder.reals().filter(|k| k.len() == row.len())?;
             row.copy_from_slice(&kept);
@@ -82,6 +59,29 @@ impl RowChunk {
         let pairs = packed_length(first + rows.len()) - packed_length(first);
         (decoder.at_end() && fit && radii.len() == pairs).then_some(RowChunk { counts, panes, radii })
     }
+}
+
+fn encode_counts(c: &PairCounts, encoder: &mut Encoder) {
+    encoder.ints(&[
+        c.aligned,
+        c.by_volume_method,
+        c.general,
+        c.estimated,
+        c.cut,
+        c.pane,
+        c.facing_away,
+        c.partial,
+        c.rays,
+    ]);
+}
+
+fn decode_counts(decoder: &mut Decoder) -> Option<PairCounts> {
+    let [aligned, by_volume_method, general, estimated, cut, pane, facing_away, partial, rays] =
+        decoder.ints()?[..]
+    else {
+        return None;
+    };
+    Some(PairCounts { aligned, by_volume_method, general, estimated, cut, pane, facing_away, partial, rays })
 }
 
 /// Computes chunks of rows.
@@ -138,66 +138,239 @@ impl RowAssembler<'_> {
     }
 }
 
-impl DenseOperator {
+/// A chunk of rows that a rank computes for all: its first row, the entries of each row in every matrix, and the rest.
+struct ComputedChunk {
+    first: usize,
+    entries: Vec<Vec<Vec<f64>>>,
+    chunk: RowChunk,
+}
+
+/// What a rank keeps of the rows: its blocks of the matrices, and of the error radii.
+struct SharedRows {
+    matrices: Vec<PackedSymmetric>,
+    /// Codes of the error radii of the rows of `radius_blocks`.
+    radii: Vec<u8>,
+    radius_blocks: RowBlocks,
+    /// Rows of all panes.
+    panes: Vec<Vec<Bands>>,
+    counts: PairCounts,
+}
+
+impl<'a> DenseOperator<'a> {
     /// Computes the exchange areas of all pairs of `n` zones, the last of them `panes`, with counts by method. Every chunk of rows is a stage `rows-…` of `checkpoints`.
     pub(crate) fn assemble(
         exchange: &ImageSums,
         [n, panes]: [usize; 2],
         (group, count): (PerBand<usize>, usize),
         checkpoints: &dyn CheckpointStore,
-        progress: &dyn Progress,
-    ) -> (DenseOperator, PairCounts) {
-        let shared = n - panes;
+        execution: Execution<'a>,
+    ) -> (DenseOperator<'a>, PairCounts) {
+        let (shared, communicator, progress) = (n - panes, execution.communicator, execution.progress);
         let first_bands = first_bands((group, count));
+        progress.begin("exchange areas", packed_length(n) as u64);
+        let assembler = RowAssembler { exchange, shared, first_bands, checkpoints, progress };
+        let rows = match communicator.size() {
+            1 => assembler.all_rows(n, count),
+            _ => assembler.shared_rows(n, count, communicator),
+        };
+        progress.end();
+        let mut panes: PerBand<Vec<Vec<f64>>> = PerBand::default();
+        for row in &rows.panes {
+            Band::all().for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
+        }
+        let grade = if rows.counts.all_proved() { Grade::Proved } else { Grade::Estimated };
+        let radii = PairRadii::new(rows.radius_blocks, rows.radii);
+        let operator = DenseOperator {
+            communicator,
+            n,
+            shared,
+            matrices: rows.matrices,
+            group,
+            panes,
+            scaling: None,
+            radii,
+            grade,
+        };
+        (operator, rows.counts)
+    }
+}
+
+impl RowAssembler<'_> {
+    /// All rows by this process alone.
+    fn all_rows(&self, n: usize, count: usize) -> SharedRows {
         // Collect for each row its slices of all matrices.
-        let mut matrices: Vec<PackedSymmetric> = (0..count).map(|_| PackedSymmetric::zeros(shared)).collect();
+        let mut matrices: Vec<PackedSymmetric> =
+            (0..count).map(|_| PackedSymmetric::zeros(self.shared)).collect();
         let mut slots: Vec<Vec<&mut [f64]>> = (0..n).map(|_| Vec::with_capacity(count)).collect();
         for m in &mut matrices {
             for (i, row) in m.rows_mut().into_iter().enumerate() {
                 slots[i].push(row);
             }
         }
-        // Compute the chunks in parallel.
-        progress.begin("exchange areas", packed_length(n) as u64);
-        let assembler = RowAssembler { exchange, shared, first_bands, checkpoints, progress };
-        let chunks: Vec<RowChunk> = row_chunks(&mut slots, n)
-            .into_par_iter()
-            .with_max_len(1)
-            .map(|(first, rows)| assembler.chunk(first, rows))
-            .collect();
-        progress.end();
+        // Compute the chunks in parallel, the longest rows first, so that the last tasks are short.
+        let mut rest = slots.as_mut_slice();
+        let take = |rows: Range<usize>| {
+            let (head, tail) = std::mem::take(&mut rest).split_at_mut(rows.len());
+            rest = tail;
+            (rows.start, head)
+        };
+        let mut chunks: Vec<(usize, &mut ChunkRows)> = row_chunks(n).map(take).collect();
+        chunks.reverse();
+        let chunks: Vec<RowChunk> =
+            chunks.into_par_iter().with_max_len(1).map(|(first, rows)| self.chunk(first, rows)).collect();
         // Merge them in the order of the rows.
-        let mut counts = PairCounts::default();
-        let mut radii = Vec::with_capacity(packed_length(n));
-        let mut panes: PerBand<Vec<Vec<f64>>> = PerBand::default();
+        let mut rows = SharedRows {
+            matrices,
+            radii: Vec::with_capacity(packed_length(n)),
+            radius_blocks: RowBlocks::all(n),
+            panes: Vec::new(),
+            counts: PairCounts::default(),
+        };
         for c in chunks.into_iter().rev() {
-            counts.merge(c.counts);
-            radii.extend(&c.radii);
-            for row in &c.panes {
-                Band::all().for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
-            }
+            rows.counts.merge(c.counts);
+            rows.radii.extend(&c.radii);
+            rows.panes.extend(c.panes);
         }
-        let grade = if counts.all_proved() { Grade::Proved } else { Grade::Estimated };
-        let radii = PairRadii::new(n, radii);
-        (DenseOperator { n, shared, matrices, group, panes, scaling: None, radii, grade }, counts)
+        rows
+    }
+
+    /// The rows of this rank: each rank computes chunks over the whole triangle, and sends rows to the ranks that keep them.
+    fn shared_rows(&self, n: usize, count: usize, communicator: &dyn Communicator) -> SharedRows {
+        let mut own: Vec<Range<usize>> =
+            row_chunks(n).skip(communicator.rank()).step_by(communicator.size()).collect();
+        own.reverse();
+        let computed: Vec<ComputedChunk> =
+            own.into_par_iter().with_max_len(1).map(|rows| self.computed_chunk(rows, count)).collect();
+        let [matrix_blocks, radius_blocks] =
+            [self.shared, n].map(|rows| RowBlocks::of_rank(rows, communicator));
+        let mut messages = RowMessages::new(communicator.size(), &matrix_blocks, &radius_blocks);
+        computed.into_iter().for_each(|chunk| messages.add(chunk, self.shared));
+        let mut matrices: Vec<PackedSymmetric> =
+            (0..count).map(|_| PackedSymmetric::zeros_of(matrix_blocks.clone())).collect();
+        fill_matrices(&mut matrices, &matrix_blocks, &communicator.all_to_all(messages.entries));
+        let radii = joined_radii(&radius_blocks, &communicator.all_to_all(messages.codes));
+        let panes = joined_panes(self.shared, n, &communicator.all_gather(messages.panes));
+        let mut encoder = Encoder::default();
+        encode_counts(&messages.counts, &mut encoder);
+        let mut counts = PairCounts::default();
+        let all = communicator.all_gather(encoder.bytes());
+        all.iter().filter_map(|bytes| decode_counts(&mut Decoder::new(bytes))).for_each(|c| counts.merge(c));
+        SharedRows { matrices, radii, radius_blocks, panes, counts }
+    }
+
+    /// A chunk of rows in memory of its own.
+    fn computed_chunk(&self, rows: Range<usize>, count: usize) -> ComputedChunk {
+        let of_row = |i: usize| match i < self.shared {
+            true => vec![vec![0.0; i + 1]; count],
+            false => Vec::new(),
+        };
+        let mut entries: Vec<Vec<Vec<f64>>> = rows.clone().map(of_row).collect();
+        let mut slots: Vec<Vec<&mut [f64]>> =
+            entries.iter_mut().map(|row| row.iter_mut().map(Vec::as_mut_slice).collect()).collect();
+        let chunk = self.chunk(rows.start, &mut slots);
+        ComputedChunk { first: rows.start, entries, chunk }
     }
 }
 
-/// Divides the rows into chunks of about equal numbers of entries: (first row, rows). The longest rows come first, so that the last tasks are short.
-fn row_chunks<'a, 'b>(slots: &'a mut ChunkRows<'b>, n: usize) -> Vec<(usize, &'a mut ChunkRows<'b>)> {
-    let mut rest = slots;
-    let mut out = Vec::new();
-    let mut first = 0;
-    for c in 1..=ROW_CHUNKS {
-        let end =
-            if c == ROW_CHUNKS { n } else { (n as f64 * (c as f64 / ROW_CHUNKS as f64).sqrt()) as usize };
-        if end > first {
-            let (head, tail) = std::mem::take(&mut rest).split_at_mut(end - first);
-            out.push((first, head));
-            rest = tail;
-            first = end;
+/// Messages of a rank with the rows that it computed: entries and radii to the ranks that keep them, panes and counts to all. Each row follows its number.
+struct RowMessages {
+    rank_of_row: Vec<usize>,
+    rank_of_radii: Vec<usize>,
+    entries: Vec<Vec<u8>>,
+    codes: Vec<Vec<u8>>,
+    panes: Vec<u8>,
+    counts: PairCounts,
+}
+
+impl RowMessages {
+    fn new(size: usize, matrix_blocks: &RowBlocks, radius_blocks: &RowBlocks) -> RowMessages {
+        RowMessages {
+            rank_of_row: matrix_blocks.ranks_of_rows(size),
+            rank_of_radii: radius_blocks.ranks_of_rows(size),
+            entries: vec![Vec::new(); size],
+            codes: vec![Vec::new(); size],
+            panes: Vec::new(),
+            counts: PairCounts::default(),
         }
     }
-    out.reverse();
-    out
+
+    /// Adds a chunk; rows from `shared` on are those of panes.
+    fn add(&mut self, ComputedChunk { first, entries, chunk }: ComputedChunk, shared: usize) {
+        self.counts.merge(chunk.counts);
+        let mut radii = chunk.radii.as_slice();
+        let mut panes = chunk.panes.iter();
+        for (k, row) in entries.iter().enumerate() {
+            let i = first + k;
+            let (own_radii, rest) = radii.split_at(i + 1);
+            radii = rest;
+            let out = &mut self.codes[self.rank_of_radii[i]];
+            (i as u64).put(out);
+            out.extend(own_radii);
+            let out = if i < shared { &mut self.entries[self.rank_of_row[i]] } else { &mut self.panes };
+            (i as u64).put(out);
+            match i < shared {
+                true => row.iter().flatten().for_each(|x| x.put(out)),
+                false => panes.next().into_iter().flatten().for_each(|x| x.put(out)),
+            }
+        }
+    }
+}
+
+/// Writes received rows into the matrices of a rank.
+fn fill_matrices(matrices: &mut [PackedSymmetric], blocks: &RowBlocks, received: &[Vec<u8>]) {
+    let (first, count) = (blocks.own_rows().start, matrices.len());
+    let mut slots: Vec<Vec<&mut [f64]>> = matrices.iter_mut().map(PackedSymmetric::rows_mut).collect();
+    for bytes in received {
+        let mut rest = bytes.as_slice();
+        while let Some((head, tail)) = rest.split_at_checked(8) {
+            let i = u64::get(head) as usize;
+            let (row, tail) = tail.split_at(8 * count * (i + 1));
+            for (slot, numbers) in slots.iter_mut().zip(row.chunks_exact(8 * (i + 1))) {
+                let values = numbers.chunks_exact(8).map(f64::get);
+                slot[i - first].iter_mut().zip(values).for_each(|(x, v)| *x = v);
+            }
+            rest = tail;
+        }
+    }
+}
+
+/// The codes of the radii of the own rows, row by row, from received rows.
+fn joined_radii(blocks: &RowBlocks, received: &[Vec<u8>]) -> Vec<u8> {
+    let before = packed_length(blocks.own_rows().start);
+    let mut radii = vec![0; blocks.entries(blocks.own_rows())];
+    for bytes in received {
+        let mut rest = bytes.as_slice();
+        while let Some((head, tail)) = rest.split_at_checked(8) {
+            let i = u64::get(head) as usize;
+            let (row, tail) = tail.split_at(i + 1);
+            let start = packed_length(i) - before;
+            radii[start..start + i + 1].copy_from_slice(row);
+            rest = tail;
+        }
+    }
+    radii
+}
+
+/// The rows of all panes, in their order.
+fn joined_panes(shared: usize, n: usize, received: &[Vec<u8>]) -> Vec<Vec<Bands>> {
+    let mut panes = vec![Vec::new(); n - shared];
+    for bytes in received {
+        let mut rest = bytes.as_slice();
+        while let Some((head, tail)) = rest.split_at_checked(8) {
+            let i = u64::get(head) as usize;
+            let (row, tail) = tail.split_at((i + 1) * Bands::size());
+            panes[i - shared] = row.chunks_exact(Bands::size()).map(Bands::get).collect();
+            rest = tail;
+        }
+    }
+    panes
+}
+
+/// The chunks of `n` rows, of about equal numbers of entries.
+fn row_chunks(n: usize) -> impl Iterator<Item = Range<usize>> {
+    let edge = move |c: usize| match c {
+        ROW_CHUNKS => n,
+        _ => (n as f64 * (c as f64 / ROW_CHUNKS as f64).sqrt()) as usize,
+    };
+    (0..ROW_CHUNKS).map(move |c| edge(c)..edge(c + 1)).filter(|rows| !rows.is_empty())
 }

@@ -1,6 +1,6 @@
 //! Groups of bands with equal extinctions, which share their exchange areas, and the memory of the dense engine.
 
-use super::packed_symmetric::packed_length;
+use super::row_blocks::packed_length;
 use zonal_scene::{Band, PerBand, Scene};
 use zonal_transport::Transport;
 

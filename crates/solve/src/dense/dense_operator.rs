@@ -4,6 +4,7 @@
 //! and are stored for each band. Memory: 8 bytes × n(n+1)/2 for each group of bands, and n(n+1)/2 bytes for the errors.
 
 use super::packed_symmetric::PackedSymmetric;
+use crate::distribution::Communicator;
 use crate::errors::radii::PairRadii;
 use crate::iteration::multivector::times;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
@@ -11,7 +12,9 @@ use zonal_math::Grade;
 use zonal_scene::{Band, Bands, PerBand};
 
 /// Exchange areas of all pairs of zones.
-pub(crate) struct DenseOperator {
+pub(crate) struct DenseOperator<'a> {
+    /// The processes that share the rows.
+    pub(super) communicator: &'a dyn Communicator,
     pub(super) n: usize,
     /// Number of zones before the panes.
     pub(super) shared: usize,
@@ -31,7 +34,7 @@ pub(crate) struct DenseOperator {
 /// Numbers of vectors (columns and bands) that one product of a matrix serves.
 const PRODUCT_WIDTHS: [usize; 5] = [12, 6, 3, 2, 1];
 
-impl DenseOperator {
+impl DenseOperator<'_> {
     /// Products of all matrices; each reads its entries once for up to a dozen columns and bands.
     fn apply_shared(&self, x: &[&[Bands]], out: &mut [Vec<Bands>]) {
         for (g, m) in self.matrices.iter().enumerate() {
@@ -63,7 +66,7 @@ impl DenseOperator {
     ) {
         let gathered: Vec<[f64; K]> =
             (0..self.shared).map(|i| std::array::from_fn(|k| x[list[k].0][i][list[k].1])).collect();
-        for (i, y) in m.apply(&gathered).iter().enumerate() {
+        for (i, y) in m.apply_on_ranks(&gathered, self.communicator).iter().enumerate() {
             (0..K).for_each(|k| out[list[k].0][i][list[k].1] = y[k]);
         }
     }
@@ -102,7 +105,7 @@ impl DenseOperator {
     }
 }
 
-impl ExchangeOperator for DenseOperator {
+impl ExchangeOperator for DenseOperator<'_> {
     fn len(&self) -> usize {
         self.n
     }
@@ -121,9 +124,9 @@ impl ExchangeOperator for DenseOperator {
     }
 }
 
-impl ErrorModel for DenseOperator {
+impl ErrorModel for DenseOperator<'_> {
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
-        Some(self.radii.propagate(strengths))
+        Some(self.radii.propagate(strengths, self.communicator))
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         // Errors are combined with the closure defects of the rows, group by group.

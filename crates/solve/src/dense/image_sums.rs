@@ -53,12 +53,12 @@ impl ImageSums<'_> {
 
 /// A dense operator over the zones of a scene as an operator over those of its even extension.
 pub(crate) struct ImageSumOperator<'a> {
-    operator: DenseOperator,
+    operator: DenseOperator<'a>,
     images: &'a ZoneImages,
 }
 
 impl<'a> ImageSumOperator<'a> {
-    pub(crate) fn new(operator: DenseOperator, images: &'a ZoneImages) -> ImageSumOperator<'a> {
+    pub(crate) fn new(operator: DenseOperator<'a>, images: &'a ZoneImages) -> ImageSumOperator<'a> {
         ImageSumOperator { operator, images }
     }
 }

@@ -5,5 +5,6 @@ pub mod band_groups;
 pub(crate) mod dense_operator;
 pub(crate) mod image_sums;
 pub(crate) mod packed_symmetric;
+pub(crate) mod row_blocks;
 
 pub(crate) use dense_operator::DenseOperator;

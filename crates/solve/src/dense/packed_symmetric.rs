@@ -1,36 +1,38 @@
 //! Packed symmetric matrices: the lower triangle is stored by rows, entry (i, j ≤ i) at i(i+1)/2 + j.
 //!
 //! The product y = M x reads every entry once: entry (i, j) adds M_ij x_j to y_i and M_ij x_i to y_j. Rows are divided into a
-//! fixed number of blocks with partial sums of their own, which are added in the order of the blocks: the bits do not depend on the number of threads.
+//! fixed number of blocks with partial sums of their own, which are added along a binary tree: the bits do not depend on the number of threads, nor on that of
+//! the processes that share the rows. A process has the rows of consecutive blocks. It sends the sums of the largest subtrees that it has alone, and every
+//! process adds those of all.
 //!
 //! Cost: bound by the memory bandwidth, 8 bytes an entry for n²/2 entries.
 
+use super::row_blocks::{RowBlocks, packed_length};
+use crate::distribution::Communicator;
 use rayon::prelude::*;
 
-/// Number of blocks of rows; fixed, so that sums do not depend on the number of threads.
-const ROW_BLOCKS: usize = 32;
-
-/// A symmetric matrix in packed storage.
+/// A symmetric matrix in packed storage, or the rows of it that a process has.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PackedSymmetric {
-    n: usize,
+    blocks: RowBlocks,
     entries: Vec<f64>,
-}
-
-/// Number of stored entries for `n` rows.
-pub(crate) fn packed_length(n: usize) -> usize {
-    n * (n + 1) / 2
 }
 
 impl PackedSymmetric {
     /// A zero matrix of `n` rows.
     pub(crate) fn zeros(n: usize) -> PackedSymmetric {
-        PackedSymmetric { n, entries: vec![0.0; packed_length(n)] }
+        PackedSymmetric::zeros_of(RowBlocks::all(n))
     }
-    /// The stored rows, row i of length i + 1.
+    /// Zeros in the rows of one process.
+    pub(crate) fn zeros_of(blocks: RowBlocks) -> PackedSymmetric {
+        let entries = vec![0.0; blocks.entries(blocks.own_rows())];
+        PackedSymmetric { blocks, entries }
+    }
+    /// The stored rows, row i of length i + 1, from the first one on.
     pub(crate) fn rows_mut(&mut self) -> Vec<&mut [f64]> {
         let mut rest = &mut self.entries[..];
-        (0..self.n)
+        self.blocks
+            .own_rows()
             .map(|i| {
                 let (row, tail) = std::mem::take(&mut rest).split_at_mut(i + 1);
                 rest = tail;
@@ -39,22 +41,29 @@ impl PackedSymmetric {
             .collect()
     }
     fn row(&self, i: usize) -> &[f64] {
-        &self.entries[packed_length(i)..packed_length(i + 1)]
+        let start = packed_length(i) - packed_length(self.blocks.own_rows().start);
+        &self.entries[start..start + i + 1]
     }
 
-    /// M x for several right-hand sides at once.
+    /// M x for several right-hand sides at once, of a matrix with all its rows.
     pub(crate) fn apply<const K: usize>(&self, x: &[[f64; K]]) -> Vec<[f64; K]> {
-        assert_eq!(x.len(), self.n);
-        let edges = block_edges(self.n);
-        let partial: Vec<Vec<[f64; K]>> =
-            edges.par_windows(2).map(|w| self.apply_rows(x, w[0], w[1])).collect();
-        let mut y = vec![[0.0; K]; self.n];
-        for p in &partial {
-            for (a, b) in y.iter_mut().zip(p) {
-                (0..K).for_each(|k| a[k] += b[k]);
-            }
-        }
-        y
+        self.apply_on_ranks(x, &crate::distribution::SingleProcess)
+    }
+
+    /// M x for several right-hand sides at once, by the rows of all processes.
+    pub(crate) fn apply_on_ranks<const K: usize>(
+        &self,
+        x: &[[f64; K]],
+        communicator: &dyn Communicator,
+    ) -> Vec<[f64; K]> {
+        assert_eq!(x.len(), self.blocks.rows());
+        let own: Vec<usize> = self.blocks.own().collect();
+        let partial = |b: usize| {
+            let rows = self.blocks.rows_of(b);
+            self.apply_rows(x, rows.start, rows.end)
+        };
+        let partial: Vec<Vec<[f64; K]>> = own.into_par_iter().map(partial).collect();
+        self.blocks.sum(partial, communicator, [0.0; K], |a, b| std::array::from_fn(|k| a[k] + b[k]))
     }
 
     fn apply_rows<const K: usize>(&self, x: &[[f64; K]], from: usize, to: usize) -> Vec<[f64; K]> {
@@ -78,18 +87,10 @@ impl PackedSymmetric {
     }
 }
 
-/// Row numbers that divide the triangle into blocks of about equal numbers of entries.
-fn block_edges(n: usize) -> Vec<usize> {
-    let mut edges: Vec<usize> =
-        (0..=ROW_BLOCKS).map(|b| (n as f64 * (b as f64 / ROW_BLOCKS as f64).sqrt()) as usize).collect();
-    edges[ROW_BLOCKS] = n;
-    edges.dedup();
-    edges
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::distribution::tests::on_ranks;
 
     fn sample(n: usize) -> PackedSymmetric {
         let mut m = PackedSymmetric::zeros(n);
@@ -129,5 +130,25 @@ mod tests {
             rayon::ThreadPoolBuilder::new().num_threads(t).build().unwrap().install(|| m.apply(&x))
         };
         assert_eq!(with(1), with(3));
+    }
+
+    #[test]
+    fn ranks_do_not_change_a_bit() {
+        let all = sample(300);
+        let x: Vec<[f64; 2]> = (0..300).map(|i| [(i as f64).sin(), 0.1 * i as f64]).collect();
+        let want = all.apply(&x);
+        for size in [1, 2, 3, 7, 40] {
+            let product = |c: &dyn Communicator| {
+                let mut part = PackedSymmetric::zeros_of(RowBlocks::of_rank(300, c));
+                let rows = part.blocks.own_rows();
+                for (i, row) in rows.zip(part.rows_mut()) {
+                    row.copy_from_slice(all.row(i));
+                }
+                part.apply_on_ranks(&x, c)
+            };
+            for found in on_ranks(size, product) {
+                assert!(found == want, "{size} ranks");
+            }
+        }
     }
 }

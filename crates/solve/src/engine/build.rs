@@ -114,7 +114,7 @@ pub(crate) fn build_dense<'a>(
         [context.images.map_or(zones.len(), ZoneImages::zone_count), panes],
         groups,
         context.checkpoints,
-        context.progress,
+        context.execution(),
     );
     drop(exchange);
     let mut operator: Box<dyn ErrorModel + 'a> = match context.images {

@@ -9,19 +9,18 @@
 //! which is small if the pairs that carry the light are accurate, however large the errors of the others are. A radius r is stored as a code k
 //! with r = 2^((k − 193)/2), k from 1 to 255, and 0 for none: at most 19 % off, which is acceptable for an estimate.
 
-use crate::dense::packed_symmetric::packed_length;
+use crate::dense::row_blocks::{RowBlocks, packed_length};
+use crate::distribution::Communicator;
 use rayon::prelude::*;
 use zonal_scene::Bands;
 
-/// Number of blocks of rows; fixed, so that sums do not depend on the number of threads.
-const ROW_BLOCKS: usize = 32;
 /// The code of the radius 1.
 const CODE_OF_ONE: f64 = 193.0;
 
-/// The radii of the lower triangle by rows.
-#[derive(Clone, Debug, Default)]
+/// The radii of the lower triangle by rows, or those of the rows that a process has.
+#[derive(Clone, Debug)]
 pub(crate) struct PairRadii {
-    n: usize,
+    blocks: RowBlocks,
     codes: Vec<u8>,
 }
 
@@ -35,44 +34,45 @@ pub(crate) fn radius_code(radius: f64) -> u8 {
 }
 
 impl PairRadii {
-    /// Radii of `n` zones: the codes of all pairs (i, j ≤ i), row by row.
-    pub(crate) fn new(n: usize, codes: Vec<u8>) -> PairRadii {
-        assert_eq!(codes.len(), packed_length(n));
-        PairRadii { n, codes }
+    /// Radii of the rows of some blocks: the codes of their pairs (i, j ≤ i), row by row.
+    pub(crate) fn new(blocks: RowBlocks, codes: Vec<u8>) -> PairRadii {
+        assert_eq!(codes.len(), blocks.entries(blocks.own_rows()));
+        PairRadii { blocks, codes }
     }
 
     /// e of every zone for strengths `s`, in the unit of the incident power.
-    pub(crate) fn propagate(&self, s: &[Bands]) -> Vec<Bands> {
+    pub(crate) fn propagate(&self, s: &[Bands], communicator: &dyn Communicator) -> Vec<Bands> {
         let squares: Vec<f64> =
             (0..256).map(|k| if k == 0 { 0.0 } else { 2.0f64.powf(k as f64 - CODE_OF_ONE) }).collect();
         let own: Vec<Bands> = s.iter().map(|s| s * s).collect();
-        // Blocks have about equal numbers of pairs.
-        let first_row = |k: usize| (self.n as f64 * (k as f64 / ROW_BLOCKS as f64).sqrt()) as usize;
-        let block = |k: usize| {
-            let mut sum = vec![Bands::ZERO; self.n];
-            let end = if k + 1 == ROW_BLOCKS { self.n } else { first_row(k + 1) };
-            for i in first_row(k)..end {
-                let row = &self.codes[packed_length(i)..packed_length(i) + i];
+        let before = packed_length(self.blocks.own_rows().start);
+        let block = |b: usize| {
+            let rows = self.blocks.rows_of(b);
+            let mut sum = vec![Bands::ZERO; rows.end];
+            for i in rows {
+                let start = packed_length(i) - before;
+                let row = &self.codes[start..start + i];
                 let mut here = Bands::ZERO;
                 for (j, r) in row.iter().enumerate().filter(|(_, r)| **r > 0) {
                     let r2 = squares[*r as usize];
                     here += r2 * own[j];
                     sum[j] += r2 * own[i];
                 }
-                let r2 = squares[self.codes[packed_length(i) + i] as usize];
+                let r2 = squares[self.codes[start + i] as usize];
                 sum[i] = sum[i] + here + r2 * own[i];
             }
             sum
         };
-        let parts: Vec<Vec<Bands>> = (0..ROW_BLOCKS).into_par_iter().map(block).collect();
-        let total = |i: usize| parts.iter().fold(Bands::ZERO, |t, p| t + p[i]).sqrt();
-        (0..self.n).map(total).collect()
+        let parts: Vec<Vec<Bands>> = self.blocks.own().into_par_iter().map(block).collect();
+        let total = self.blocks.sum(parts, communicator, Bands::ZERO, |a, b| a + b);
+        total.into_iter().map(Bands::sqrt).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::distribution::SingleProcess;
     use zonal_scene::Band;
 
     #[test]
@@ -80,7 +80,7 @@ mod tests {
         let r = [[0.0, 1e-3, 0.02], [1e-3, 0.5, 0.0], [0.02, 0.0, 1e-20]];
         let codes = (0..3).flat_map(|i| (0..=i).map(move |j| radius_code(r[i][j]))).collect();
         let s = [[1.0, 0.0, 5.0], [10.0, 1.0, 0.0], [0.1, 3.0, 1.0]].map(Bands::from_rgb);
-        let e = PairRadii::new(3, codes).propagate(&s);
+        let e = PairRadii::new(RowBlocks::all(3), codes).propagate(&s, &SingleProcess);
         for i in 0..3 {
             for b in Band::all() {
                 let exact = (0..3).map(|j| (r[i][j] * s[j][b]).powi(2)).sum::<f64>().sqrt();

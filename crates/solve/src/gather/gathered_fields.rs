@@ -127,29 +127,51 @@ impl GatheredFields {
             2 => Vec::new(),
             _ => half_smoothing::level_moments(task.windows, means, &blocks),
         };
-        let smooth = |blocks: &[&[u32]]| half_smoothing::smooth_groups(task.windows, means, blocks, &of_all);
-        let smoothed: Vec<Vec<SmoothedGroup>> = blocks.par_chunks(GROUPS_TOGETHER).map(smooth).collect();
-        for (block, group) in blocks.into_iter().zip(smoothed.into_iter().flatten()) {
-            for (k, i) in block.iter().map(|i| *i as usize).enumerate() {
-                let own: Vec<Bands> =
-                    means.columns.iter().map(|c| half_smoothing::mean_of_halves(c, i)).collect();
-                let change: Bands = (0..groups).map(|c| group.values[c][k] - own[c]).sum();
-                let share = credible_share(change, self.errors[groups][i]);
-                let mixed = |own: Bands, smoothed: Bands| positive(own + share * (smoothed - own));
-                let mut sum = Bands::ZERO;
-                for c in 0..groups {
-                    self.values[c][i] = mixed(own[c], group.values[c][k]);
-                    sum += self.values[c][i];
-                }
-                self.values[groups][i] = sum;
-                if let Some(part) = &means.part {
-                    self.sky[i] = mixed(half_smoothing::mean_of_halves(part, i), group.part[k]);
-                }
-                for (q, errors) in self.errors.iter_mut().enumerate() {
-                    join_errors(&group, q, share, &mut errors[i]);
-                }
-            }
+        let chunks: Vec<&[&[u32]]> = blocks.chunks(GROUPS_TOGETHER).collect();
+        let zone_values = |chunk: usize| {
+            let smoothed = half_smoothing::smooth_groups(task.windows, means, chunks[chunk], &of_all);
+            let of_group = |(block, group): (&&[u32], SmoothedGroup)| {
+                let zones = block.iter().enumerate();
+                zones
+                    .flat_map(|(k, i)| self.smoothed_zone(means, &group, (k, *i as usize)))
+                    .collect::<Vec<Bands>>()
+            };
+            chunks[chunk].iter().zip(smoothed).flat_map(of_group).collect::<Vec<Bands>>()
+        };
+        let width = 2 * (groups + 1) + usize::from(means.part.is_some());
+        let zones_of = |chunk: usize| chunks[chunk].iter().map(|block| block.len()).sum::<usize>();
+        let division = task.execution.blocks(chunks.len(), 1);
+        let lengths = |chunk: usize| width * zones_of(chunk);
+        let smoothed = division.map_lists(task.execution.communicator, lengths, zone_values);
+        let order = chunks.iter().flat_map(|chunk| chunk.iter()).flat_map(|block| block.iter());
+        for (i, of_zone) in order.zip(smoothed.iter().flat_map(|list| list.chunks_exact(width))) {
+            let (values, rest) = of_zone.split_at(groups + 1);
+            let (errors, part) = rest.split_at(groups + 1);
+            let i = *i as usize;
+            self.values.iter_mut().zip(values).for_each(|(list, v)| list[i] = *v);
+            self.errors.iter_mut().zip(errors).for_each(|(list, e)| list[i] = *e);
+            self.sky.get_mut(i).into_iter().zip(part).for_each(|(sky, v)| *sky = *v);
         }
+    }
+
+    /// The values of zone `i`, number `k` of its group, after smoothing: of every light group and their sum, the stated errors of the same, and the surroundings alone
+    /// where they are sampled.
+    fn smoothed_zone(&self, means: &HalfMeans, group: &SmoothedGroup, (k, i): (usize, usize)) -> Vec<Bands> {
+        let groups = means.columns.len();
+        let own: Vec<Bands> = means.columns.iter().map(|c| half_smoothing::mean_of_halves(c, i)).collect();
+        let change: Bands = (0..groups).map(|c| group.values[c][k] - own[c]).sum();
+        let share = credible_share(change, self.errors[groups][i]);
+        let mixed = |own: Bands, smoothed: Bands| positive(own + share * (smoothed - own));
+        let mut out: Vec<Bands> = (0..groups).map(|c| mixed(own[c], group.values[c][k])).collect();
+        out.push(out.iter().fold(Bands::ZERO, |sum, v| sum + *v));
+        for (q, errors) in self.errors.iter().enumerate() {
+            let mut error = errors[i];
+            join_errors(group, q, share, &mut error);
+            out.push(error);
+        }
+        let part = means.part.iter();
+        out.extend(part.map(|part| mixed(half_smoothing::mean_of_halves(part, i), group.part[k])));
+        out
     }
 }
 

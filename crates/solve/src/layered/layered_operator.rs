@@ -1,7 +1,8 @@
 //! The operator of the layered engine and its errors (header of [`super`]).
 
 use super::layer_stack::LayerStack;
-use crate::dense::packed_symmetric::{PackedSymmetric, packed_length};
+use crate::dense::packed_symmetric::PackedSymmetric;
+use crate::dense::row_blocks::packed_length;
 use crate::iteration::multivector::times;
 use crate::operator::{ErrorModel, ExchangeOperator};
 use rayon::prelude::*;

@@ -5,7 +5,7 @@
 //! the solution: an expected value and an upper bound are returned.
 
 use crate::dense::band_groups;
-use crate::dense::packed_symmetric::packed_length;
+use crate::dense::row_blocks::packed_length;
 use crate::engine::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
 use crate::engine::selection::{self, EngineChoice};
 use crate::errors::discretization;
