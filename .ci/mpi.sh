@@ -3,8 +3,8 @@
 source "$(dirname "$0")/common.sh"
 zonal=$1
 if ! command -v mpicc >/dev/null && [ -n "${CI:-}" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-    apt-get -qq update >/dev/null
-    apt-get -qq install --no-install-recommends libopenmpi-dev openmpi-bin libclang-dev >/dev/null
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends libopenmpi-dev openmpi-bin libclang-dev >/dev/null
 fi
 if ! command -v mpicc >/dev/null || ! command -v mpirun >/dev/null; then
     missing "no MPI with mpicc and mpirun is available"

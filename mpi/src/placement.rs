@@ -5,23 +5,16 @@ use std::thread::available_parallelism;
 use zonal_report::note;
 use zonal_solve::distribution::Communicator;
 
-/// The name of this machine.
+/// The name of this machine; empty where the system does not tell.
 pub(crate) fn machine() -> String {
-    nix::unistd::gethostname().unwrap_or_default().to_string_lossy().into_owned()
+    std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_string()
 }
 
 /// The processors that this process may use, as text; empty where the system does not tell.
-#[cfg(target_os = "linux")]
 fn processors() -> String {
-    use nix::sched::{CpuSet, sched_getaffinity};
-    let Ok(set) = sched_getaffinity(nix::unistd::Pid::from_raw(0)) else { return String::new() };
-    let is_set = |k: &usize| set.is_set(*k).unwrap_or(false);
-    (0..CpuSet::count()).filter(is_set).map(|k| format!("{k},")).collect()
-}
-
-#[cfg(not(target_os = "linux"))]
-fn processors() -> String {
-    String::new()
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
+    list.unwrap_or_default().trim().to_string()
 }
 
 /// Threads of this rank: those that were asked for, or its share of the processors that it has together with other ranks. More threads than processors are reported once.
