@@ -86,10 +86,7 @@ pub fn run_on_ranks(args: &Args, context: Context, communicator: &dyn Communicat
     // Check the arguments and read the scene.
     let (scene, memory_limit) = agreed(read_scene(args), communicator)?;
     let uses_checkpoint = args.checkpoint.is_some() || args.resume || args.keep_factors;
-    let folder = match uses_checkpoint {
-        true => Some(shared_checkpoint(&scene, args, communicator)?),
-        false => None,
-    };
+    let folder = uses_checkpoint.then(|| shared_checkpoint(&scene, args, communicator)).transpose()?;
     // Solve it.
     let progress = context.progress();
     let stages = folder.as_ref().map(|folder| RankCheckpoints { folder, is_first });
@@ -164,19 +161,15 @@ fn shared_checkpoint(
     args: &Args,
     communicator: &dyn Communicator,
 ) -> Result<CheckpointFolder, Failure> {
-    let mut prepared = None;
-    let mut failure = Vec::new();
-    if communicator.rank() == 0 {
-        match resume_or_begin_checkpoint(scene, args) {
-            Ok(folder) => prepared = Some(folder),
-            Err(e) => failure = e.to_string().into_bytes(),
-        }
-    }
-    let failures = communicator.all_gather(failure);
-    match (prepared, failures[0].is_empty()) {
-        (_, false) => Err(Failure::new(String::from_utf8_lossy(&failures[0]).into_owned())),
-        (Some(folder), _) => Ok(folder),
-        (None, _) => Ok(checkpoint_folder(scene, args)),
+    let folder = match communicator.rank() {
+        0 => resume_or_begin_checkpoint(scene, args),
+        _ => Ok(checkpoint_folder(scene, args)),
+    };
+    let failure = folder.as_ref().err().map(ToString::to_string).unwrap_or_default();
+    let failures = communicator.all_gather(failure.into_bytes());
+    match failures[0].is_empty() {
+        true => folder,
+        false => Err(Failure::new(String::from_utf8_lossy(&failures[0]))),
     }
 }
 
