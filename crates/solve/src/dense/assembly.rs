@@ -145,7 +145,7 @@ struct ComputedChunk {
     chunk: RowChunk,
 }
 
-/// What a rank keeps of the rows: its blocks of the matrices, and of the error radii.
+/// The rows that a rank stores: its blocks of the matrices and of the error radii, and the rows of all panes.
 struct SharedRows {
     matrices: Vec<PackedSymmetric>,
     /// Codes of the error radii of the rows of `radius_blocks`.

@@ -233,11 +233,11 @@ impl Gathering<'_> {
         };
         let result = |o: &DirectLightEstimate, rays: u64| (o.value(), (stated(o), rays));
         let excess = largest(own.unoccluded) * own.error as f64 / self.wanted(i, own);
-        let resampled = |limit: usize| {
+        let limit = self.limit[self.kind(i)];
+        let resampled = || {
             let more = self.sampler.resample(i, own, limit, self.wanted(i, own));
             result(&more, more.count as u64)
         };
-        let limit = self.limit[self.kind(i)];
         match self.cube(i) {
             Some(rows) if excess > 1.0 => {
                 let (mean, change) = mean_ratio(rows, &all[self.patches..]);
@@ -246,9 +246,9 @@ impl Gathering<'_> {
                     let error = (AVERAGED_ERROR_SHARE * own.error).hypot(CURVATURE_SHARE * change as f32);
                     return result(&DirectLightEstimate { ratio: mean, error, ..*own }, 0);
                 }
-                resampled(self.limit[1])
+                resampled()
             }
-            None if is_undersampled(own, excess, limit) => resampled(limit),
+            None if is_undersampled(own, excess, limit) => resampled(),
             _ => result(own, 0),
         }
     }
