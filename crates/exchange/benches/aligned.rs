@@ -49,7 +49,7 @@ fn tables(c: &mut Criterion) {
         for tolerance in TOLERANCES {
             group.bench_function(BenchmarkId::from_parameter(format!("{tolerance:e}")), |bench| {
                 bench
-                    .iter(|| one.install(|| OffsetTable::new([1.0; 3], [50; 3], black_box(kappa), tolerance)))
+                    .iter(|| one.install(|| GridTables::new([1.0; 3], [50; 3], black_box(kappa), tolerance).voxels()))
             });
         }
     }
@@ -57,7 +57,7 @@ fn tables(c: &mut Criterion) {
     group.sample_size(10);
     for tolerance in TOLERANCES {
         group.bench_function(BenchmarkId::from_parameter(format!("{tolerance:e}")), |bench| {
-            bench.iter(|| one.install(|| WallTable::voxels([1.0; 3], [50; 3], 2, black_box(0.0), tolerance)))
+            bench.iter(|| one.install(|| GridTables::new([1.0; 3], [50; 3], black_box(0.0), tolerance).wall(2)))
         });
     }
     drop(group);

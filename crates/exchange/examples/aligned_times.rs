@@ -39,32 +39,32 @@ fn tables() {
 fn all_tables() {
     let (edge, counts) = ([1.0; 3], [115; 3]);
     for kappa in [0.0, 0.1] {
-        let (t, table) = best(3, || OffsetTable::new(edge, counts, kappa, 1e-10));
+        let (t, table) = best(3, || GridTables::new(edge, counts, kappa, 1e-10).voxels());
         println!(
             "voxel-voxel  115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
             table.method_counts()
         );
-        let (t, table) = best(3, || WallTable::voxels(edge, counts, 2, kappa, 1e-10));
+        let (t, table) = best(3, || GridTables::new(edge, counts, kappa, 1e-10).wall(2));
         println!(
             "voxel-wall   115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
             table.method_counts()
         );
-        let (t, table) = best(3, || WallTable::adjacent(edge, counts, [0, 1], kappa, 1e-10));
+        let (t, table) = best(3, || GridTables::new(edge, counts, kappa, 1e-10).adjacent([0, 1]));
         println!(
             "adjacent     115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
             table.method_counts()
         );
-        let (t, table) = best(3, || WallTable::opposite(edge, counts, 2, kappa, 1e-10));
+        let (t, table) = best(3, || GridTables::new(edge, counts, kappa, 1e-10).opposite(2));
         println!(
             "opposite     115^3 1e-10 kappa {kappa}: {t:.4} s, {} entries, {:?}",
             table.len(),
             table.method_counts()
         );
     }
-    let (t, table) = best(3, || OffsetTable::new([1.0, 0.5, 0.25], [60, 60, 60], 0.0, 1e-10));
+    let (t, table) = best(3, || GridTables::new([1.0, 0.5, 0.25], [60, 60, 60], 0.0, 1e-10).voxels());
     println!(
         "boxes 4:2:1   60^3 1e-10 kappa 0: {t:.4} s, {} entries, {:?}",
         table.len(),

@@ -7,15 +7,15 @@ fn main() {
     let edges = [1.0; 3];
     let counts = [n; 3];
     let t = Instant::now();
-    let v = OffsetTable::new(edges, counts, kappa, tol);
+    let v = GridTables::new(edges, counts, kappa, tol).voxels();
     println!("vv {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
     let t = Instant::now();
-    let v = WallTable::voxels(edges, counts, 0, kappa, tol);
+    let v = GridTables::new(edges, counts, kappa, tol).wall(0);
     println!("sv {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
     let t = Instant::now();
-    let v = WallTable::adjacent(edges, counts, [0, 1], kappa, tol);
+    let v = GridTables::new(edges, counts, kappa, tol).adjacent([0, 1]);
     println!("ss adjacent {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
     let t = Instant::now();
-    let v = WallTable::opposite(edges, counts, 0, kappa, tol);
+    let v = GridTables::new(edges, counts, kappa, tol).opposite(0);
     println!("ss opposite {} {:?} {:.3} s", v.len(), v.method_counts(), t.elapsed().as_secs_f64());
 }

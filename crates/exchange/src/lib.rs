@@ -21,7 +21,7 @@
 //! | [`solid_angle`] | a plate seen from a point, in closed form | exact to rounding |
 //!
 //! ```
-//! use zonal_exchange::aligned::{Cuboid, geometric_factor, lattice::OffsetTable};
+//! use zonal_exchange::aligned::{Cuboid, geometric_factor, lattice::GridTables};
 //! use zonal_math::vec3;
 //! // Two voxels a little apart in a medium, to nine digits.
 //! let a = Cuboid::voxel(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0));
@@ -29,7 +29,7 @@
 //! let f = geometric_factor(&a, &b, 0.5, 1e-9);
 //! println!("{} ± {:.1e} by {}", f.bounded.value, f.bounded.radius, f.method.name());
 //! // All distinct offsets of a grid of 20³ cubes with edges of 10 cm.
-//! let table = OffsetTable::new([0.1; 3], [20, 20, 20], 0.0, 1e-10);
+//! let table = GridTables::new([0.1; 3], [20, 20, 20], 0.0, 1e-10).voxels();
 //! assert!(table.get([3, 0, 1]).radius <= 1e-10 * table.get([3, 0, 1]).value);
 //! ```
 

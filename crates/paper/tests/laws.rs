@@ -214,7 +214,7 @@ proptest! {
         let moved = |o: [i64; 3]| cell.scale(Vec3::from_array(o.map(|x| x as f64)));
         let v = Cuboid::voxel(Vec3::ZERO, cell);
         let w = Cuboid::voxel(moved(o), moved(o) + cell);
-        let table = OffsetTable::new(e, [4; 3], kappa, TOLERANCE);
+        let table = GridTables::new(e, [4; 3], kappa, TOLERANCE).voxels();
         let direct = method_factor(BoxMethod::Aligned, &v, &w, kappa);
         prop_assert!(intervals_meet(table.get(o), direct), "{:?} {direct:?}", table.get(o));
         prop_assert_eq!(table.get(o), table.get(o.map(|x| -x)));
@@ -223,7 +223,7 @@ proptest! {
         up[axis] = up[axis].abs();
         let wall = Cuboid { normal: Some((axis, 1)), ..v.walls()[2 * axis] };
         let high = Cuboid::voxel(moved(up), moved(up) + cell);
-        let walls = WallTable::voxels(e, [4; 3], axis, kappa, TOLERANCE);
+        let walls = GridTables::new(e, [4; 3], kappa, TOLERANCE).wall(axis);
         let direct = method_factor(BoxMethod::Aligned, &wall, &high, kappa);
         prop_assert!(intervals_meet(walls.get(up), direct), "{:?} {direct:?}", walls.get(up));
     }

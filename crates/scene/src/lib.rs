@@ -88,7 +88,7 @@ pub use options::{Engine, LightGrouping, PatchRule, SolveOptions, ZoneBasis};
 pub use plate::{Plate, PlateKind};
 pub use printable::{printable, printable_lines};
 pub use progress::{NoProgress, Progress};
-pub use report::{ClosureDefect, DiscretizationError, ErrorEstimate, Report};
+pub use report::{ClosureDefect, DiscretizationError, ErrorEstimate, Report, SquareSums};
 pub use results::SurfaceResult;
 pub use scene::Scene;
 pub use scene_error::{SceneError, SceneErrorKind};

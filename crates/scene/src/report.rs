@@ -4,7 +4,6 @@ use crate::band::PerBand;
 use crate::bands::Bands;
 use crate::diagnostic::Diagnostic;
 use crate::energy_balance::EnergyBalance;
-use crate::fields::Fields;
 use crate::heat_report::HeatReport;
 use crate::solve_status::SolveStatus;
 use zonal_math::Grade;
@@ -44,34 +43,34 @@ pub struct ErrorEstimate {
     pub grade: Grade,
 }
 
+/// Sums over zones of the squares of fields and of their errors, W²/m⁴.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SquareSums {
+    /// Of the errors of the incident field without direct light.
+    pub error: Bands,
+    /// Of the incident field without direct light.
+    pub incident: Bands,
+    /// Of the errors of all incident light.
+    pub total_error: Bands,
+    /// Of all incident light.
+    pub total: Bands,
+}
+
 impl ErrorEstimate {
-    /// The estimate for fields whose first `patches` zones are patches.
-    pub fn of(fields: &Fields, patches: usize, grade: Grade) -> ErrorEstimate {
-        let sum_of_squares = |x: &[Bands]| x.iter().fold(Bands::ZERO, |s, x| s + x * x);
-        let over_zones = |range: std::ops::Range<usize>| {
-            let ratio = |e: Bands, h: Bands| e.zip_map(h, relative_error).sqrt();
-            let indirect = ratio(
-                sum_of_squares(&fields.error[range.clone()]),
-                sum_of_squares(&fields.incident[range.clone()]),
-            );
-            if fields.direct_error.is_empty() {
-                return indirect;
-            }
-            let squares_of_sum = |x: &[Bands], y: &[Bands]| {
-                let both = range.clone().map(|i| x[i] + y.get(i).copied().unwrap_or_default());
-                sum_of_squares(&both.collect::<Vec<_>>())
-            };
-            let total = ratio(
-                squares_of_sum(&fields.error, &fields.direct_error),
-                squares_of_sum(&fields.incident, &fields.direct),
-            );
-            indirect.max(total)
-        };
-        ErrorEstimate {
-            patches: over_zones(0..patches),
-            volumes: over_zones(patches..fields.incident.len()),
-            grade,
-        }
+    /// The estimate from the sums over patches and over volume zones: the larger of the relative errors without and with direct light.
+    ///
+    /// ```
+    /// use zonal_scene::{Bands, ErrorEstimate, SquareSums};
+    /// let [error, value] = [1.0, 100.0].map(Bands::splat);
+    /// let sums = SquareSums { error, incident: value, total_error: error, total: value };
+    /// let estimate = ErrorEstimate::of_sums([sums, SquareSums::default()], zonal_math::Grade::Estimated);
+    /// assert_eq!((estimate.patches, estimate.volumes), (Bands::splat(0.1), Bands::ZERO));
+    /// ```
+    pub fn of_sums(sums: [SquareSums; 2], grade: Grade) -> ErrorEstimate {
+        let ratio = |e: Bands, h: Bands| e.zip_map(h, relative_error).sqrt();
+        let [patches, volumes] =
+            sums.map(|s| ratio(s.error, s.incident).max(ratio(s.total_error, s.total)));
+        ErrorEstimate { patches, volumes, grade }
     }
 }
 

@@ -129,7 +129,11 @@ impl ZoneList {
 #[derive(Clone, Debug)]
 pub struct VoxelZones {
     geometry: GridGeometry,
+    /// The cell of the first zone, where every cell is one whole zone.
+    first: usize,
     len: usize,
+    /// True if other processes have further zones.
+    is_divided: bool,
     /// `None` if every cell is one whole zone.
     list: Option<ZoneList>,
     extinction: CellValues<Bands>,
@@ -194,6 +198,8 @@ impl VoxelZones {
         let zero = || CellValues::Uniform(Bands::ZERO);
         VoxelZones {
             geometry,
+            first: 0,
+            is_divided: false,
             len: list.as_ref().map_or(geometry.len(), |l| l.cells.len()),
             list,
             extinction: zero(),
@@ -203,10 +209,49 @@ impl VoxelZones {
         }
     }
 
+    /// The zones of some cells alone, for a process that shares the others with further ones; `None` unless every cell is one whole zone.
+    ///
+    /// ```
+    /// use zonal_math::{Vec3, vec3};
+    /// use zonal_scene::{VoxelGrid, VoxelZones};
+    /// let zones = VoxelZones::whole(&VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.5, 0.5), [2, 2, 4])?);
+    /// let part = zones.of_cells(4..10).unwrap();
+    /// assert_eq!((part.len(), part.total(), part.at(0)), (6, 16, zones.at(4)));
+    /// # Ok::<(), zonal_scene::SceneError>(())
+    /// ```
+    #[must_use]
+    pub fn of_cells(&self, cells: std::ops::Range<usize>) -> Option<VoxelZones> {
+        let is_whole = self.list.is_none() && self.len == self.geometry.len() && cells.end <= self.len;
+        let of = |values: &CellValues<Bands>| values.gathered(cells.clone());
+        is_whole.then(|| VoxelZones {
+            geometry: self.geometry,
+            first: cells.start,
+            len: cells.len(),
+            is_divided: true,
+            list: None,
+            extinction: of(&self.extinction),
+            albedo: of(&self.albedo),
+            emission: of(&self.emission),
+            source: of(&self.source),
+        })
+    }
+
     /// Number of zones.
     #[inline]
     pub fn len(&self) -> usize {
         self.len
+    }
+    /// True if other processes have further zones ([`VoxelZones::of_cells`]).
+    pub fn is_divided(&self) -> bool {
+        self.is_divided
+    }
+    /// Number of zones of all processes: that of the scene.
+    pub fn total(&self) -> usize {
+        if self.list.is_none() { self.geometry.len() } else { self.len }
+    }
+    /// Cells of a plane across x if every cell is one whole zone: zones lie plane by plane.
+    pub fn plane_size(&self) -> Option<usize> {
+        self.list.is_none().then(|| self.geometry.dims[1] * self.geometry.dims[2])
     }
     /// True if there are no zones.
     pub fn is_empty(&self) -> bool {
@@ -217,7 +262,7 @@ impl VoxelZones {
     pub fn at(&self, i: usize) -> VoxelZone<'_> {
         assert!(i < self.len, "voxel zone {i} of {}", self.len);
         let (cell, part) = match &self.list {
-            None => (i, None),
+            None => (self.first + i, None),
             Some(list) => (list.cells[i] as usize, list.parts.get(list.part_of_zone[i] as usize)),
         };
         let (centre, volume, samples) = match part {
@@ -245,7 +290,7 @@ impl VoxelZones {
     #[inline]
     pub(crate) fn zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
         match &self.list {
-            None if cell < self.len => cell..cell + 1,
+            None if (self.first..self.first + self.len).contains(&cell) => cell - self.first..cell - self.first + 1,
             None => 0..0,
             Some(list) => list.cell_starts[cell] as usize..list.cell_starts[cell + 1] as usize,
         }

@@ -92,6 +92,10 @@ impl Zones {
     pub fn len(&self) -> usize {
         self.patches.len() + self.voxels.len() + self.panes.len()
     }
+    /// Number of zones of all processes: more than [`Zones::len`] where this process has some voxel zones alone ([`VoxelZones::of_cells`]).
+    pub fn total(&self) -> usize {
+        self.patches.len() + self.voxels.total() + self.panes.len()
+    }
     /// True if there are no zones.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -10,6 +10,7 @@
 //! The edge of the program implements [`Communicator`], by MPI in the crate `zonal-mpi`. This crate knows [`SingleProcess`] alone.
 
 use rayon::prelude::*;
+use rustfft::num_complex::Complex64;
 use std::ops::Range;
 use zonal_scene::{Band, Bands, Progress};
 
@@ -129,6 +130,19 @@ impl Message for Bands {
     fn get(bytes: &[u8]) -> Bands {
         let mut numbers = bytes.chunks_exact(8).map(f64::get);
         Bands::from_fn(|_| numbers.next().unwrap_or_default())
+    }
+}
+
+impl Message for Complex64 {
+    fn size() -> usize {
+        16
+    }
+    fn put(&self, out: &mut Vec<u8>) {
+        [self.re, self.im].put(out);
+    }
+    fn get(bytes: &[u8]) -> Complex64 {
+        let [re, im] = <[f64; 2]>::get(bytes);
+        Complex64 { re, im }
     }
 }
 
@@ -261,7 +275,16 @@ impl Blocks {
         f: impl Fn(usize) -> Vec<T> + Sync,
     ) -> Vec<Vec<T>> {
         let items: Vec<usize> = self.own_items().collect();
-        let own: Vec<Vec<T>> = items.into_par_iter().map(&f).collect();
+        self.gather_lists(communicator, length, items.into_par_iter().map(&f).collect())
+    }
+
+    /// The lists of every item, each of a known length, of which this rank has those of its own items.
+    pub(crate) fn gather_lists<T: Message + Clone>(
+        &self,
+        communicator: &dyn Communicator,
+        length: impl Fn(usize) -> usize,
+        own: Vec<Vec<T>>,
+    ) -> Vec<Vec<T>> {
         if self.size == 1 {
             return own;
         }
@@ -275,6 +298,18 @@ impl Blocks {
         self.exchange(communicator, put, take);
         self.own_items().zip(own).for_each(|(i, list)| lists[i] = list);
         lists
+    }
+
+    /// The lists `f` of every item, each of any length and computed on its rank by all threads.
+    pub(crate) fn map_unequal_lists(
+        &self,
+        communicator: &dyn Communicator,
+        f: &(dyn Fn(usize) -> Vec<f64> + Sync),
+    ) -> Vec<Vec<f64>> {
+        let items: Vec<usize> = self.own_items().collect();
+        let own: Vec<Vec<f64>> = items.into_par_iter().with_max_len(1).map(f).collect();
+        let lengths = self.gather(communicator, own.iter().map(|list| list.len() as u64).collect());
+        self.gather_lists(communicator, |i| lengths[i] as usize, own)
     }
 
     /// `f` of every item, each computed on its rank by all threads.
@@ -295,14 +330,51 @@ impl Blocks {
 pub(crate) mod tests {
     use super::*;
     use crate::SolveSettings;
-    use std::sync::{Barrier, Mutex};
+    use std::sync::{Condvar, Mutex};
     use zonal_reference::test_cases::sampled_cases;
     use zonal_scene::NoProgress;
 
     /// Ranks that are threads of one process.
     pub(crate) struct ThreadRanks {
-        barrier: Barrier,
+        meeting: Mutex<Meeting>,
+        changed: Condvar,
         mail: Mutex<Vec<Vec<Vec<u8>>>>,
+    }
+
+    /// How many ranks wait for the others, how often all have met, and whether one has failed.
+    #[derive(Default)]
+    struct Meeting {
+        waiting: usize,
+        round: usize,
+        failed: bool,
+    }
+
+    impl ThreadRanks {
+        /// Waits for all ranks; panics if one has failed, so that a failed test ends.
+        fn meet(&self, size: usize) {
+            let mut meeting = self.meeting.lock().unwrap();
+            let round = meeting.round;
+            meeting.waiting += 1;
+            if meeting.waiting == size {
+                (meeting.waiting, meeting.round) = (0, round + 1);
+                self.changed.notify_all();
+            }
+            while meeting.round == round && !meeting.failed {
+                meeting = self.changed.wait(meeting).unwrap();
+            }
+            let failed = meeting.failed;
+            drop(meeting);
+            assert!(!failed, "another rank has failed");
+        }
+    }
+
+    impl Drop for ThreadRank<'_> {
+        fn drop(&mut self) {
+            if std::thread::panicking() {
+                self.shared.meeting.lock().unwrap().failed = true;
+                self.shared.changed.notify_all();
+            }
+        }
     }
 
     /// One of them.
@@ -324,16 +396,20 @@ pub(crate) mod tests {
         }
         fn all_to_all(&self, parts: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
             self.shared.mail.lock().unwrap()[self.rank] = parts;
-            self.shared.barrier.wait();
+            self.shared.meet(self.size);
             let received = self.shared.mail.lock().unwrap().iter().map(|of| of[self.rank].clone()).collect();
-            self.shared.barrier.wait();
+            self.shared.meet(self.size);
             received
         }
     }
 
     /// `f` on every rank of `size`, each with a pool of one thread; the results in the order of the ranks.
     pub(crate) fn on_ranks<T: Send>(size: usize, f: impl Fn(&dyn Communicator) -> T + Sync) -> Vec<T> {
-        let shared = ThreadRanks { barrier: Barrier::new(size), mail: Mutex::new(vec![Vec::new(); size]) };
+        let shared = ThreadRanks {
+            meeting: Mutex::default(),
+            changed: Condvar::new(),
+            mail: Mutex::new(vec![Vec::new(); size]),
+        };
         let (shared, f) = (&shared, &f);
         let one = |rank: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -383,6 +459,19 @@ pub(crate) mod tests {
         [[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n\
         [[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
 
+    const BOX: &str = "name = \"box\"\n[solve]\ntolerance = 0.01\nengine = \"spectral\"\npatch_rule = \"voxels\"\nBASIS\n\
+        [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [1.7, 0.9, 1.1] }\nomit = [\"x1\"]\nreflectance = [0.5, 0.4, 0.5]\n\
+        faces.z1 = { emission = [10, 20, 10] }\n\
+        [[surface]]\nname = \"lamp\"\nrectangle = { origin = [1.7, 0, 0], edge1 = [0, 0, 1.1], edge2 = [0, 0.9, 0] }\nemission = 3\n\
+        [[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n\
+        [surroundings]\nradiance = 2\n\
+        [medium]\nmin = [0, 0, 0]\nmax = [1.7, 0.9, 1.1]\ncells = [17, 9, 11]\nextinction = [0.5, 0.5, 0.8]\nalbedo = 0.7\n";
+    const STACK: &str = "name = \"stack\"\n[solve]\nengine = \"spectral\"\npatch_rule = \"voxels\"\n[boundary]\ny = \"periodic\"\n\
+        [[surface]]\nname = \"ends\"\nroom = { min = [0, 0, 0], max = [1.2, 1, 0.8] }\nomit = [\"y0\", \"y1\", \"z1\"]\n\
+        reflectance = 0.5\nfaces.x0 = { emission = 10 }\n\
+        [surroundings]\nradiance = 2\n\
+        [medium]\nmin = [0, 0, 0]\nmax = [1.2, 1, 0.8]\ncells = [12, 5, 8]\nextinction = 2\nalbedo = 0.7\n";
+
     /// Everything of a solution, to the bit.
     fn solved(text: &str, communicator: &dyn Communicator) -> String {
         let scene = zonal_io::input::parse_scene(text, None, "room").unwrap();
@@ -393,15 +482,19 @@ pub(crate) mod tests {
 
     #[test]
     fn solutions_do_not_depend_on_the_number_of_ranks() {
-        let cases: Vec<(&str, usize)> = ["hierarchical", "dense"]
-            .into_iter()
-            .flat_map(|engine| [2, 3, 7].map(|size| (engine, size)))
-            .collect();
-        for (engine, size) in sampled_cases(cases, &[1, 3]) {
-            let text = ROOM.replace("ENGINE", engine);
-            let alone = solved(&text, &SingleProcess);
-            for (rank, found) in on_ranks(size, |c| solved(&text, c)).into_iter().enumerate() {
-                assert!(found == alone, "{engine}: rank {rank} of {size} differs");
+        let scenes = [
+            ("hierarchical", ROOM.replace("ENGINE", "hierarchical")),
+            ("dense", ROOM.replace("ENGINE", "dense")),
+            ("spectral", BOX.replace("BASIS", "zone_basis = \"constant\"")),
+            ("linear", BOX.replace("BASIS", "zone_basis = \"linear\"")),
+            ("periodic", STACK.to_string()),
+        ];
+        let cases: Vec<(&(&str, String), usize)> =
+            scenes.iter().flat_map(|scene| [2, 3, 7].map(|size| (scene, size))).collect();
+        for ((name, text), size) in sampled_cases(cases, &[1, 3, 6, 8, 11, 13]) {
+            let alone = solved(text, &SingleProcess);
+            for (rank, found) in on_ranks(size, |c| solved(text, c)).into_iter().enumerate() {
+                assert!(found == alone, "{name}: rank {rank} of {size} differs");
             }
         }
     }

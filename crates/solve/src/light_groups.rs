@@ -69,6 +69,17 @@ fn is_emitting(light: &Light, scene: &Scene) -> bool {
     }
 }
 
+/// True if some voxel zone emits, also one of another process.
+fn medium_emits(scene: &Scene, zones: &Zones) -> bool {
+    let is_source = |emission: Bands, source: Bands| emission != Bands::ZERO || source != Bands::ZERO;
+    match scene.voxel_grid() {
+        Some(grid) if zones.voxels.is_divided() => {
+            (0..grid.len()).any(|i| is_source(grid.emission(i), grid.source(i)))
+        }
+        _ => zones.voxels.distinct_media().any(|v| is_source(v.emission, v.source)),
+    }
+}
+
 /// All emitters of a scene, each a group of its own.
 fn separate_groups(scene: &Scene, zones: &Zones) -> Vec<SourceGroup> {
     let mut out: Vec<SourceGroup> = Vec::new();
@@ -91,7 +102,7 @@ fn separate_groups(scene: &Scene, zones: &Zones) -> Vec<SourceGroup> {
     for (s, surface) in scene.surfaces().iter().enumerate().filter(|(s, _)| emitting[*s]) {
         add(&surface.name, LightGroupKind::Surface(s));
     }
-    if zones.voxels.distinct_media().any(|v| v.emission != Bands::ZERO || v.source != Bands::ZERO) {
+    if medium_emits(scene, zones) {
         add(MEDIUM_GROUP, LightGroupKind::Medium);
     }
     if zones.panes.iter().any(|p| p.emission != Bands::ZERO) {
@@ -112,14 +123,14 @@ pub fn select_groups(scene: &Scene, zones: &Zones) -> (Vec<SourceGroup>, Option<
         return (all(), None);
     }
     let separate = separate_groups(scene, zones);
-    let many = separate.len() > MAX_GROUPS || separate.len() * zones.len() > MAX_GROUP_ZONES;
+    let many = separate.len() > MAX_GROUPS || separate.len() * zones.total() > MAX_GROUP_ZONES;
     match scene.options().light_grouping {
         LightGrouping::All => (all(), None),
         LightGrouping::Auto if many && separate.len() > 1 => {
             let note = format!(
                 "{} light groups on {} zones were solved as one sum, which cannot be relit light by light; use --light-groups each",
                 separate.len(),
-                zones.len()
+                zones.total()
             );
             (all(), Some(Diagnostic::note("groups-merged", note)))
         }

@@ -11,11 +11,13 @@
 //!
 //! The dense engine keeps sums over images only, F_ij = Σ_g F'(i, g·j): a matrix of the scene's zones (`dense/image_sums.rs`).
 
+use crate::sum_order::SharedZones;
+use crate::errors::estimate::error_estimate;
 use crate::direct_light::light_field::LightField;
 use crate::settings::SolveSettings;
 use crate::surroundings::SurroundingsExchange;
 use zonal_scene::{
-    Bands, Diagnostic, EnergyBalance, ErrorEstimate, EvenExtension, Fields, LightGroup, Report, Scene,
+    Bands, Diagnostic, EnergyBalance, EvenExtension, Fields, LightGroup, Report, Scene,
     SceneError, ZoneImages, Zones,
 };
 use zonal_transport::Transport;
@@ -132,7 +134,7 @@ impl MirroredSolve {
         let mut out = Report {
             energy: one_image(report.energy),
             energy_error: one_image(report.energy_error),
-            estimate: ErrorEstimate::of(fields, zones.voxel_offset(), report.estimate.grade),
+            estimate: error_estimate(SharedZones::alone(zones), fields, report.estimate.grade),
             ..report
         };
         let of_part = [

@@ -547,14 +547,14 @@ fn balance_and_report(
     lost = direct_error::light_power_errors(direct).into_iter().fold(lost, Bands::hypot);
     // Heat is balanced after the temperatures are recovered.
     if scene.thermal().is_none() && scene.options().scattering_orders.is_none() {
-        consistency::widen_by_balance(zones, &energy, lost, fields);
+        consistency::widen_by_balance(context.shared_zones(), &energy, lost, fields);
     }
     let mut report = summary::summarize(context, built, exterior, (fields, energy), results, thickness);
     report.energy_error = match scene.thermal() {
         Some(_) => EnergyBalance { escaped: lost, ..EnergyBalance::default() },
         None => {
-            let mut error = consistency::power_errors(zones, &report.energy, fields, |i| fields.error[i]);
-            direct_error::add_to_power_errors(zones, &report.energy, direct, &mut error);
+            let mut error = consistency::power_errors(context.shared_zones(), &report.energy, fields, |i| fields.error[i]);
+            direct_error::add_to_power_errors(context.shared_zones(), &report.energy, direct, &mut error);
             error
         }
     };

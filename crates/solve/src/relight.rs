@@ -7,9 +7,11 @@
 //! A change of reflectance or albedo is not linear. [`with_surface_colors`] gives the scene for a new solve; no factor depends on either.
 
 use crate::errors::consistency;
+use crate::errors::estimate::error_estimate;
+use crate::sum_order::SharedZones;
 use rayon::prelude::*;
 use zonal_scene::{
-    Band, Bands, Diagnostic, ErrorEstimate, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene,
+    Band, Bands, Diagnostic, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene,
     SceneError, SceneParts, Solution, VoxelGrid, ZoneValues, Zones,
 };
 
@@ -88,8 +90,8 @@ fn relight_triple(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solu
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = PerBand::from_fn(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
     report.energy_error =
-        consistency::power_errors(&zones, &report.energy, &fields, |i| fields.total_error(i));
-    report.estimate = ErrorEstimate::of(&fields, zones.voxel_offset(), report.estimate.grade);
+        consistency::power_errors(SharedZones::alone(&zones), &report.energy, &fields, |i| fields.total_error(i));
+    report.estimate = error_estimate(SharedZones::alone(&zones), &fields, report.estimate.grade);
     report.warnings.extend(wanted.iter().map(|(name, f)| {
         let text = match f.is_grey() {
             true => format!("relit: {name} × {}", f.first()),

@@ -91,10 +91,10 @@ fn widen_errors(
     normalization_change: Vec<Bands>,
     fields: &mut Fields,
 ) {
-    consistency::widen_by_residual(context.zones, groups, fields);
+    consistency::widen_by_residual(context.shared_zones(), groups, fields);
     fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e = e.hypot(c));
     add_surroundings_error(context, surroundings, fields);
-    if !has_negative_source(context.zones) {
+    if !has_negative_source(context.shared_zones()) {
         consistency::widen_by_negative_flux(fields);
     }
 }
@@ -172,7 +172,7 @@ impl GroupAssembly<'_> {
         self.to_incident_field(&mut incident, sky);
         let balance = |incident: &[Bands]| {
             let fields = GroupFields { incident, direct: &own, strengths: &result.strengths };
-            balance_group(scene, zones, source, &fields, self.surroundings, direct)
+            balance_group(scene, self.context.shared_zones(), source, &fields, self.surroundings, direct)
         };
         let mut energy = balance(&incident);
         // Restore the balance of power.
@@ -185,7 +185,7 @@ impl GroupAssembly<'_> {
         // Add to the fields of all light.
         let f = &mut self.fields;
         f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f += h);
-        if own.iter().any(|d| *d != Bands::ZERO) {
+        if self.context.shared_zones().any(|i| own.get(i).is_some_and(|d| *d != Bands::ZERO)) {
             f.direct.resize(own.len(), Bands::ZERO);
         }
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f += d);

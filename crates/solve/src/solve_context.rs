@@ -6,6 +6,7 @@ use crate::iteration::IterationResult;
 use crate::light_groups::{self, SourceGroup};
 use crate::operator::{ErrorModel, IncidentPower};
 use crate::report::closure::RowClosure;
+use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::PairSettings;
 use zonal_scene::{Bands, CheckpointStore, Diagnostic, Progress, Scene, ZoneImages, Zones};
@@ -38,6 +39,11 @@ pub struct SolveContext<'a> {
 }
 
 impl<'a> SolveContext<'a> {
+    /// The zones, with the processes that share them.
+    pub(crate) fn shared_zones(&self) -> SharedZones<'a> {
+        SharedZones::new(self.zones, self.communicator)
+    }
+
     /// The processes and the observer.
     pub(crate) fn execution(&self) -> Execution<'a> {
         Execution { communicator: self.communicator, progress: self.progress }

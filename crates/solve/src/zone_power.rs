@@ -2,7 +2,7 @@
 //!
 //! The incident field is the irradiance H of a patch or the fluence G of a volume zone, W/m².
 
-use crate::iteration::multivector;
+use crate::sum_order::SharedZones;
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Bands, Zones};
@@ -26,9 +26,9 @@ pub(crate) fn reflected_fraction(zones: &Zones, i: usize) -> Bands {
 }
 
 /// Absorbed power of all zones for an incident field (W/m²), W per band.
-pub(crate) fn absorbed_power(zones: &Zones, field: impl Fn(usize) -> Bands + Sync) -> Bands {
-    multivector::sum(zones.len(), |i| {
-        let (a, h) = (absorption_area(zones, i), field(i));
+pub(crate) fn absorbed_power(zones: SharedZones, field: impl Fn(usize) -> Bands + Sync) -> Bands {
+    zones.sum(|i| {
+        let (a, h) = (absorption_area(&zones, i), field(i));
         // A zone without absorption contributes nothing, also where its field is infinite.
         a.zip_map(h, |a, h| if a == 0.0 { 0.0 } else { a * h })
     })

@@ -8,6 +8,7 @@ use zonal_scene::{
     Bands, Engine, Facet, NoProgress, PatchRule, Report, Scene, SceneParts, SolveOptions, Surroundings,
     VoxelGrid, ZoneBasis, Zones,
 };
+use zonal_solve::distribution::Execution;
 use zonal_solve::spectral::{SpectralOperator, basis::BasisOrder, enclosure::BoxEnclosure};
 use zonal_solve::{ExchangeOperator, SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
@@ -84,12 +85,12 @@ fn dice(n: usize, mut seed: u64) -> Vec<Bands> {
     (0..n).map(|_| Bands::from_fn(|_| next())).collect()
 }
 
-fn operator(room: &Room) -> (Zones, SpectralOperator) {
+fn operator(room: &Room) -> (Zones, SpectralOperator<'static>) {
     let scene = room.scene();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let found = BoxEnclosure::find(&scene, &zones).unwrap_or_else(|e| panic!("{e}"));
-    let s = SpectralOperator::new(found, zones.patches.len(), BasisOrder::Linear, &NoProgress);
+    let s = SpectralOperator::new(found, &zones, BasisOrder::Linear, Execution::alone(&NoProgress));
     (zones, s)
 }
 

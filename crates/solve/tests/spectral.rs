@@ -5,9 +5,10 @@ use crate::common;
 use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Band, Bands, Engine, Facet, Fields, NoProgress, PatchRule, Progress, Scene, SceneParts, SolveOptions,
+    Band, Bands, Engine, Facet, Fields, NoProgress, PatchRule, Scene, SceneParts, SolveOptions,
     Surroundings, Texture, VoxelGrid, ZoneBasis, Zones,
 };
+use zonal_solve::distribution::Execution;
 use zonal_solve::engine::selection::{EngineChoice, select_engine};
 use zonal_solve::report::cost_estimate::problem_size::{ProblemSize, is_open};
 use zonal_solve::spectral::{SpectralOperator, basis::BasisOrder, enclosure::BoxEnclosure};
@@ -90,12 +91,12 @@ impl Room {
     }
 }
 
-fn operator(scene: &Scene) -> (Zones, SpectralOperator) {
+fn operator(scene: &Scene) -> (Zones, SpectralOperator<'static>) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
     let found = BoxEnclosure::find(scene, &zones).unwrap_or_else(|e| panic!("{e}"));
     let s =
-        SpectralOperator::new(found, zones.patches.len(), BasisOrder::Constant, &NoProgress as &dyn Progress);
+        SpectralOperator::new(found, &zones, BasisOrder::Constant, Execution::alone(&NoProgress));
     (zones, s)
 }
 

@@ -4,7 +4,7 @@
 //! hold every factor. Memory is that of the distinct offsets, for any extinction. The factor of a zone that is neither a cell nor a face is unknown.
 
 use crate::aligned::Cuboid;
-use crate::aligned::lattice::{self, OffsetTable, WallTable};
+use crate::aligned::lattice::{self, OneProcess, OffsetTable, WallTable};
 use zonal_math::{Bounded, Vec3};
 use zonal_scene::Scene;
 
@@ -53,10 +53,10 @@ impl PeriodicFactors {
         let images = lattice::PeriodicGrid::new(period, self.edges, kappa);
         let table = |normals: &[usize]| {
             let stand = normals.iter().all(|&a| !self.periodic[a]);
-            stand.then(|| WallTable::repeated(counts, normals, &images))
+            stand.then(|| WallTable::repeated(counts, normals, &images, &OneProcess))
         };
         ExtinctionTables {
-            voxels: OffsetTable::repeated(counts, &images),
+            voxels: OffsetTable::repeated(counts, &images, &OneProcess),
             walls: [0, 1, 2].map(|a| table(&[a])),
             opposite: [0, 1, 2].map(|a| table(&[a, a])),
             adjacent: [[0, 1], [0, 2], [1, 2]].map(|pair| table(&pair)),

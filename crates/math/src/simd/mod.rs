@@ -13,7 +13,7 @@ mod exponential;
 pub mod f32x8;
 mod logarithm;
 
-pub use complex::{complex_parts, complex_parts_mut};
+pub use complex::{complex_bytes, complex_bytes_mut, complex_parts, complex_parts_mut};
 pub use dispatch::{LANES, SimdKernel, dispatch, run};
 pub use exponential::exp;
 pub use logarithm::ln;

@@ -1,24 +1,19 @@
 //! The rows of a lower triangle in blocks of about equal numbers of entries, shared among processes, and sums over them.
 //!
-//! A sum over all blocks is formed along a binary tree of fixed shape: ((b₀ + b₁) + (b₂ + b₃)) + … . A process with the blocks b to e sums the largest
-//! subtrees within them, at most two of each size, and sends these; every process completes the tree.
+//! A sum over all blocks is formed along a tree (`fixed_tree.rs`): every process sends the sums of its subtrees and completes the tree.
 
 use crate::distribution::{Communicator, Message};
+use crate::fixed_tree::{TreeNode, node_sum, root, whole_subtrees};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Depth of the tree.
-const TREE_LEVELS: u32 = 5;
 /// Number of blocks of rows; fixed, so that sums do not depend on the number of threads or processes.
-pub(crate) const ROW_BLOCKS: usize = 1 << TREE_LEVELS;
+pub(crate) const ROW_BLOCKS: usize = 32;
 
 /// Number of stored entries for `n` rows.
 pub(crate) fn packed_length(n: usize) -> usize {
     n * (n + 1) / 2
 }
-
-/// A node of the tree: its level above the blocks, and its number in the level.
-type TreeNode = (u32, usize);
 
 /// The blocks of a triangle, and those that a process has.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,7 +92,7 @@ impl RowBlocks {
         let mut known: BTreeMap<TreeNode, Vec<T>> = BTreeMap::new();
         known.extend(self.own.clone().map(|b| (0, b)).zip(own));
         if self.own != (0..ROW_BLOCKS) {
-            let nodes = whole_subtrees(self.own.clone());
+            let nodes = whole_subtrees(self.own.clone(), ROW_BLOCKS);
             let mut bytes = Vec::new();
             for &(level, k) in &nodes {
                 let list = node_sum(&mut known, (level, k), &add);
@@ -107,43 +102,10 @@ impl RowBlocks {
             known.clear();
             communicator.all_gather(bytes).iter().for_each(|bytes| read_nodes(bytes, &mut known));
         }
-        let mut sum = node_sum(&mut known, (TREE_LEVELS, 0), &add);
+        let mut sum = node_sum(&mut known, root(ROW_BLOCKS), &add);
         sum.resize(self.n, zero);
         sum
     }
-}
-
-/// The largest subtrees within some blocks, in their order.
-fn whole_subtrees(blocks: Range<usize>) -> Vec<TreeNode> {
-    let (mut out, mut next) = (Vec::new(), blocks.start);
-    while next < blocks.end {
-        let fits = |level: &u32| next.is_multiple_of(1 << level) && next + (1 << level) <= blocks.end;
-        let level = (0..=TREE_LEVELS).rev().find(fits).unwrap_or(0);
-        out.push((level, next >> level));
-        next += 1 << level;
-    }
-    out
-}
-
-/// The sum of the blocks below a node, from known ones.
-fn node_sum<T: Copy>(
-    known: &mut BTreeMap<TreeNode, Vec<T>>,
-    (level, k): TreeNode,
-    add: &impl Fn(T, T) -> T,
-) -> Vec<T> {
-    if let Some(list) = known.remove(&(level, k)) {
-        return list;
-    }
-    if level == 0 {
-        return Vec::new();
-    }
-    let lower = node_sum(known, (level - 1, 2 * k), add);
-    let mut upper = node_sum(known, (level - 1, 2 * k + 1), add);
-    if upper.is_empty() {
-        return lower;
-    }
-    upper.iter_mut().zip(lower).for_each(|(u, l)| *u = add(l, *u));
-    upper
 }
 
 /// Reads the nodes that a process sent.
@@ -176,13 +138,5 @@ mod tests {
                 assert!(own[RowBlocks::rank_of(b, size)].contains(&b), "block {b} of {size} ranks");
             }
         }
-    }
-
-    #[test]
-    fn subtrees_are_the_largest_within_the_blocks() {
-        assert_eq!(whole_subtrees(0..32), [(5, 0)]);
-        assert_eq!(whole_subtrees(0..16), [(4, 0)]);
-        assert_eq!(whole_subtrees(10..21), [(1, 5), (2, 3), (2, 4), (0, 20)]);
-        assert_eq!(whole_subtrees(4..4), []);
     }
 }

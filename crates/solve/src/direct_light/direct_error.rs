@@ -16,7 +16,8 @@
 
 use super::light_field::{DirectLight, LightField};
 use crate::errors::propagation::errors_like;
-use crate::iteration::multivector;
+use crate::iteration::multivector::{self, VectorEntry};
+use crate::sum_order::SharedZones;
 use crate::light_groups::SourceGroup;
 use crate::operator::ExchangeOperator;
 use crate::solve_context::SolveContext;
@@ -61,7 +62,7 @@ fn combined_error(lights: &[&LightField], zones: usize) -> Vec<Bands> {
 
 /// Error of the reflected light `incident` of a group, W/m², caused by the errors of its direct light; empty without direct light.
 pub(crate) fn reflected_error(
-    zones: &Zones,
+    zones: SharedZones,
     operator: &dyn ExchangeOperator,
     source: &SourceGroup,
     direct: &DirectLight,
@@ -74,11 +75,12 @@ pub(crate) fn reflected_error(
     }
     let sampled = own.iter().any(|l| !l.by_exchange);
     let error = combined_error(&own, n);
-    if error.par_iter().all(|e| *e == Bands::ZERO) && own.iter().all(|l| l.common_error == Bands::ZERO) {
+    let is_exact = !zones.any(|i| error[i] != Bands::ZERO);
+    if is_exact && own.iter().all(|l| l.common_error == Bands::ZERO) {
         return Vec::new();
     }
     // Reflect the errors once with equal signs, and with random signs if they are independent.
-    let reflection = ErrorReflection { zones, operator, error: &error };
+    let reflection = ErrorReflection { zones: &zones, operator, error: &error };
     let mut first = reflection.of_draw(0);
     if sampled {
         reflection.limit_by_random_signs(&mut first);
@@ -141,9 +143,9 @@ impl ErrorReflection<'_> {
 }
 
 /// Relative error of the incident field after more than one reflection, with the error that all zones have in common.
-fn later_reflections(zones: &Zones, own: &[&LightField], error: &[Bands], sampled: bool) -> Bands {
-    let [errors, light, common]: [Bands; 3] = multivector::sum(error.len(), |i| {
-        let weight = interception_area(zones, i) * reflected_fraction(zones, i);
+fn later_reflections(zones: SharedZones, own: &[&LightField], error: &[Bands], sampled: bool) -> Bands {
+    let [errors, light, common]: [Bands; 3] = zones.sum(|i| {
+        let weight = interception_area(&zones, i) * reflected_fraction(&zones, i);
         let first = weight * error[i];
         let light = Bands::from_fn(|b| own.iter().map(|l| l.fields[i][b]).sum());
         let common = Bands::from_fn(|b| own.iter().map(|l| l.common_error[b] * l.fields[i][b]).sum());
@@ -171,7 +173,7 @@ pub(crate) fn propagate_to_groups(
     fields: &mut Fields,
     groups: &mut [LightGroup],
 ) {
-    let zones = context.zones;
+    let zones = context.shared_zones();
     for (source, group) in context.sources.iter().zip(groups) {
         let incident = |i: usize| group.incident_scale * group.incident.at(i);
         let more = reflected_error(zones, operator, source, context.direct, &incident);
@@ -202,25 +204,28 @@ pub(crate) fn light_power_errors(direct: &DirectLight) -> [Bands; 3] {
 
 /// Error of the power that some zones absorb of the direct light, W: independent errors by squares, [`ERROR_MULTIPLE`] times; common errors and
 /// errors of exchange areas by amounts.
-fn absorbed_power_error(zones: &Zones, direct: &DirectLight, list: &mut dyn Iterator<Item = usize>) -> Bands {
-    let (mut square, mut sum) = (Bands::ZERO, Bands::ZERO);
-    for i in list {
-        let a = absorption_area(zones, i);
-        for l in &direct.lights {
-            let own = a * l.error[i];
-            match l.by_exchange {
-                true => sum += own,
-                false => square += own * own,
-            }
-            sum += a * l.common_error * l.fields[i].abs();
-        }
-    }
+fn absorbed_power_error([square, sum]: [Bands; 2]) -> Bands {
     sum + ERROR_MULTIPLE * square.sqrt()
+}
+
+/// The terms of [`absorbed_power_error`] of zone `i`: squares of independent errors, and other errors.
+fn absorbed_power_errors(zones: &Zones, direct: &DirectLight, i: usize) -> [Bands; 2] {
+    let (mut square, mut sum) = (Bands::ZERO, Bands::ZERO);
+    let a = absorption_area(zones, i);
+    for l in &direct.lights {
+        let own = a * l.error[i];
+        match l.by_exchange {
+            true => sum += own,
+            false => square += own * own,
+        }
+        sum += a * l.common_error * l.fields[i].abs();
+    }
+    [square, sum]
 }
 
 /// Adds the errors of direct light to the errors of the powers of a balance.
 pub(crate) fn add_to_power_errors(
-    zones: &Zones,
+    zones: SharedZones,
     energy: &EnergyBalance,
     direct: &DirectLight,
     out: &mut EnergyBalance,
@@ -230,18 +235,20 @@ pub(crate) fn add_to_power_errors(
     }
     // Absorbed powers by name.
     let mut all = Bands::ZERO;
-    let mut add = |row: &mut Bands, list: &mut dyn Iterator<Item = usize>| {
-        let more = absorbed_power_error(zones, direct, list);
+    let mut add = |row: &mut Bands, sums: [Bands; 2]| {
+        let more = absorbed_power_error(sums);
         *row += more;
         all += more;
     };
-    let mut of_surface = vec![Vec::new(); out.absorbed_surfaces.len()];
-    zones.patches.iter().enumerate().for_each(|(i, p)| of_surface[p.surface].push(i));
-    for (row, list) in out.absorbed_surfaces.iter_mut().zip(of_surface) {
-        add(&mut row.1, &mut list.into_iter());
-    }
-    add(&mut out.absorbed_volumes, &mut (zones.voxel_offset()..zones.pane_offset()));
-    add(&mut out.absorbed_panes, &mut (zones.pane_offset()..zones.len()));
+    let errors = |i: usize| absorbed_power_errors(&zones, direct, i);
+    let mut of_surface = vec![[Bands::ZERO; 2]; out.absorbed_surfaces.len()];
+    let add_errors = |sums: &mut [Bands; 2], i: usize| *sums = sums.plus(errors(i));
+    zones.patches.iter().enumerate().for_each(|(i, p)| add_errors(&mut of_surface[p.surface], i));
+    out.absorbed_surfaces.iter_mut().zip(of_surface).for_each(|(row, sums)| add(&mut row.1, sums));
+    add(&mut out.absorbed_volumes, zones.sum_voxels(|k| errors(zones.voxel_offset() + k)));
+    let mut of_panes = [Bands::ZERO; 2];
+    (zones.pane_offset()..zones.len()).for_each(|i| add_errors(&mut of_panes, i));
+    add(&mut out.absorbed_panes, of_panes);
     // Powers exchanged with the outside.
     let [sent, escaped, backs] = light_power_errors(direct);
     let enters = energy.incoming != Bands::ZERO;

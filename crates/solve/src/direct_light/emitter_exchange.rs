@@ -16,6 +16,7 @@ use super::shadow_rays::ERROR_SHARE;
 use crate::errors::closure_error::{error_of_fraction, unexplained_fractions};
 use crate::operator::ErrorModel;
 use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::interception_area;
 use zonal_exchange::pair::{PairSettings, closure_target};
@@ -80,7 +81,7 @@ struct EmittedPower {
 impl EmittedPower {
     /// Sums the emitted and escaping powers of the patches of `surface`.
     fn of(exchange: &PatchExchange, surface: usize) -> EmittedPower {
-        let (zones, surroundings) = (exchange.zones, exchange.surroundings);
+        let (zones, surroundings) = (exchange.zones.zones(), exchange.surroundings);
         let emission = exchange.scene.surfaces()[surface].emission;
         let mut strengths = vec![Bands::ZERO; exchange.operator.len()];
         let own = zones.patches.iter().enumerate().filter(|(_, p)| p.surface == surface);
@@ -104,7 +105,7 @@ impl EmittedPower {
 /// The exchange of single patches with all zones.
 pub(crate) struct PatchExchange<'a> {
     pub scene: &'a Scene,
-    pub zones: &'a Zones,
+    pub zones: SharedZones<'a>,
     pub operator: &'a dyn ErrorModel,
     /// The defect of each row that its errors do not explain ([`unexplained_fractions`]).
     pub fractions: &'a [Bands],
@@ -130,7 +131,7 @@ impl PatchExchange<'_> {
     }
 
     fn light_from_areas(&self, l: usize, surface: usize) -> LightField {
-        let (scene, zones) = (self.scene, self.zones);
+        let (scene, zones) = (self.scene, self.zones.zones());
         let n = zones.len();
         let power = EmittedPower::of(self, surface);
         // Apply the operator to the emission.
@@ -161,16 +162,16 @@ impl PatchExchange<'_> {
 }
 
 /// The larger of the relative errors of patches and of volume zones: root mean square error of the intercepted power over its root mean square.
-fn relative_error(zones: &Zones, light: &LightField) -> f64 {
-    let of = |range: std::ops::Range<usize>| {
-        let [e, f] = range.fold([0.0; 2], |[e, f], i| {
-            let w = interception_area(zones, i);
-            let square = |x: Bands| (w * x).map(|x| x.powi(2)).sum();
-            [e + square(light.error_of(i)), f + square(light.fields[i])]
-        });
-        if e > 0.0 { (e / f).sqrt() } else { 0.0 }
-    };
-    of(0..zones.voxel_offset()).max(of(zones.voxel_offset()..zones.len()))
+fn relative_error(zones: SharedZones, light: &LightField) -> f64 {
+    let patches = zones.voxel_offset();
+    let sums: [[f64; 2]; 2] = zones.sum(|i| {
+        let w = interception_area(&zones, i);
+        let square = |x: Bands| (w * x).map(|x| x.powi(2)).sum();
+        let own = [square(light.error_of(i)), square(light.fields[i])];
+        if i < patches { [own, [0.0; 2]] } else { [[0.0; 2], own] }
+    });
+    let [patches, volumes] = sums.map(|[e, f]| if e > 0.0 { (e / f).sqrt() } else { 0.0 });
+    patches.max(volumes)
 }
 
 /// The direct light of a context, completed by the lights from exchange areas; `None` if there are none. `shadow_rays` gives a light by shadow rays,
@@ -188,7 +189,7 @@ pub(crate) fn complete(
     let fractions = unexplained_fractions(context.zones, &built.closure, surroundings);
     let exchange = PatchExchange {
         scene: context.scene,
-        zones: context.zones,
+        zones: context.shared_zones(),
         operator: built.operator.as_ref(),
         fractions: &fractions,
         surroundings,

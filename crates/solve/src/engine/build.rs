@@ -14,7 +14,8 @@ use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::{Exchange, PairCounts};
-use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages, Zones};
+use crate::sum_order::SharedZones;
+use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages};
 
 /// Builds the selected engine. Restoration of closure scales `surroundings` too.
 pub(crate) fn build<'a>(
@@ -42,7 +43,7 @@ pub(crate) fn build<'a>(
 fn close_rows(
     operator: &mut dyn ErrorModel,
     scene: &Scene,
-    zones: &Zones,
+    zones: SharedZones,
     surroundings: &mut SurroundingsExchange,
 ) -> RowClosure {
     let measured = closure::measure(operator, zones, surroundings);
@@ -53,7 +54,7 @@ fn close_rows(
 fn restore_if_requested(
     operator: &mut dyn ErrorModel,
     scene: &Scene,
-    zones: &Zones,
+    zones: SharedZones,
     surroundings: &mut SurroundingsExchange,
     measured: RowClosure,
 ) -> RowClosure {
@@ -64,21 +65,22 @@ fn restore_if_requested(
 }
 
 /// The spectral engine; the escaping power is the power that arrives at the openings of the box.
-fn build_spectral(
-    context: &SolveContext,
+fn build_spectral<'a>(
+    context: &SolveContext<'a>,
     enclosure: BoxEnclosure,
     order: BasisOrder,
     surroundings: &mut SurroundingsExchange,
-) -> BuiltEngine<'static> {
+) -> BuiltEngine<'a> {
     let (scene, zones) = (context.scene, context.zones);
     let open = enclosure.is_open();
-    let mut operator = SpectralOperator::new(enclosure, zones.patches.len(), order, context.progress);
+    let mut operator = SpectralOperator::new(enclosure, zones, order, context.execution());
     if open {
         surroundings.sky = operator.opening_factors();
     }
     let rows = operator.measure_defect(zones, &surroundings.sky);
-    let measured = closure::measure_rows(rows, zones, surroundings);
-    let closure = restore_if_requested(&mut operator, scene, zones, surroundings, measured);
+    let measured = closure::measure_rows(rows, context.shared_zones(), surroundings);
+    let closure =
+        restore_if_requested(&mut operator, scene, context.shared_zones(), surroundings, measured);
     let counts = operator.counts();
     BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
 }
@@ -94,7 +96,7 @@ fn build_layered(
     if open {
         surroundings.sky = operator.opening_factors();
     }
-    let closure = close_rows(&mut operator, context.scene, context.zones, surroundings);
+    let closure = close_rows(&mut operator, context.scene, context.shared_zones(), surroundings);
     let counts = operator.counts();
     BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
 }
@@ -121,7 +123,7 @@ pub(crate) fn build_dense<'a>(
         Some(images) => Box::new(ImageSumOperator::new(operator, images)),
         None => Box::new(operator),
     };
-    let closure = close_rows(operator.as_mut(), scene, zones, surroundings);
+    let closure = close_rows(operator.as_mut(), scene, context.shared_zones(), surroundings);
     let mut warnings = Vec::new();
     if pairs.by_volume_method > 0 {
         let text = "the factors of two voxels are those of the 1996 paper, for comparison; the stated errors do not include the errors of these formulas";

@@ -45,7 +45,7 @@ pub(crate) fn spectral_solve_bytes(
     let unknowns =
         zones.len() as u64 * (solving_with_lights.max(fields) + of_openings) + slopes * (solving + 4);
     let medium = scene.voxel_grid().map_or(0, |v| v.bytes() as u64);
-    SpectralOperator::bytes(&enclosure.grid, kappa, order) + medium + size.zone_bytes + unknowns
+    SpectralOperator::bytes(&enclosure.grid, kappa, order, 1) + medium + size.zone_bytes + unknowns
 }
 
 /// Bytes of a layered solve: the engine, the zones and the fields.

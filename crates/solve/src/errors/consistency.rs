@@ -16,9 +16,9 @@
 //! rest of the balance leaves open.
 
 use super::closure_error::error_of_fraction;
-use crate::iteration::multivector;
+use crate::sum_order::SharedZones;
 use crate::zone_power::{absorbed_power, absorption_area, interception_area};
-use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, SolveStatus, Zones};
+use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, SolveStatus};
 
 /// Assumed number of reflections of undistributed power at one zone, for the errors of a solve that has not converged.
 const REFLECTIONS_OF_UNDISTRIBUTED_POWER: f64 = 10.0;
@@ -39,7 +39,7 @@ fn widest(a: f64, b: f64) -> f64 {
 }
 
 /// Adds the error of an iteration that ended early: the undistributed power, of a zone's own field and of the mean of its kind.
-pub(crate) fn widen_by_residual(zones: &Zones, groups: &[LightGroup], fields: &mut Fields) {
+pub(crate) fn widen_by_residual(zones: SharedZones, groups: &[LightGroup], fields: &mut Fields) {
     let done = |s: SolveStatus| matches!(s, SolveStatus::Converged | SolveStatus::FixedOrder);
     // The iterate holds 1 − r of the power, the remainder r.
     let factor =
@@ -50,9 +50,13 @@ pub(crate) fn widen_by_residual(zones: &Zones, groups: &[LightGroup], fields: &m
             continue;
         }
         let h = |i: usize| (g.incident.at(i) * g.incident_scale).abs();
-        for kind in [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()] {
-            let size = kind.len().max(1) as f64;
-            let mean = kind.clone().fold(Bands::ZERO, |m, i| m + h(i) / size);
+        let patches = zones.voxel_offset();
+        let sizes = [patches, zones.total() - patches].map(|n| n.max(1) as f64);
+        let means: [Bands; 2] = zones.sum(|i| match i < patches {
+            true => [h(i) / sizes[0], Bands::ZERO],
+            false => [Bands::ZERO, h(i) / sizes[1]],
+        });
+        for (kind, mean) in [0..patches, patches..zones.len()].into_iter().zip(means) {
             for i in kind {
                 fields.error[i] = (fields.error[i] + factors * (h(i) + mean)).map(|e| widest(e, 0.0));
             }
@@ -68,7 +72,7 @@ pub(crate) fn widen_by_negative_flux(fields: &mut Fields) {
 }
 
 /// Distributes the part of the balance's residual that neither the stated errors nor the error `lost` of the escaping power (W per band) explain.
-pub(crate) fn widen_by_balance(zones: &Zones, energy: &EnergyBalance, lost: Bands, fields: &mut Fields) {
+pub(crate) fn widen_by_balance(zones: SharedZones, energy: &EnergyBalance, lost: Bands, fields: &mut Fields) {
     let missing = (energy.residual * (energy.emitted + energy.incoming)).abs();
     let explained = absorbed_power(zones, |i| fields.total_error(i));
     let absorbed = absorbed_power(zones, |i| total_incident(fields, i));
@@ -107,7 +111,7 @@ pub(crate) fn distribute(fraction: Bands, fields: &mut Fields) {
 /// Absorbed power: the sum of the errors of the zones. Incoming power: the root of the sum of squares, since each zone has rays of its own.
 /// Escaping power: the errors of all other powers together. Emitted power has no error.
 pub(crate) fn power_errors(
-    zones: &Zones,
+    zones: SharedZones,
     energy: &EnergyBalance,
     fields: &Fields,
     error: impl Fn(usize) -> Bands + Sync,
@@ -117,18 +121,14 @@ pub(crate) fn power_errors(
         ..EnergyBalance::default()
     };
     for (i, p) in zones.patches.iter().enumerate() {
-        out.absorbed_surfaces[p.surface].1 += absorption_area(zones, i).zip_map(error(i), absorbed_error);
+        out.absorbed_surfaces[p.surface].1 += absorption_area(&zones, i).zip_map(error(i), absorbed_error);
     }
-    let of = |range: std::ops::Range<usize>| {
-        multivector::sum(range.len(), |k| {
-            let i = range.start + k;
-            absorption_area(zones, i).zip_map(error(i), absorbed_error)
-        })
-    };
-    out.absorbed_volumes = of(zones.voxel_offset()..zones.pane_offset());
-    out.absorbed_panes = of(zones.pane_offset()..zones.len());
-    let squares: Bands = multivector::sum(fields.surroundings_error.len(), |i| {
-        (interception_area(zones, i) * fields.surroundings_error[i]).map(|e| e.powi(2))
+    let of = |i: usize| absorption_area(&zones, i).zip_map(error(i), absorbed_error);
+    out.absorbed_volumes = zones.sum_voxels(|k| of(zones.voxel_offset() + k));
+    out.absorbed_panes = (zones.pane_offset()..zones.len()).fold(Bands::ZERO, |s, i| s + of(i));
+    let squares: Bands = zones.sum(|i| match fields.surroundings_error.get(i) {
+        Some(error) => (interception_area(&zones, i) * *error).map(|e| e.powi(2)),
+        None => Bands::ZERO,
     });
     out.incoming = squares.sqrt();
     let surfaces = out.absorbed_surfaces.iter().fold(Bands::ZERO, |s, x| s + x.1);

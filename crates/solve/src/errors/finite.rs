@@ -126,7 +126,10 @@ fn describe_zone(scene: &Scene, zones: &Zones, i: usize) -> String {
     if i < zones.voxel_offset() {
         format!("on zone {i} of surface '{}'", scene.surfaces()[zones.patches[i].surface].name)
     } else if i < zones.pane_offset() {
-        format!("in zone {i} of the medium")
+        // The number among the zones of all processes.
+        let voxel = i - zones.voxel_offset();
+        let number = if zones.voxels.is_divided() { zones.voxels.at(voxel).cell } else { voxel };
+        format!("in zone {} of the medium", zones.voxel_offset() + number)
     } else {
         format!("in zone {i} of pane '{}'", scene.panes()[zones.panes[i - zones.pane_offset()].pane].name)
     }

@@ -6,12 +6,14 @@
 //! | `closure_error` | errors from rows that do not close |
 //! | `propagation` | errors of factors and rows propagated to the incident fields |
 //! | `consistency` | errors from negative fluxes, early termination and unbalanced power |
+//! | `estimate` | the relative error of a solution |
 //! | `finite` | refuses values that are not finite |
 //! | [`discretization`] | discretization error by a second solve |
 
 pub(crate) mod closure_error;
 pub(crate) mod consistency;
 pub(crate) mod discretization;
+pub(crate) mod estimate;
 pub(crate) mod finite;
 pub(crate) mod propagation;
 pub(crate) mod radii;

@@ -1,6 +1,8 @@
 //! Construction of the ray engine's solution for a tolerance: a few stored rays of every zone, the solution by them, and a final gather.
 
 use super::memory_budget::MemoryBudget;
+use crate::sum_order::SharedZones;
+use crate::errors::estimate::error_estimate;
 use crate::direct_light::direct_error::reflected_error;
 use crate::gather::final_gather::Gathered;
 use crate::gather::zone_gather::GatheredSky;
@@ -17,7 +19,7 @@ use crate::thermal::newton;
 use std::cmp::Ordering;
 use zonal_exchange::pair::closure_target;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Diagnostic, ErrorEstimate, Fields, SceneError};
+use zonal_scene::{Bands, Diagnostic, Fields, SceneError};
 
 /// Error by the noise of the radiosities over the tolerance above which more rays are traced, and the share that they aim at. The gather states
 /// 1.6 times this error.
@@ -50,7 +52,7 @@ pub(crate) fn build<'a>(
     let continuation = if continues { PathContinuation::On } else { PathContinuation::Off };
     let mut warnings: Vec<Diagnostic> = budget.ray_warning(zones, tolerance, rays).into_iter().collect();
     let (operator, solution) = trace_and_solve(context, surroundings, (rays, budget.max_rays), continuation)?;
-    let closure = closure::measure(&operator, zones, surroundings);
+    let closure = closure::measure(&operator, SharedZones::alone(zones), surroundings);
     let [traced, vertices] = operator.rays_and_vertices();
     let mut counts =
         vec![("transport_rays".to_string(), traced), ("rays that went on".to_string(), vertices)];
@@ -178,7 +180,7 @@ impl StoredSolution {
             incident: (0..zones.len()).map(|i| self.incident.iter().map(|c| c[i]).sum()).collect(),
             ..Fields::default()
         };
-        let e = ErrorEstimate::of(&fields, zones.voxel_offset(), Grade::Estimated);
+        let e = error_estimate(SharedZones::alone(zones), &fields, Grade::Estimated);
         let noise = e.patches.iter().chain(&e.volumes).fold(0.0, |m: f64, x| m.max(*x));
         if noise.partial_cmp(&(MAX_NOISE_SHARE * tolerance)) != Some(Ordering::Greater) {
             return None;
@@ -197,7 +199,7 @@ fn add_error_of_direct_light(
     known: &mut [[Bands; 2]],
 ) {
     for (source, incident) in context.sources.iter().zip(stored) {
-        let more = reflected_error(context.zones, operator, source, context.direct, &|i| incident[i]);
+        let more = reflected_error(context.shared_zones(), operator, source, context.direct, &|i| incident[i]);
         known.iter_mut().zip(more).for_each(|(k, e)| k[1] = k[1].hypot(e));
     }
 }
@@ -210,7 +212,7 @@ fn relative_error(context: &SolveContext, gathered: &Gathered, known: &[[Bands; 
         incident: (0..known.len()).map(|i| sum(i) + known[i][0]).collect(),
         ..Fields::default()
     };
-    let e = ErrorEstimate::of(&fields, context.zones.voxel_offset(), Grade::Estimated);
+    let e = error_estimate(SharedZones::alone(context.zones), &fields, Grade::Estimated);
     e.patches.iter().chain(&e.volumes).fold(0.0, |m, x| m.max(*x))
 }
 

@@ -96,7 +96,7 @@ impl<'a> BicgstabColumn<'a> {
         stop: StoppingCriterion,
         progress: &'a dyn Progress,
     ) -> BicgstabColumn<'a> {
-        let power = source_power(system.targets, source);
+        let power = source_power(system.targets, source, system.sums);
         // Zones without reflection have the strengths of their sources; bands without sources are zero.
         let free = |i: usize, b: Band| system.weights[i][b] > 0.0 && power[b] > 0.0;
         let given =

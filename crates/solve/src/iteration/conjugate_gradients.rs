@@ -23,7 +23,9 @@
 //! **Warm start.** From strengths s near the solution: √w y = s − s⁰ where w > 0, r = √w g s − y; one product, as for a cold start.
 
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
-use super::multivector::{self, VectorEntry};
+use super::multivector::VectorEntry;
+use crate::sum_order::SumOrder;
+use std::ops::Range;
 use crate::operator::ExchangeOperator;
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
@@ -168,6 +170,7 @@ pub(crate) fn solve(
     let all = || sources.iter().chain(initial.unwrap_or_default());
     let one_band =
         system.operator.has_identical_bands() && is_grey(system.weights) && all().all(|v| is_grey(v));
+    let one_band = system.sums.over_processes(one_band, |a, b| a && b);
     match one_band {
         true => solve_bands::<[f64; 1], 1>(system, sources, initial, stop, checkpoints, progress),
         false => solve_bands::<Bands, 3>(system, sources, initial, stop, checkpoints, progress),
@@ -183,7 +186,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     progress: &dyn Progress,
 ) -> (Vec<IterationResult>, Vec<Bands>) {
     let root: Vec<E> = system.weights.par_iter().map(|w| E::from_lanes(first_lanes(w.sqrt()))).collect();
-    let norm = ResidualNorm { root: &root, targets: system.targets };
+    let norm = ResidualNorm { root: &root, targets: system.targets, sums: system.sums };
     progress.begin("solving", stop.max_iterations as u64);
     let kept = checkpoints.load(STAGE).and_then(|b| decode_state::<E, N>(&b, sources.len(), root.len()));
     // √w p of the active columns, replaced by their products.
@@ -229,6 +232,7 @@ const STAGE: &str = "state-krylov";
 struct ResidualNorm<'a, E> {
     root: &'a [E],
     targets: &'a [f64],
+    sums: SumOrder<'a>,
 }
 
 impl<E: VectorEntry> ResidualNorm<'_, E> {
@@ -251,7 +255,7 @@ fn start_columns<E: BandEntry<N>, const N: usize>(
     stop: StoppingCriterion,
     products: &mut Vec<Vec<E>>,
 ) -> Vec<CgColumn<E, N>> {
-    let powers: Vec<[f64; N]> = sources.iter().map(|s| first_lanes(source_power(norm.targets, s))).collect();
+    let powers: Vec<[f64; N]> = sources.iter().map(|s| first_lanes(source_power(norm.targets, s, norm.sums))).collect();
     let start = initial.unwrap_or(sources);
     *products = start.iter().map(|s| first_bands(s)).collect();
     E::replace(system.operator, products);
@@ -272,11 +276,11 @@ fn start_columns<E: BandEntry<N>, const N: usize>(
         });
         let r = &*r;
         let power = powers[c];
-        let left = multivector::sum(r.len(), |i| norm.power(i, r[i].lanes()));
+        let left = norm.sums.sum(r.len(), |i| norm.power(i, r[i].lanes()));
         let relative: [f64; N] = per_band(|b| if power[b] > 0.0 { left[b] / power[b] } else { 0.0 });
         let status = relative.map(|x| (x <= stop.residual).then_some(SolveStatus::Converged));
         CgColumn {
-            rr: multivector::sum(r.len(), |i| r[i].lanes().map(|x| x * x)),
+            rr: norm.sums.sum(r.len(), |i| r[i].lanes().map(|x| x * x)),
             vectors,
             power,
             status,
@@ -300,7 +304,7 @@ fn iterate_column<E: BandEntry<N>, const N: usize>(
         per_band(|b| p[b] - root[b] * product[b])
     };
     let [_, _, p] = c.vectors.all();
-    let pq: [f64; N] = multivector::sum(p.len(), |i| {
+    let pq: [f64; N] = norm.sums.sum(p.len(), |i| {
         let p = p[i].lanes();
         let q = q(i, p);
         per_band(|b| p[b] * q[b])
@@ -344,17 +348,13 @@ fn step_along_direction<E: BandEntry<N>, const N: usize>(
     q: impl Fn(usize, [f64; N]) -> [f64; N] + Sync,
 ) -> [[f64; N]; 2] {
     let [y, r, p] = c.vectors.all_mut();
-    let parts: Vec<[[f64; N]; 2]> = (
-        y.par_chunks_mut(multivector::CHUNK_LENGTH),
-        r.par_chunks_mut(multivector::CHUNK_LENGTH),
-        p.par_chunks(multivector::CHUNK_LENGTH),
-    )
+    let (n, chunks) = (p.len(), norm.sums.chunks(p.len()));
+    let of_chunks = (pieces_mut(y, &chunks), pieces_mut(r, &chunks), &chunks);
+    let parts: Vec<[[f64; N]; 2]> = of_chunks
         .into_par_iter()
-        .enumerate()
-        .map(|(k, (y, r, p))| {
+        .map(|(y, r, chunk)| {
             let mut sums = [[0.0; N]; 2];
-            for (j, ((y, r), p)) in y.iter_mut().zip(r).zip(p).enumerate() {
-                let i = k * multivector::CHUNK_LENGTH + j;
+            for ((i, p), (y, r)) in chunk.clone().zip(&p[chunk.clone()]).zip(y.iter_mut().zip(r)) {
                 let (old_y, old_r, p) = (y.lanes(), r.lanes(), p.lanes());
                 let q = q(i, p);
                 *y = E::per_lane(|b| old_y[b] + alpha[b] * p[b]);
@@ -366,7 +366,18 @@ fn step_along_direction<E: BandEntry<N>, const N: usize>(
             sums
         })
         .collect();
-    parts.into_iter().fold(VectorEntry::ZERO, VectorEntry::plus)
+    norm.sums.combine(n, &parts)
+}
+
+/// The pieces of a vector that is cut into chunks.
+fn pieces_mut<'a, T>(mut vector: &'a mut [T], chunks: &[Range<usize>]) -> Vec<&'a mut [T]> {
+    let mut out = Vec::with_capacity(chunks.len());
+    for chunk in chunks {
+        let (piece, rest) = vector.split_at_mut(chunk.len());
+        out.push(piece);
+        vector = rest;
+    }
+    out
 }
 
 /// True if the rounding of the strengths is below the residual. The residual is updated separately from the strengths; with almost no absorption the
@@ -377,7 +388,7 @@ fn is_representable<E: BandEntry<N>, const N: usize>(
     b: usize,
 ) -> bool {
     let [y, ..] = c.vectors.all();
-    let whole = multivector::sum(y.len(), |i| norm.power(i, y[i].lanes()));
+    let whole = norm.sums.sum(y.len(), |i| norm.power(i, y[i].lanes()));
     f64::EPSILON * whole[b] <= c.residuals[b].last().map_or(0.0, |r| r.max(ROUNDING_RESIDUAL)) * c.power[b]
 }
 

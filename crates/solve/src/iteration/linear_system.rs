@@ -1,6 +1,6 @@
 //! The linear system s = s⁰ + w g s of the zonal equations, its stopping criterion, and the result of one right-hand side.
 
-use super::multivector;
+use crate::sum_order::SumOrder;
 use crate::operator::ExchangeOperator;
 use zonal_scene::{Bands, PerBand, SolveStatus};
 
@@ -12,6 +12,8 @@ pub(crate) struct LinearSystem<'a> {
     pub weights: &'a [Bands],
     /// t of every unknown: A of a patch (m²), 4V of a volume zone (m³).
     pub targets: &'a [f64],
+    /// Order of sums over the unknowns.
+    pub sums: SumOrder<'a>,
 }
 
 /// When an iteration ends.
@@ -37,6 +39,6 @@ pub(crate) struct IterationResult {
 }
 
 /// P = Σ t |s⁰|, W per band.
-pub(crate) fn source_power(targets: &[f64], source: &[Bands]) -> Bands {
-    multivector::sum(source.len(), |i| source[i].map(|s| targets[i] * s.abs()))
+pub(crate) fn source_power(targets: &[f64], source: &[Bands], sums: SumOrder) -> Bands {
+    sums.sum(source.len(), |i| source[i].map(|s| targets[i] * s.abs()))
 }

@@ -4,7 +4,7 @@
 //! the N-th product. Cost: one product an order.
 
 use super::linear_system::{IterationResult, LinearSystem, source_power};
-use super::multivector::{self, MultiVector};
+use super::multivector::MultiVector;
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
@@ -30,7 +30,7 @@ pub(crate) fn solve(
             strengths: s.clone(),
             status: PerBand::splat(SolveStatus::FixedOrder),
             residuals: Default::default(),
-            power: source_power(system.targets, s),
+            power: source_power(system.targets, s, system.sums),
         })
         .collect();
     progress.begin("sweeping", orders as u64);
@@ -46,7 +46,7 @@ pub(crate) fn solve(
         for ((e, g), s0) in all.iter_mut().zip(&products).zip(sources) {
             let next = |i: usize| s0[i] + system.weights[i] * g[i];
             // The residual is the power that the next order would add.
-            let left = multivector::sum(s0.len(), |i| {
+            let left = system.sums.sum(s0.len(), |i| {
                 let n = next(i);
                 system.targets[i] * (n - e.strengths[i]).abs()
             });

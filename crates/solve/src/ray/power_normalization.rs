@@ -11,6 +11,7 @@
 //! which leaves the ratios between zones unchanged. |f − 1| is reported and added to the error of every zone. A factor beyond the
 //! tolerance indicates another error; then nothing is changed.
 
+use crate::sum_order::SharedZones;
 use crate::zone_power::absorbed_power;
 use rayon::prelude::*;
 use zonal_scene::EnergyBalance;
@@ -24,7 +25,7 @@ pub(crate) fn normalize_power(
     incident: &mut [Bands],
     tolerance: f64,
 ) -> Bands {
-    let all = absorbed_power(zones, |i| incident[i]);
+    let all = absorbed_power(SharedZones::alone(zones), |i| incident[i]);
     let off = energy.residual * (energy.emitted + energy.incoming);
     let change = off.zip_map(all, |off, all| {
         let f = if all > 0.0 { off / all } else { 0.0 };

@@ -4,6 +4,7 @@
 //! bi-conjugate gradients (`iteration::bicgstab`, van der Vorst). The incident radiation of the solution is sampled afresh by a final gather
 //! (`gather`), which gives its error. One product costs one read of every ray.
 
+use crate::sum_order::SumOrder;
 use super::padded_bands::{LANES, PaddedBands, padded};
 use super::path_continuation::{PathLights, VertexSource};
 use super::ray_sampling::{RaysPerZone, rays_measure_escape};
@@ -126,13 +127,13 @@ impl<'a> RayOperator<'a> {
         }
         if let Some(count) = context.scene.options().scattering_orders {
             let operator = &ContinuedRays { rays: self, divisor: 1 };
-            let system = LinearSystem { operator, weights: &weights, targets: &targets };
+            let system = LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
             return neumann_series::solve(&system, &columns, count, &NoCheckpoints, context.progress);
         }
         // Solve by a part of the rays, then by all.
         let solved = |divisor: usize, initial| {
             let operator = &ContinuedRays { rays: self, divisor };
-            let system = LinearSystem { operator, weights: &weights, targets: &targets };
+            let system = LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
             bicgstab::solve(&system, &columns, initial, RAY_SOLVE_STOP, context.progress)
         };
         let initial = solved(INITIAL_SOLVE_DIVISOR, None);
@@ -373,7 +374,7 @@ impl RayOperator<'_> {
         let noise = |i: usize| sign(i) * weights[i] * error[i] * self.zones.response(i).1;
         let column: Vec<Bands> = (0..self.len()).into_par_iter().map(noise).collect();
         let operator = &ContinuedRays { rays: self, divisor: INITIAL_SOLVE_DIVISOR };
-        let system = LinearSystem { operator, weights: &weights, targets: &targets };
+        let system = LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
         let solved = bicgstab::solve(&system, &[column], None, NOISE_SOLVE_STOP, progress);
         self.radiosities(&solved[0].strengths)
     }

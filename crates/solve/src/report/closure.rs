@@ -4,6 +4,7 @@
 //! the factors of the surroundings are scaled with those of the zones. Method: the damped Sinkhorn–Knopp iteration d ← d √(target/row).
 //! Rows without any exchange are left unchanged. Cost: one product an iteration.
 
+use crate::sum_order::{SharedZones, SumOrder};
 use crate::iteration::multivector;
 use crate::operator::{ExchangeOperator, extend_to_slopes};
 use crate::surroundings::SurroundingsExchange;
@@ -46,35 +47,36 @@ fn row_defects(mut rows: Vec<Bands>, zones: &Zones, surroundings: &SurroundingsE
     rows
 }
 
-fn max_abs(d: &[Bands]) -> Bands {
-    d.iter().fold(Bands::ZERO, |w, d| w.max(d.abs()))
+fn max_abs(d: &[Bands], order: SumOrder) -> Bands {
+    order.over_processes(d.iter().fold(Bands::ZERO, |w, d| w.max(d.abs())), Bands::max)
 }
 
-fn root_mean_square(d: &[Bands]) -> Bands {
-    let n = d.len().max(1) as f64;
-    d.iter().fold(Bands::ZERO, |s, d| s + d * d / n).sqrt()
+fn root_mean_square(d: &[Bands], zones: SharedZones) -> Bands {
+    let n = zones.total().max(1) as f64;
+    let mean: Bands = zones.sum(|i| d[i] * d[i] / n);
+    mean.sqrt()
 }
 
 /// Measures the closure of an operator without changing it.
 pub(crate) fn measure(
     operator: &dyn ExchangeOperator,
-    zones: &Zones,
+    zones: SharedZones,
     surroundings: &SurroundingsExchange,
 ) -> RowClosure {
-    measure_rows(uniform_rows(operator, zones), zones, surroundings)
+    measure_rows(uniform_rows(operator, &zones), zones, surroundings)
 }
 
 /// The closure of an operator whose incident power in a uniform field is `rows`.
 pub(crate) fn measure_rows(
     rows: Vec<Bands>,
-    zones: &Zones,
+    zones: SharedZones,
     surroundings: &SurroundingsExchange,
 ) -> RowClosure {
-    let defects = row_defects(rows, zones, surroundings);
-    let worst = max_abs(&defects);
+    let defects = row_defects(rows, &zones, surroundings);
+    let worst = max_abs(&defects, zones.order());
     let summary = ClosureDefect {
         worst,
-        rms: root_mean_square(&defects),
+        rms: root_mean_square(&defects, zones),
         residual_defect: worst,
         ..ClosureDefect::default()
     };
@@ -87,7 +89,7 @@ pub(crate) fn measure_rows(
 /// residual defect: the scaling changes correct factors too in order to compensate the wrong ones.
 pub(crate) fn restore(
     operator: &mut dyn ExchangeOperator,
-    zones: &Zones,
+    zones: SharedZones,
     surroundings: &mut SurroundingsExchange,
     mut closure: RowClosure,
 ) -> RowClosure {
@@ -96,10 +98,10 @@ pub(crate) fn restore(
         closure.summary.restored = true;
         return closure;
     }
-    let c: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
+    let c: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(&zones, i)).collect();
     let d = symmetric_scaling(operator, zones, surroundings, &c);
     let summary = &mut closure.summary;
-    summary.largest_change = largest_change(&d);
+    summary.largest_change = zones.order().over_processes(largest_change(&d), Bands::max);
     // Apply the scaling.
     let off: Vec<Bands> = d.iter().map(|d| (*d - 1.0).abs()).collect();
     let others = operator.apply(&multivector::times(&c, &off));
@@ -108,11 +110,11 @@ pub(crate) fn restore(
     surroundings.scale(&all);
     operator.scale(&d);
     // Measure the residual defects.
-    let left = row_defects(uniform_rows(operator, zones), zones, surroundings);
-    summary.residual_defect = max_abs(&left);
+    let left = row_defects(uniform_rows(operator, &zones), &zones, surroundings);
+    summary.residual_defect = max_abs(&left, zones.order());
     summary.restored = true;
     let sum = |i: usize, b: Band| {
-        let change = off[i][b] + others[i][b] / closure_target(zones, i);
+        let change = off[i][b] + others[i][b] / closure_target(&zones, i);
         if left[i][b].abs() <= ROUNDING_DEFECT {
             change
         } else {
@@ -126,7 +128,7 @@ pub(crate) fn restore(
 /// The scaling d of the damped Sinkhorn–Knopp iteration.
 fn symmetric_scaling(
     operator: &dyn ExchangeOperator,
-    zones: &Zones,
+    zones: SharedZones,
     surroundings: &SurroundingsExchange,
     c: &[Bands],
 ) -> Vec<Bands> {
@@ -137,7 +139,7 @@ fn symmetric_scaling(
         let rows = operator.apply(&dc);
         let mut off: f64 = 0.0;
         for i in 0..n {
-            let t = closure_target(zones, i);
+            let t = closure_target(&zones, i);
             for b in Band::all() {
                 let row =
                     d[i][b] * (rows[i][b] + surroundings.sky_of(i)[b] + surroundings.backfaces_of(i)[b]);
@@ -147,7 +149,7 @@ fn symmetric_scaling(
                 }
             }
         }
-        if off < CONVERGED_DEFECT {
+        if zones.order().over_processes(off, f64::max) < CONVERGED_DEFECT {
             break;
         }
     }

@@ -7,6 +7,7 @@
 //!     |Σ_i Q_i| / max(Σ_{Q_i > 0} Q_i, Σ_{Q_i < 0} −Q_i).
 //! ```
 
+use crate::sum_order::SumOrder;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, Engine, ErrorEstimate, Fields, Report, Scene, SolveOptions,
     SolveStatus, Zones,
@@ -113,17 +114,19 @@ pub(crate) fn missed_tolerance(
 }
 
 /// The diagnostic of negative fluxes in zones whose slopes are too steep; `incident` is the field of all zones, W/m².
-pub(crate) fn negative_flux(incident: &[Bands]) -> Option<Diagnostic> {
+pub(crate) fn negative_flux(incident: &[Bands], order: SumOrder) -> Option<Diagnostic> {
     let most = incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
+    let most = order.over_processes(most, f64::max);
     if most <= 0.0 {
         return None;
     }
     let below = || incident.iter().filter(|h| h.any(|x| x < -MAX_UNDERSHOOT * most));
-    let least = below().flatten().fold(0.0f64, |m, x| m.min(*x));
+    let least = order.over_processes(below().flatten().fold(0.0f64, |m, x| m.min(*x)), f64::min);
+    let count = order.over_processes(below().count() as u64, |a, b| a + b);
     (least < 0.0).then(|| {
         let text = format!(
             "negative incident flux in {} zone(s), down to {:.1e} of the largest flux: the light decays too steeply for these voxels; use more cells",
-            below().count(),
+            count,
             least / most
         );
         Diagnostic::warning("negative-flux", text)

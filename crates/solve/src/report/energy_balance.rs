@@ -4,11 +4,11 @@
 //! The residual of the balance is relative to emitted + incoming. The balance of a solution is the sum over its light groups.
 
 use crate::direct_light::light_field::DirectLight;
-use crate::iteration::multivector;
+use crate::sum_order::SharedZones;
 use crate::light_groups::SourceGroup;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_scene::{Bands, EnergyBalance, LightGroupKind, Scene, Zones};
+use zonal_scene::{Bands, EnergyBalance, LightGroupKind, Scene};
 
 /// Fields and strengths of one light group.
 pub(crate) struct GroupFields<'a> {
@@ -23,7 +23,7 @@ pub(crate) struct GroupFields<'a> {
 /// The energy balance of a light group.
 pub(crate) fn balance_group(
     scene: &Scene,
-    zones: &Zones,
+    zones: SharedZones,
     source: &SourceGroup,
     fields: &GroupFields,
     surroundings: &SurroundingsExchange,
@@ -42,10 +42,10 @@ pub(crate) fn balance_group(
     add_zones(&mut e, zones, source.kind, fields.incident, fields.direct);
     let sky = source.sky(scene);
     if !surroundings.is_closed() {
-        let [escaped, on_backs, incoming]: [Bands; 3] = multivector::sum(fields.strengths.len(), |i| {
+        let [escaped, on_backs, incoming]: [Bands; 3] = zones.order().sum(fields.strengths.len(), |i| {
             let (to_sky, to_backs) = (surroundings.sky_of(i), surroundings.backfaces_of(i));
             // The incoming radiation is uniform: higher-order unknowns have no part in it.
-            let c = if i < zones.len() { scaled_radiosity_coefficient(zones, i) } else { Bands::ZERO };
+            let c = if i < zones.len() { scaled_radiosity_coefficient(&zones, i) } else { Bands::ZERO };
             let s = fields.strengths[i];
             [to_sky * s, to_backs * s, to_sky * c * sky]
         });
@@ -61,7 +61,7 @@ pub(crate) fn balance_group(
 /// surroundings are those of `old`; `emitters` is the power of emitters, W per band.
 pub(crate) fn balance_zones(
     scene: &Scene,
-    zones: &Zones,
+    zones: SharedZones,
     [incident, direct]: [&[Bands]; 2],
     old: &EnergyBalance,
     emitters: Bands,
@@ -82,18 +82,18 @@ pub(crate) fn balance_zones(
 /// Adds the powers that zones of a group emit and absorb.
 fn add_zones(
     e: &mut EnergyBalance,
-    zones: &Zones,
+    zones: SharedZones,
     kind: LightGroupKind,
     incident: &[Bands],
     direct: &[Bands],
 ) {
     let total = |i: usize| incident[i] + direct.get(i).copied().unwrap_or_default();
-    let emits = |i: usize| if kind.emits(zones, i) { 1.0 } else { 0.0 };
+    let emits = |i: usize| if kind.emits(&zones, i) { 1.0 } else { 0.0 };
     for (i, p) in zones.patches.iter().enumerate() {
         e.emitted += emits(i) * p.emission * p.area;
         e.absorbed_surfaces[p.surface].1 += (1.0 - p.reflectance) * total(i) * p.area;
     }
-    let [emitted, absorbed]: [Bands; 2] = multivector::sum(zones.voxels.len(), |k| {
+    let [emitted, absorbed]: [Bands; 2] = zones.sum_voxels(|k| {
         let (i, v) = (zones.voxel_offset() + k, zones.voxels.at(k));
         let absorption = v.extinction * (1.0 - v.albedo);
         let emitted = emits(i) * (4.0 * absorption * v.emission + v.source);

@@ -4,11 +4,12 @@ use super::cost_estimate::problem_size::scene_diagnostics;
 use super::diagnostics;
 use crate::iteration::IterationResult;
 use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::errors::estimate::error_estimate;
+use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_math::Grade;
 use zonal_scene::{
-    Band, Diagnostic, EnergyBalance, ErrorEstimate, Fields, PerBand, Report, SolveStatus, ZoneBasis, Zones,
+    Band, Diagnostic, EnergyBalance, Fields, PerBand, Report, SolveStatus, ZoneBasis, Zones,
 };
 
 /// The status of all groups together: the worst one in each band, and the residuals weighted with the power of the groups.
@@ -29,8 +30,8 @@ fn combine_results(results: &[IterationResult]) -> (PerBand<SolveStatus>, PerBan
 }
 
 /// True if some zone has a negative source, so that its incident flux may be negative.
-pub(crate) fn has_negative_source(zones: &Zones) -> bool {
-    (0..zones.len()).into_par_iter().any(|i| zones.emission(i).any(|e| e < 0.0))
+pub(crate) fn has_negative_source(zones: SharedZones) -> bool {
+    zones.any(|i| zones.emission(i).any(|e| e < 0.0))
 }
 
 /// The report of a solve, without engine, reason and power errors. `thickness` is the largest optical depth across a voxel.
@@ -42,13 +43,13 @@ pub(crate) fn summarize(
     results: &[IterationResult],
     thickness: f64,
 ) -> Report {
-    let (scene, zones) = (context.scene, context.zones);
+    let (scene, zones) = (context.scene, context.shared_zones());
     // Collect the diagnostics in the order of the phases.
     let basis = if built.operator.len() == zones.len() { ZoneBasis::Constant } else { ZoneBasis::Linear };
     let mut warnings = scene_diagnostics(scene, thickness, basis);
     warnings.extend(built.warnings.iter().cloned());
     if !has_negative_source(zones) {
-        warnings.extend(diagnostics::negative_flux(&fields.incident));
+        warnings.extend(diagnostics::negative_flux(&fields.incident, zones.order()));
     }
     if !surroundings.is_closed() {
         let text = "the scene is open: power escapes to the surroundings or onto black backs";
@@ -70,10 +71,10 @@ pub(crate) fn summarize(
     Report {
         status,
         residuals,
-        estimate: ErrorEstimate::of(fields, zones.voxel_offset(), grade.max(direct_grade)),
+        estimate: error_estimate(zones, fields, grade.max(direct_grade)),
         closure,
         energy,
-        counts: counts(zones, built, surroundings),
+        counts: counts(&zones, built, surroundings),
         warnings,
         grade,
         ..Report::default()
@@ -83,9 +84,9 @@ pub(crate) fn summarize(
 /// Names and values of all counters.
 fn counts(zones: &Zones, built: &BuiltEngine, surroundings: &SurroundingsExchange) -> Vec<(String, u64)> {
     let of_zones = [
-        ("zones", zones.len()),
+        ("zones", zones.total()),
         ("patches", zones.patches.len()),
-        ("voxel zones", zones.voxels.len()),
+        ("voxel zones", zones.voxels.total()),
         ("pane zones", zones.panes.len()),
     ];
     let mut out: Vec<(String, u64)> = of_zones.into_iter().map(|(k, v)| (k.to_string(), v as u64)).collect();

@@ -18,8 +18,11 @@ use super::basis::{BasisOrder, KernelLayout, KernelSet, KernelSpectrum};
 use super::grid::BoxGrid;
 use super::real_symmetric_fft::{Parity, RealSymmetricFft, permute_axes};
 use std::sync::Arc;
+use super::slabs::{Slabs, part_of};
+use crate::distribution::{Blocks, Communicator, Message};
+use std::ops::Range;
 use zonal_exchange::aligned::lattice::{
-    AxisRelation, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid, WallTable,
+    AxisRelation, ChunkEvaluator, GridTables, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid, WallTable,
 };
 
 /// Relative radius of every table entry.
@@ -27,8 +30,10 @@ pub(crate) const TOLERANCE: f64 = 1e-12;
 /// Relative error of the tables of [`BasisOrder::Linear`]; the closure defect is added to it.
 pub(crate) const LINEAR_TOLERANCE: f64 = 1e-10;
 
-/// Spectra of all kernels of a grid.
+/// Spectra of all kernels of a grid: of those with an index f₁ the frequencies that this rank stores ([`Slabs::stored`]), of those with f_c its part.
 pub(crate) struct GridKernels {
+    /// The first stored frequency f₁.
+    pub first: usize,
     /// V by `[f₁][f₂][f₀]`.
     pub volume: KernelSet,
     /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
@@ -109,8 +114,21 @@ pub(super) fn shares_adjacent(
     order == BasisOrder::Constant && grid.permutation(&pair, &other).is_some()
 }
 
+/// The tables' chunks, shared by the processes.
+struct SharedChunks<'a>(&'a dyn Communicator);
+
+impl ChunkEvaluator for SharedChunks<'_> {
+    fn is_alone(&self) -> bool {
+        self.0.size() == 1
+    }
+    fn evaluate(&self, chunks: usize, chunk: &(dyn Fn(usize) -> Vec<f64> + Sync)) -> Vec<Vec<f64>> {
+        Blocks::new(self.0, chunks, 1).map_unequal_lists(self.0, chunk)
+    }
+}
+
 /// Computes the tables and transforms them to spectra.
 struct KernelBuilder<'a> {
+    slabs: Slabs<'a>,
     grid: &'a BoxGrid,
     kappa: f64,
     order: BasisOrder,
@@ -149,8 +167,15 @@ impl PermutedTable {
 
 impl GridKernels {
     /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m). `spare` is a buffer, and is one of the size of a spectrum afterwards.
-    pub(crate) fn new(grid: &BoxGrid, kappa: f64, order: BasisOrder, spare: &mut Vec<f64>) -> GridKernels {
+    pub(crate) fn new(
+        grid: &BoxGrid,
+        kappa: f64,
+        order: BasisOrder,
+        slabs: Slabs,
+        spare: &mut Vec<f64>,
+    ) -> GridKernels {
         let mut builder = KernelBuilder {
+            slabs,
             grid,
             kappa,
             order,
@@ -162,6 +187,7 @@ impl GridKernels {
             spare: std::mem::take(spare),
         };
         let mut out = GridKernels {
+            first: slabs.stored().start,
             volume: KernelSet::default(),
             walls: Default::default(),
             opposite: Default::default(),
@@ -206,7 +232,7 @@ impl KernelBuilder<'_> {
     fn buffer(&mut self) -> Vec<f64> {
         let mut out = std::mem::take(&mut self.spare);
         out.clear();
-        out.reserve_exact(self.grid.halves().iter().product());
+        out.reserve_exact(self.grid.halves().iter().product::<usize>() / self.slabs.ranks());
         out
     }
 
@@ -219,18 +245,29 @@ impl KernelBuilder<'_> {
         data
     }
 
-    /// Values at the offsets below `counts`.
-    fn array(&mut self, counts: [usize; 3], value: impl Fn([i64; 3]) -> f64 + Sync) -> Vec<f64> {
+    /// Values at the offsets below `counts`, of which those of the first component are `rows`.
+    fn array(
+        &mut self,
+        [rows, m1, m2]: [Range<usize>; 3],
+        value: impl Fn([i64; 3]) -> f64 + Sync,
+    ) -> Vec<f64> {
         use rayon::prelude::*;
-        let [_, m1, m2] = counts;
         let mut out = self.buffer();
-        out.resize(counts.iter().product(), 0.0);
-        out.par_chunks_mut(m1 * m2).enumerate().for_each(|(i, plane)| {
+        let (first, [n0, n1, n2]) = ([rows.start, m1.start, m2.start], [rows, m1, m2].map(|r| r.len()));
+        out.resize(n0 * n1 * n2, 0.0);
+        out.par_chunks_mut(n1 * n2).enumerate().for_each(|(i, plane)| {
             for (jk, x) in plane.iter_mut().enumerate() {
-                *x = value([i, jk / m2, jk % m2].map(|d| d as i64));
+                let at = [i + first[0], jk / n2 + first[1], jk % n2 + first[2]];
+                *x = value(at.map(|d| d as i64));
             }
         });
         out
+    }
+
+    /// The offsets of this rank: its part along the first axis.
+    fn own_offsets(&self) -> [Range<usize>; 3] {
+        let [m0, m1, m2] = self.counts;
+        [self.slabs.own_part(m0), 0..m1, 0..m2]
     }
 
     /// The spectra of all kernels of a layout; across the normals' axes none is odd.
@@ -275,7 +312,7 @@ impl KernelBuilder<'_> {
         }
         let along = axis_relations(normals);
         let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
-        let tables = pairs.tables(&layout.densities);
+        let tables = pairs.tables(&layout.densities, &SharedChunks(self.slabs.communicator));
         let count = tables.iter().map(Vec::len).sum();
         let tally = match self.images.is_periodic() {
             true => MethodCounts { gaussians: count, ..MethodCounts::default() },
@@ -299,16 +336,17 @@ impl KernelBuilder<'_> {
         let layout = self.order.volume_layout();
         if self.order == BasisOrder::Linear {
             return self.linear_kernels("voxel and voxel", &[], layout, out, |m, data, odd| {
+                let data = m.own_rows(data);
                 m.spectrum(data, true, odd)
             });
         }
-        let edges = self.grid.edges;
+        let (edges, chunks) = (self.grid.edges, SharedChunks(self.slabs.communicator));
         let table = match self.images.is_periodic() {
-            true => OffsetTable::repeated(self.counts, &self.images),
-            false => OffsetTable::new(edges, self.counts, self.kappa, TOLERANCE),
+            true => OffsetTable::repeated(self.counts, &self.images, &chunks),
+            false => GridTables::new(edges, self.counts, self.kappa, TOLERANCE).by(&chunks).voxels(),
         };
         out.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
-        let data = self.array(self.counts, |d| table.get(d).value);
+        let data = self.array(self.own_offsets(), |d| table.get(d).value);
         drop(table);
         let data = self.spectrum(data, true, [false; 3]);
         self.constant_kernel(layout, data)
@@ -328,12 +366,13 @@ impl KernelBuilder<'_> {
     }
 
     fn new_table(&self, normals: &[usize]) -> WallTable {
-        let (edges, counts, kappa) = (self.grid.edges, self.counts, self.kappa);
+        let (counts, chunks) = (self.counts, SharedChunks(self.slabs.communicator));
+        let tables = GridTables::new(self.grid.edges, counts, self.kappa, TOLERANCE).by(&chunks);
         match *normals {
-            _ if self.images.is_periodic() => WallTable::repeated(counts, normals, &self.images),
-            [a] => WallTable::voxels(edges, counts, a, kappa, TOLERANCE),
-            [a, b] if a == b => WallTable::opposite(edges, counts, a, kappa, TOLERANCE),
-            [a, b] => WallTable::adjacent(edges, counts, [a, b], kappa, TOLERANCE),
+            _ if self.images.is_periodic() => WallTable::repeated(counts, normals, &self.images, &chunks),
+            [a] => tables.wall(a),
+            [a, b] if a == b => tables.opposite(a),
+            [a, b] => tables.adjacent([a, b]),
             _ => unreachable!("one wall or two"),
         }
     }
@@ -342,29 +381,68 @@ impl KernelBuilder<'_> {
         const WHAT: &str = "voxel and wall";
         let layout = self.order.wall_layout(a);
         if self.order == BasisOrder::Linear {
-            return self
-                .linear_kernels(WHAT, &[a], layout, out, |m, data, odd| m.spectrum(data, a != 0, odd));
+            return self.linear_kernels(WHAT, &[a], layout, out, |m, data, odd| {
+                let data = m.own_rows(data);
+                m.spectrum(data, a != 0, odd)
+            });
         }
         let table = self.table(WHAT, &[a], out);
-        let data = self.array(self.counts, |d| table.value(d));
+        let data = self.array(self.own_offsets(), |d| table.value(d));
         let data = self.spectrum(data, a != 0, [false; 3]);
         self.constant_kernel(layout, data)
     }
 
-    /// `[d₀][d₁][d₂]` to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`.
+    /// The rows of this rank of a table by `[d₀][d₁][d₂]`.
+    fn own_rows(&self, mut data: Vec<f64>) -> Vec<f64> {
+        let ([rows, ..], row) = (self.own_offsets(), self.counts[1] * self.counts[2]);
+        if rows.len() < self.counts[0] {
+            data = data[rows.start * row..rows.end * row].to_vec();
+        }
+        data
+    }
+
+    /// `[d₀][d₁][d₂]` of the own rows to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`, of the own frequencies.
     fn spectrum(&mut self, mut data: Vec<f64>, along_first: bool, odd: [bool; 3]) -> Vec<f64> {
         let ([m0, m1, m2], [_, h1, h2]) = (self.counts, self.grid.halves());
         let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);
+        let rows = self.slabs.own_part(m0).len();
         let mut other = self.buffer();
         self.transforms[2].lines(&data, m2, (parity_of(odd[2]), n2), &mut other);
-        permute_axes(&other, [m0, m1, h2], [0, 2, 1], &mut data);
+        permute_axes(&other, [rows, m1, h2], [0, 2, 1], &mut data);
         self.transforms[1].lines(&data, m1, (parity_of(odd[1]), n1), &mut other);
-        permute_axes(&other, [m0, h2, h1], [2, 1, 0], &mut data);
+        match self.slabs.ranks() {
+            1 => permute_axes(&other, [m0, h2, h1], [2, 1, 0], &mut data),
+            _ => self.exchange_rows(&other, &mut data),
+        }
         if !along_first {
             return self.keep_spare(data, other);
         }
         self.transforms[0].lines(&data, m0, (parity_of(odd[0]), n0), &mut other);
         self.keep_spare(other, data)
+    }
+
+    /// `[d₀][f₂][f₁]` of the own rows to `[f₁][f₂][d₀]` of the own frequencies.
+    fn exchange_rows(&self, data: &[f64], out: &mut Vec<f64>) {
+        let ([m0, ..], [_, h1, h2], slabs) = (self.counts, self.grid.halves(), self.slabs);
+        let message = |rank: usize| {
+            let stored = slabs.stored_of(rank);
+            let mut bytes = Vec::with_capacity(data.len() / h1.max(1) * stored.len() * 8);
+            for line in data.chunks(h1) {
+                line[stored.clone()].iter().for_each(|x| x.put(&mut bytes));
+            }
+            bytes
+        };
+        let received = slabs.communicator.all_to_all((0..slabs.ranks()).map(message).collect());
+        let stored = slabs.stored().len();
+        out.clear();
+        out.resize(stored * h2 * m0, 0.0);
+        for (rank, bytes) in received.iter().enumerate() {
+            let rows = part_of(m0, rank, slabs.ranks());
+            for (i, line) in bytes.chunks((8 * stored).max(1)).enumerate() {
+                let (d0, f2) = (rows.start + i / h2, i % h2);
+                line.chunks_exact(8).enumerate().for_each(|(f1, x)| out[(f1 * h2 + f2) * m0 + d0] = f64::get(x));
+            }
+        }
     }
 
     fn opposite(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
@@ -377,7 +455,7 @@ impl KernelBuilder<'_> {
         }
         let table = self.table(WHAT, &[a, a], out);
         let [b, c] = OTHER_AXES[a];
-        let data = self.array([1, self.counts[b], self.counts[c]], |d| {
+        let data = self.array([0..1, 0..self.counts[b], 0..self.counts[c]], |d| {
             let mut at = [0; 3];
             (at[b], at[c]) = (d[1], d[2]);
             table.value(at)
@@ -404,12 +482,15 @@ impl KernelBuilder<'_> {
         let (layout, c) = (self.order.adjacent_layout([a, b]), 3 - a - b);
         if self.order == BasisOrder::Linear {
             return self.linear_kernels(WHAT, &[a, b], layout, out, |m, data, odd| {
+                let (rows, line) = (m.slabs.own_part(m.counts[a]), m.counts[b] * m.counts[c]);
                 let turned = permuted(&data, m.counts, [a, b, c]);
-                m.edge_spectrum([a, b], turned, odd)
+                m.edge_spectrum([a, b], turned[rows.start * line..rows.end * line].to_vec(), odd)
             });
         }
         let table = self.table(WHAT, &[a, b], out);
-        let data = self.array([self.counts[a], self.counts[b], self.counts[c]], |d| {
+        // The transform along the edge is of single lines: every rank has all of its frequencies, and keeps its part.
+        let rows = self.slabs.own_part(self.counts[a]);
+        let data = self.array([rows, 0..self.counts[b], 0..self.counts[c]], |d| {
             let mut at = [0; 3];
             (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
             table.value(at)
@@ -418,14 +499,42 @@ impl KernelBuilder<'_> {
         self.constant_kernel(layout, data)
     }
 
-    /// `[i_a][i_b][d_c]` to `[f_c][i_a][i_b]`.
+    /// `[i_a][i_b][d_c]` of the own rows i_a to `[f_c][i_a][i_b]` of the own frequencies.
     fn edge_spectrum(&mut self, [a, b]: [usize; 2], mut data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
         let c = 3 - a - b;
         let scale = 1.0 / self.grid.lengths()[c] as f64;
+        let (rows, h) = (self.slabs.own_part(self.counts[a]), self.grid.halves()[c]);
         let mut other = self.buffer();
         self.transforms[c].lines(&data, self.counts[c], (parity_of(odd[c]), scale), &mut other);
-        permute_axes(&other, [self.counts[a], self.counts[b], self.grid.halves()[c]], [2, 0, 1], &mut data);
+        permute_axes(&other, [rows.len(), self.counts[b], h], [2, 0, 1], &mut data);
+        if self.slabs.ranks() > 1 {
+            data = self.exchange_edge_rows([a, b], &data);
+        }
         self.keep_spare(data, other)
+    }
+
+    /// `[f_c][i_a][i_b]` of the own rows i_a and all frequencies to all rows and the own frequencies.
+    fn exchange_edge_rows(&self, [a, b]: [usize; 2], data: &[f64]) -> Vec<f64> {
+        let (slabs, [na, nb], h) =
+            (self.slabs, [self.counts[a], self.counts[b]], self.grid.halves()[3 - a - b]);
+        let plane = slabs.own_part(na).len() * nb;
+        let message = |rank: usize| {
+            let f = part_of(h, rank, slabs.ranks());
+            let mut bytes = Vec::with_capacity(8 * f.len() * plane);
+            data[f.start * plane..f.end * plane].iter().for_each(|x| x.put(&mut bytes));
+            bytes
+        };
+        let received = slabs.communicator.all_to_all((0..slabs.ranks()).map(message).collect());
+        let mut out = vec![0.0; slabs.own_part(h).len() * na * nb];
+        for (rank, bytes) in received.iter().enumerate() {
+            let rows = part_of(na, rank, slabs.ranks());
+            let planes = bytes.chunks((8 * rows.len() * nb).max(1)).enumerate();
+            for (f, plane) in planes {
+                let to = &mut out[(f * na + rows.start) * nb..(f * na + rows.end) * nb];
+                to.iter_mut().zip(plane.chunks_exact(8)).for_each(|(o, x)| *o = f64::get(x));
+            }
+        }
+        out
     }
 }
 

@@ -12,7 +12,8 @@
 //! | `real_symmetric_fft` | transforms of even and odd sequences: kernels to real spectra |
 //! | `kernels` | tables by offset, and their spectra |
 //! | `line_exchange` | one line of frequencies: products with spectra, exchange with walls |
-//! | `volume` | voxels with voxels and walls |
+//! | `slabs`, `transposition` | the division among processes, and the exchange of planes for frequencies |
+//! | `volume`, `wall_sums` | voxels with voxels and walls |
 //! | `walls` | walls with walls |
 //! | `spectral_operator` | the operator |
 //!
@@ -35,8 +36,11 @@ pub(crate) mod kernels;
 mod line_exchange;
 mod memory;
 pub(crate) mod real_symmetric_fft;
+pub(crate) mod slabs;
 pub(crate) mod spectral_operator;
+mod transposition;
 pub(crate) mod volume;
+mod wall_sums;
 pub(crate) mod walls;
 
 pub use spectral_operator::SpectralOperator;

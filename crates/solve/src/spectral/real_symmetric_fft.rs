@@ -86,7 +86,8 @@ pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3], ou
     let stride = [dims[1] * dims[2], dims[2], 1];
     let [p, q, r] = order.map(|k| (dims[k], stride[k]));
     out.resize(data.len(), 0.0);
-    out.par_chunks_mut(q.0 * r.0).enumerate().for_each(|(i, plane)| {
+    // A rank of many may have no rows.
+    out.par_chunks_mut((q.0 * r.0).max(1)).enumerate().for_each(|(i, plane)| {
         // Square tiles, so that reads and writes stay in the cache.
         const TILE: usize = 16;
         for j0 in (0..q.0).step_by(TILE) {

@@ -7,13 +7,18 @@ use super::kernels::GridKernels;
 use super::memory;
 use super::volume::VolumeConvolution;
 use super::walls::{WallConvolution, WallValues};
+use super::slabs::Slabs;
+use crate::distribution::{Execution, Message};
 use crate::iteration::multivector::{times, total};
+use crate::sum_order::SumOrder;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slopes};
 use rayon::prelude::*;
+use std::borrow::Cow;
+use std::ops::Range;
 use zonal_exchange::aligned::lattice::MethodCounts;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_math::Grade;
-use zonal_scene::{Band, Bands, PerBand, Progress, Zones};
+use zonal_scene::{Band, Bands, PerBand, Zones};
 
 /// Relative error of a transform and its inverse, in units of ε √log₂N.
 const TRANSFORM_ROUNDING: f64 = 4.0;
@@ -21,13 +26,19 @@ const TRANSFORM_ROUNDING: f64 = 4.0;
 const DEFECT_MULTIPLE: f64 = 2.0;
 
 /// The exchange of a box enclosure.
-pub struct SpectralOperator {
+pub struct SpectralOperator<'a> {
     enclosure: BoxEnclosure,
+    slabs: Slabs<'a>,
     /// Number of patches, which precede the voxels.
     patches: usize,
+    /// Number of voxels in vectors: all, or those of this rank.
+    voxels: usize,
+    /// True if vectors have the voxels of this rank alone.
+    is_divided: bool,
+    sums: SumOrder<'a>,
     order: BasisOrder,
-    volume: VolumeConvolution,
-    walls: WallConvolution,
+    volume: VolumeConvolution<'a>,
+    walls: WallConvolution<'a>,
     /// The kernels of each distinct extinction.
     kernels: Vec<GridKernels>,
     /// The extinction group of each band.
@@ -38,14 +49,17 @@ pub struct SpectralOperator {
     defect: Bands,
 }
 
-impl SpectralOperator {
-    /// Computes the kernels of an enclosure with `patches` patches.
+impl<'a> SpectralOperator<'a> {
+    /// Computes the kernels of an enclosure with these zones, shared by the processes of `execution`. Vectors have the voxels of `zones`: all, or those of the
+    /// planes of this rank.
     pub fn new(
         enclosure: BoxEnclosure,
-        patches: usize,
+        zones: &Zones,
         order: BasisOrder,
-        progress: &dyn Progress,
-    ) -> SpectralOperator {
+        execution: Execution<'a>,
+    ) -> SpectralOperator<'a> {
+        let progress = execution.progress;
+        let slabs = Slabs::new(&enclosure.grid, execution);
         let (group, kappa) = enclosure.extinction_groups();
         let grid = enclosure.grid;
         progress.begin("exchange areas by offset", kappa.len() as u64);
@@ -53,17 +67,21 @@ impl SpectralOperator {
         let kernels = kappa
             .iter()
             .map(|&kappa| {
-                let k = GridKernels::new(&grid, kappa, order, &mut spare);
+                let k = GridKernels::new(&grid, kappa, order, slabs, &mut spare);
                 progress.advance(1);
                 k
             })
             .collect();
         progress.end();
-        let (volume, walls) = (VolumeConvolution::new(grid, order), WallConvolution::new(grid, order));
+        let (volume, walls) = (VolumeConvolution::new(grid, order, slabs), WallConvolution::new(grid, order, slabs));
         volume.return_values(spare);
         SpectralOperator {
             enclosure,
-            patches,
+            slabs,
+            patches: zones.patches.len(),
+            voxels: zones.voxels.len(),
+            is_divided: zones.voxels.is_divided(),
+            sums: SumOrder::of_zones(zones, execution.communicator),
             order,
             volume,
             walls,
@@ -101,9 +119,10 @@ impl SpectralOperator {
         .collect()
     }
 
-    /// Bytes of the engine for a grid with a number of distinct extinctions.
-    pub(crate) fn bytes(grid: &BoxGrid, extinctions: usize, order: BasisOrder) -> u64 {
-        // During the construction two stages of a spectrum exist at a time; with slopes, the tables of all kernels.
+    /// Bytes of the engine of one of `ranks` processes for a grid with a number of distinct extinctions.
+    pub(crate) fn bytes(grid: &BoxGrid, extinctions: usize, order: BasisOrder, ranks: usize) -> u64 {
+        let slabs = Slabs::of_rank(grid, 0, ranks);
+        // During the construction two stages of a spectrum exist at a time; with slopes, the tables of all kernels on every rank. Messages take as much again.
         let tables = match order {
             BasisOrder::Constant => 0,
             BasisOrder::Linear => {
@@ -111,15 +130,50 @@ impl SpectralOperator {
                     * grid.distances().iter().map(|n| *n as u64).product::<u64>()
             }
         };
-        let making = 8 * grid.halves().iter().map(|h| *h as u64).product::<u64>() * 2 + tables;
-        let vectors = 8 * (order.voxel_components() * grid.count()) as u64;
-        memory::spectra_bytes(grid, order) * extinctions as u64
-            + (memory::work_bytes(grid, order) + vectors).max(making)
+        let messages = if ranks > 1 { 2 } else { 0 };
+        let spectrum = grid.halves().iter().map(|h| *h as u64).product::<u64>() / ranks as u64;
+        let making = 8 * spectrum * (2 + messages) + tables;
+        let vectors = 8 * (order.voxel_components() * grid.count() / ranks) as u64;
+        memory::spectra_bytes(grid, order, &slabs) * extinctions as u64
+            + (memory::work_bytes(grid, order, &slabs) + vectors).max(making)
     }
 
     /// Number of zones; [`ExchangeOperator::len`] counts their slopes too.
     pub fn zones(&self) -> usize {
-        self.patches + self.grid().count()
+        self.patches + self.voxels
+    }
+
+    /// True if vectors have exactly the voxels of this rank.
+    fn has_own_voxels(&self) -> bool {
+        self.is_divided || self.slabs.ranks() == 1
+    }
+
+    /// The voxels of this rank among those of a vector.
+    fn own_voxels(&self) -> Range<usize> {
+        if self.is_divided {
+            return 0..self.voxels;
+        }
+        let plane = self.grid().cells[1] * self.grid().cells[2];
+        let planes = self.slabs.planes();
+        planes.start * plane..planes.end * plane
+    }
+
+    /// Values of the voxels of a vector by component, from those of this rank.
+    fn all_voxels<'b>(&self, own: &'b [f64]) -> Cow<'b, [f64]> {
+        if self.has_own_voxels() {
+            return Cow::Borrowed(own);
+        }
+        let mut bytes = Vec::with_capacity(8 * own.len());
+        own.iter().for_each(|x| x.put(&mut bytes));
+        let all = self.slabs.communicator.all_gather(bytes);
+        let parts = self.order.voxel_components();
+        let mut out = Vec::with_capacity(parts * self.voxels);
+        for p in 0..parts {
+            let of_rank = |bytes: &Vec<u8>| bytes.len() / parts * p..bytes.len() / parts * (p + 1);
+            let values = all.iter().flat_map(|bytes| bytes[of_rank(bytes)].chunks_exact(8));
+            out.extend(values.map(f64::get));
+        }
+        Cow::Owned(out)
     }
 
     /// Index of the first unknown of component `q` of the patches.
@@ -134,13 +188,13 @@ impl SpectralOperator {
             _ => {
                 self.zones()
                     + (self.order.patch_components() - 1) * self.patches
-                    + (p - 1) * self.grid().count()
+                    + (p - 1) * self.voxels
             }
         }
     }
 
     /// Index in the values of the wall, and unknown, of every component of the patches of a wall.
-    fn wall_unknowns<'a>(&'a self, zones: &'a [u32]) -> impl Iterator<Item = (usize, usize)> + 'a {
+    fn wall_unknowns<'b>(&'b self, zones: &'b [u32]) -> impl Iterator<Item = (usize, usize)> + 'b {
         (0..self.order.patch_components()).flat_map(move |q| {
             let all = zones.iter().enumerate().filter(|(_, z)| **z != OPENING);
             all.map(move |(i, z)| (q * zones.len() + i, self.patch_offset(q) + *z as usize))
@@ -154,13 +208,15 @@ impl SpectralOperator {
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
             face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
         }
-        let mut voxels = vec![0.0; self.order.voxel_components() * self.grid().count()];
+        let mut voxels = self.volume.take_values();
         for g in 0..self.kernels.len() {
             voxels.par_iter_mut().for_each(|x| *x = 0.0);
             let met = self.exchange(g, &mut voxels, &faces);
             let of: Vec<Band> = Band::all().filter(|&b| self.group[b] == g).collect();
-            self.scatter(&voxels, &met, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
+            let all = self.all_voxels(&voxels);
+            self.scatter(&all, &met, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
+        self.volume.return_values(voxels);
         // Negative rounding errors of the transforms are cut off.
         out[..self.zones()].iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         out
@@ -181,6 +237,7 @@ impl SpectralOperator {
         };
         let worst = |x: Bands, y: Bands| x.zip_map(y, |x, y| if y <= x { x } else { y });
         let found = (0..rows.len()).into_par_iter().map(off).reduce(|| Bands::ZERO, worst);
+        let found = self.sums.over_processes(found, worst);
         self.defect = found.map(|d| if d.is_finite() { DEFECT_MULTIPLE * d } else { f64::INFINITY });
         rows.truncate(n);
         rows
@@ -208,7 +265,7 @@ impl SpectralOperator {
                 put(&mut out[unknown], face[i]);
             }
         }
-        for (p, voxels) in voxels.chunks(self.grid().count()).enumerate() {
+        for (p, voxels) in voxels.chunks(self.voxels.max(1)).enumerate() {
             let all = out[self.voxel_offset(p)..].par_iter_mut().zip(voxels);
             all.for_each(|(o, x)| put(o, *x));
         }
@@ -217,22 +274,23 @@ impl SpectralOperator {
     /// Incident power of the walls for strengths in one band; those of the voxels are replaced by their incident power.
     fn exchange(&self, group: usize, voxels: &mut [f64], faces: &WallValues) -> WallValues {
         let k = &self.kernels[group];
-        let mut walls = self.walls.zeros();
         let spectra = self.walls.spectra(faces);
-        let mut found = self.volume.apply(k, voxels, &spectra);
-        self.walls.opposite(k, &spectra, &mut found);
-        self.walls.add_spectra(found, &mut walls);
-        self.walls.adjacent(k, faces, &mut walls);
-        walls
+        let from_voxels = self.volume.apply(k, voxels, &spectra);
+        self.walls.incident(k, (faces, &spectra), from_voxels)
     }
 
-    /// Copies the values of the voxels by component and cell.
+    /// Copies the values of the voxels of this rank by component and cell.
     fn copy_voxels(&self, own: &mut [f64], at: impl Fn(usize) -> f64 + Sync) {
-        let count = self.grid().count();
-        own.par_chunks_mut(count).enumerate().for_each(|(p, own)| {
-            let first = self.voxel_offset(p);
+        let voxels = self.own_voxels();
+        own.par_chunks_mut(voxels.len().max(1)).enumerate().for_each(|(p, own)| {
+            let first = self.voxel_offset(p) + voxels.start;
             own.par_iter_mut().enumerate().for_each(|(i, x)| *x = at(first + i));
         });
+    }
+
+    /// True if `holds` for the entries of all processes.
+    fn all(&self, s: &[Bands], holds: impl Fn(&Bands) -> bool + Sync) -> bool {
+        self.sums.over_processes(s.par_iter().all(&holds), |a, b| a && b)
     }
 
     /// Replaces strengths by their product without scaling, band by band.
@@ -248,18 +306,18 @@ impl SpectralOperator {
             let same = |c: &Band| {
                 *c == b
                     || (self.group[*c] == self.group[b]
-                        && s.par_iter().all(|x| x[*c].to_bits() == x[b].to_bits()))
+                        && self.all(s, |x| x[*c].to_bits() == x[b].to_bits()))
             };
             let of: Vec<Band> = Band::all().filter(|c| *c >= b && !done[*c]).filter(same).collect();
             of.iter().for_each(|&c| done[c] = true);
             // Bands without light, such as those that fill up the last triple, need no product.
-            if s.par_iter().all(|x| x[b] == 0.0) {
+            if self.all(s, |x| x[b] == 0.0) {
                 s.par_iter_mut().for_each(|x| of.iter().for_each(|&b| x[b] = 0.0));
                 continue;
             }
             self.copy_voxels(&mut voxels, |i| s[i][b]);
             let walls = self.exchange(self.group[b], &mut voxels, &self.wall_values(|i| s[i][b]));
-            self.scatter(&voxels, &walls, s, |o, x| of.iter().for_each(|&b| o[b] = x));
+            self.scatter(&self.all_voxels(&voxels), &walls, s, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
         self.volume.return_values(voxels);
     }
@@ -278,8 +336,10 @@ impl SpectralOperator {
 
     /// Error of the incident power, in the memory of `out`: the radii of the factors, and the rounding of the transforms.
     fn incident_error(&self, arriving: &[Bands], mut out: Vec<Bands>) -> Vec<Bands> {
-        let n = arriving.len().max(1) as f64;
-        let square = |x: &[Bands]| crate::iteration::multivector::sum(x.len(), |i| x[i] * x[i]);
+        // The unknowns of all processes.
+        let further = (self.grid().count() - self.voxels) * self.order.voxel_components();
+        let n = (arriving.len() + further).max(1) as f64;
+        let square = |x: &[Bands]| -> Bands { self.sums.sum(x.len(), |i| x[i] * x[i]) };
         let rms = (square(arriving) / n).sqrt();
         let length: usize = self.grid().lengths().iter().product();
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
@@ -290,9 +350,9 @@ impl SpectralOperator {
     }
 }
 
-impl ExchangeOperator for SpectralOperator {
+impl ExchangeOperator for SpectralOperator<'_> {
     fn len(&self) -> usize {
-        self.patches * self.order.patch_components() + self.grid().count() * self.order.voxel_components()
+        self.patches * self.order.patch_components() + self.voxels * self.order.voxel_components()
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         if s.len() < self.len() {
@@ -322,15 +382,15 @@ impl ExchangeOperator for SpectralOperator {
         let faces = self.wall_values(|i| s[i][0]);
         // The constants alone are stored in the order of the transforms and need no copies.
         match self.order {
-            BasisOrder::Constant => {
+            BasisOrder::Constant if self.has_own_voxels() => {
                 let walls = self.exchange(0, &mut s.as_flattened_mut()[self.patches..], &faces);
                 self.scatter(&[], &walls, s, |o, x| o[0] = x);
             }
-            BasisOrder::Linear => {
+            _ => {
                 let mut voxels = self.volume.take_values();
                 self.copy_voxels(&mut voxels, |i| s[i][0]);
                 let walls = self.exchange(0, &mut voxels, &faces);
-                self.scatter(&voxels, &walls, s, |o, x| o[0] = x);
+                self.scatter(&self.all_voxels(&voxels), &walls, s, |o, x| o[0] = x);
                 self.volume.return_values(voxels);
             }
         }
@@ -350,7 +410,7 @@ impl ExchangeOperator for SpectralOperator {
     }
 }
 
-impl ErrorModel for SpectralOperator {
+impl ErrorModel for SpectralOperator<'_> {
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
         Some(self.incident_error(&self.apply(strengths), Vec::new()))
     }

@@ -24,6 +24,9 @@ use super::kernels::GridKernels;
 use super::line_exchange::{
     WallPairLines, ZERO, add_product, exchange, receive, send, times_i, times_minus_i, unfold,
 };
+use super::slabs::Slabs;
+use super::transposition::Transposition;
+use super::wall_sums::{Wall, WallSumLayout, WallSums};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex64;
@@ -38,9 +41,10 @@ pub(crate) const FREQUENCIES_PER_BLOCK: usize = 16;
 pub(crate) type WallSpectra = [Vec<Complex64>; 2];
 
 /// Plans of the transforms.
-pub(crate) struct VolumeConvolution {
+pub(crate) struct VolumeConvolution<'a> {
     grid: BoxGrid,
     order: BasisOrder,
+    slabs: Slabs<'a>,
     forward: [Arc<dyn Fft<f64>>; 2],
     back: [Arc<dyn Fft<f64>>; 2],
     real: Arc<dyn RealToComplex<f64>>,
@@ -54,46 +58,19 @@ pub(crate) struct VolumeConvolution {
 /// Buffers of a product.
 #[derive(Default)]
 struct ProductBuffers {
-    /// The spectrum of the voxels.
+    /// The spectrum of the voxels: `[own block][component][x][f₂][f₁ of the block]`.
     spectrum: Vec<Complex64>,
+    /// Spectra of some planes on their way to other ranks or back; not used by one process.
+    batch: Vec<Complex64>,
     /// The sums of each block of frequencies.
     sums: Vec<WallSums>,
     /// Values of the voxels.
     values: Vec<f64>,
 }
 
-/// Sums of a block of frequencies for the walls.
-struct WallSums {
-    /// WallConvolution across x: `[side][component][f₂][f₁ of the block]`.
-    x: [Vec<Complex64>; 2],
-    /// WallConvolution across y: `[side][component][f₂][f₀]`, this block's part of the sum.
-    y: [Vec<Complex64>; 2],
-    /// WallConvolution across z: `[side][component][f₁ of the block][f₀]`.
-    z: [Vec<Complex64>; 2],
-}
-
-impl WallSums {
-    /// Zeros for the block that begins at frequency `first`; empty across periodic axes.
-    fn zeros(v: &VolumeConvolution, first: usize) -> WallSums {
-        let ([l0, l1, _], h2, parts) = (v.grid.lengths(), v.grid.halves()[2], v.order.patch_components());
-        let side = |a: usize, size: usize| vec![ZERO; if v.grid.periodic[a] { 0 } else { parts * size }];
-        let sides = |a: usize, size: usize| [side(a, size), side(a, size)];
-        WallSums {
-            x: sides(0, h2 * FREQUENCIES_PER_BLOCK),
-            y: sides(1, h2 * l0),
-            z: sides(2, FREQUENCIES_PER_BLOCK.min(l1 - first) * l0),
-        }
-    }
-
-    /// Sets all sums to zero.
-    fn clear(&mut self) {
-        [&mut self.x, &mut self.y, &mut self.z].into_iter().flatten().for_each(|s| s.fill(ZERO));
-    }
-}
-
-impl VolumeConvolution {
+impl<'a> VolumeConvolution<'a> {
     /// Plans for a grid.
-    pub(crate) fn new(grid: BoxGrid, order: BasisOrder) -> VolumeConvolution {
+    pub(crate) fn new(grid: BoxGrid, order: BasisOrder, slabs: Slabs<'a>) -> VolumeConvolution<'a> {
         let n = grid.lengths();
         let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
         let phase = |a: usize| {
@@ -110,56 +87,79 @@ impl VolumeConvolution {
             buffers: Mutex::default(),
             grid,
             order,
+            slabs,
         }
     }
 
-    /// Replaces the strengths of the voxels, `values` by component and cell, by their incident power, with that from wall spectra `walls`. Returns the
-    /// spectra of the incident power of the walls: across the first two axes times the weight of f₂, across the third half of a sum of which twice the
-    /// real part counts.
+    /// Replaces the strengths of the voxels of this rank, `values` by component and cell, by their incident power, with that from wall spectra `walls`.
+    /// Returns the spectra of the incident power of the walls that this rank completes ([`WallSumLayout::complete`]).
     pub(crate) fn apply(
         &self,
         k: &GridKernels,
         values: &mut [f64],
         walls: &[Option<WallSpectra>; 3],
-    ) -> [Option<WallSpectra>; 3] {
-        let (n, h2, count) = (self.grid.cells, self.grid.halves()[2], self.grid.count());
-        let (blocks, parts) =
-            (self.grid.lengths()[1].div_ceil(FREQUENCIES_PER_BLOCK), self.order.voxel_components());
-        let size = n[0] * h2 * FREQUENCIES_PER_BLOCK;
+    ) -> Vec<(Wall, Vec<Complex64>)> {
+        let ([_, n1, n2], parts, layout) = (self.grid.cells, self.order.voxel_components(), self.wall_sums());
+        let (blocks, planes): (Vec<usize>, _) = (self.slabs.blocks().collect(), self.slabs.planes());
+        let size = self.component_size();
         let mut buffers = std::mem::take(&mut *self.buffers.lock().unwrap_or_else(|e| e.into_inner()));
-        let ProductBuffers { spectrum, sums, .. } = &mut buffers;
-        spectrum.resize(blocks * parts * size, ZERO);
-        sums.extend((sums.len()..blocks).map(|b| WallSums::zeros(self, b * FREQUENCIES_PER_BLOCK)));
-        let mut slots: Vec<Vec<Vec<&mut [Complex64]>>> =
-            (0..parts).map(|_| (0..n[0]).map(|_| Vec::with_capacity(blocks)).collect()).collect();
-        for (b, block) in spectrum.chunks_mut(size).enumerate() {
-            let pieces = block.chunks_mut(h2 * FREQUENCIES_PER_BLOCK).zip(&mut slots[b % parts]);
-            pieces.for_each(|(piece, slot)| slot.push(piece));
-        }
-        for (s, slots) in values.chunks(count).zip(slots) {
-            self.transform_planes(s, slots);
+        let ProductBuffers { spectrum, batch, sums, .. } = &mut buffers;
+        spectrum.resize(blocks.len() * parts * size, ZERO);
+        sums.extend((sums.len()..blocks.len()).map(|i| layout.zeros(blocks[i])));
+        let transposition = Transposition { slabs: self.slabs, piece: self.piece_size(), parts };
+        // A rank without planes has values of no component.
+        let count = (planes.len() * n1 * n2).max(1);
+        for p in 0..parts {
+            let own = values.chunks(count).nth(p).unwrap_or_default();
+            transposition.to_frequencies(p, [&mut *batch, &mut *spectrum], |planes, slots| {
+                self.transform_planes(&own[planes.start * n1 * n2..planes.end * n1 * n2], slots);
+            });
         }
         let chunks = spectrum.par_chunks_mut(parts * size).zip(&mut *sums).enumerate().with_max_len(1);
         chunks.for_each_init(
             || BlockLines::new(self),
-            |lines, (b, (block, found))| {
-                let first = b * FREQUENCIES_PER_BLOCK;
+            |lines, (i, (block, found))| {
+                let first = blocks[i] * FREQUENCIES_PER_BLOCK;
                 simd::run(FrequencyBlock { volume: self, kernels: k, walls, first, lines, block, found });
             },
         );
-        for (p, out) in values.chunks_mut(count).enumerate() {
-            self.inverse_transform_planes(&spectrum[p * size..], (size, parts), out);
+        for p in 0..parts {
+            let own = values.chunks_mut(count).nth(p).unwrap_or_default();
+            transposition.to_planes(p, [&mut *batch, &mut *spectrum], |planes, (spectra, size, parts)| {
+                let out = &mut own[planes.start * n1 * n2..planes.end * n1 * n2];
+                self.inverse_transform_planes(spectra, (size, parts), out);
+            });
         }
-        let merged = self.merge_blocks(sums);
+        let walls = layout.complete(sums);
         *self.buffers.lock().unwrap_or_else(|e| e.into_inner()) = buffers;
-        merged
+        walls
     }
 
-    /// A buffer for the values of the voxels by component and cell, with any content.
+    /// Shapes of the sums for the walls.
+    fn wall_sums(&self) -> WallSumLayout<'a> {
+        WallSumLayout { grid: self.grid, order: self.order, slabs: self.slabs }
+    }
+
+    /// Numbers of one plane in a block.
+    fn piece_size(&self) -> usize {
+        self.grid.halves()[2] * FREQUENCIES_PER_BLOCK
+    }
+
+    /// Numbers of one component of a block.
+    fn component_size(&self) -> usize {
+        self.grid.cells[0] * self.piece_size()
+    }
+
+    /// Number of voxels of this rank.
+    pub(crate) fn own_count(&self) -> usize {
+        self.slabs.planes().len() * self.grid.cells[1] * self.grid.cells[2]
+    }
+
+    /// A buffer for the values of the voxels of this rank by component and cell, with any content.
     pub(crate) fn take_values(&self) -> Vec<f64> {
         let mut buffers = self.buffers.lock().unwrap_or_else(|e| e.into_inner());
         let mut values = std::mem::take(&mut buffers.values);
-        values.resize(self.order.voxel_components() * self.grid.count(), 0.0);
+        values.resize(self.order.voxel_components() * self.own_count(), 0.0);
         values
     }
 
@@ -236,55 +236,6 @@ impl VolumeConvolution {
             },
         );
     }
-
-    /// Weight of a frequency along z, which also represents its opposite.
-    fn weight(&self, f2: usize) -> f64 {
-        let own = f2 == 0 || 2 * f2 == self.grid.lengths()[2];
-        if own { 0.5 } else { 1.0 }
-    }
-
-    /// Merges the sums of the blocks in their order.
-    fn merge_blocks(&self, found: &[WallSums]) -> [Option<WallSpectra>; 3] {
-        let ([l0, l1, _], h2, parts) =
-            (self.grid.lengths(), self.grid.halves()[2], self.order.patch_components());
-        let sizes = [l1 * h2, l0 * h2, l0 * l1];
-        let mut sides =
-            [0, 1, 2].map(|a| (!self.grid.periodic[a]).then(|| [0, 1].map(|_| vec![ZERO; parts * sizes[a]])));
-        for (side, q) in [0, 1].into_iter().flat_map(|side| (0..parts).map(move |q| (side, q))) {
-            if let Some(x) = &mut sides[0] {
-                let x = &mut x[side][q * sizes[0]..(q + 1) * sizes[0]];
-                for (b, f) in found.iter().enumerate() {
-                    let f = &f.x[side][q * h2 * FREQUENCIES_PER_BLOCK..];
-                    for f2 in 0..h2 {
-                        let (from, to) =
-                            (b * FREQUENCIES_PER_BLOCK, ((b + 1) * FREQUENCIES_PER_BLOCK).min(l1));
-                        let part = &f[f2 * FREQUENCIES_PER_BLOCK..f2 * FREQUENCIES_PER_BLOCK + to - from];
-                        let w = self.weight(f2);
-                        let line = &mut x[f2 * l1 + from..f2 * l1 + to];
-                        line.iter_mut().zip(part).for_each(|(o, p)| *o = p * w);
-                    }
-                }
-            }
-            if let Some(y) = &mut sides[1] {
-                let y = &mut y[side][q * sizes[1]..(q + 1) * sizes[1]];
-                y.par_chunks_mut(l0).enumerate().for_each(|(f2, line)| {
-                    for f in found {
-                        let part = &f.y[side][(q * h2 + f2) * l0..(q * h2 + f2 + 1) * l0];
-                        line.iter_mut().zip(part).for_each(|(o, p)| *o += p);
-                    }
-                    let w = self.weight(f2);
-                    line.iter_mut().for_each(|o| *o *= w);
-                });
-            }
-            if let Some(z) = &mut sides[2] {
-                let z = &mut z[side][q * sizes[2]..(q + 1) * sizes[2]];
-                let part = |f: &WallSums| f.z[side].len() / parts;
-                let all = found.iter().flat_map(|f| &f.z[side][q * part(f)..(q + 1) * part(f)]);
-                z.iter_mut().zip(all).for_each(|(o, p)| *o = *p);
-            }
-        }
-        sides
-    }
 }
 
 /// Buffers for the lines of a block.
@@ -316,7 +267,7 @@ impl BlockLines {
 
 /// One block of frequencies f₁.
 struct FrequencyBlock<'a> {
-    volume: &'a VolumeConvolution,
+    volume: &'a VolumeConvolution<'a>,
     kernels: &'a GridKernels,
     walls: &'a [Option<WallSpectra>; 3],
     first: usize,
@@ -357,7 +308,8 @@ impl FrequencyBlock<'_> {
     /// Index of the stored spectrum of (f₁, f₂). The frequencies f₂ are all stored; f₁ stands for its opposite in the upper half.
     #[inline(always)]
     fn stored_index(&self, f1: usize, f2: usize) -> usize {
-        f1.min(self.volume.grid.lengths()[1] - f1) * self.volume.grid.halves()[2] + f2
+        let row = f1.min(self.volume.grid.lengths()[1] - f1) - self.kernels.first;
+        row * self.volume.grid.halves()[2] + f2
     }
 
     /// The half of the spectrum along y with frequency f₁.
@@ -366,17 +318,11 @@ impl FrequencyBlock<'_> {
         SpectrumHalf::of(f1, self.volume.grid.lengths()[1])
     }
 
-    /// Number of entries of one component of the block.
-    #[inline(always)]
-    fn component_size(&self) -> usize {
-        self.volume.grid.cells[0] * self.volume.grid.halves()[2] * FREQUENCIES_PER_BLOCK
-    }
-
     /// Copies the lines along x of frequency f₂ out of the block.
     #[inline(always)]
     fn load_lines(&mut self, f2: usize) {
         let (n0, l0) = (self.volume.grid.cells[0], self.volume.grid.lengths()[0]);
-        let (count, size, h2) = (self.count(), self.component_size(), self.volume.grid.halves()[2]);
+        let (count, size, h2) = (self.count(), self.volume.component_size(), self.volume.grid.halves()[2]);
         for (p, lines) in self.lines.lines.iter_mut().enumerate() {
             let rows =
                 self.block[p * size..(p + 1) * size].chunks(FREQUENCIES_PER_BLOCK).skip(f2).step_by(h2);
@@ -396,7 +342,7 @@ impl FrequencyBlock<'_> {
     #[inline(always)]
     fn store_lines(&mut self, f2: usize) {
         let (n0, l0) = (self.volume.grid.cells[0], self.volume.grid.lengths()[0]);
-        let (count, size, h2) = (self.count(), self.component_size(), self.volume.grid.halves()[2]);
+        let (count, size, h2) = (self.count(), self.volume.component_size(), self.volume.grid.halves()[2]);
         for (p, lines) in self.lines.lines.iter_mut().enumerate() {
             if p > 1 {
                 lines[..count * l0].chunks_mut(l0).for_each(|line| times_minus_i(&mut line[..n0]));
@@ -520,7 +466,7 @@ impl FrequencyBlock<'_> {
             };
             let (phase, weight) = match a {
                 1 => (v.phase[0][f1], 1.0),
-                _ => (v.phase[1][f2], v.weight(f2)),
+                _ => (v.phase[1][f2], v.wall_sums().weight(f2)),
             };
             // Spectra of a wall have the frequencies along its axis other than x.
             let (g, others) = if a == 1 { (f2, h2) } else { (f1, l1) };

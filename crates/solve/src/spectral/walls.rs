@@ -14,13 +14,17 @@ use super::basis::{BasisOrder, SpectrumHalf, patch_axis};
 use super::grid::BoxGrid;
 use super::kernels::GridKernels;
 use super::line_exchange::{times_i, times_minus_i};
+use super::slabs::{Slabs, part_of};
 use super::volume::WallSpectra;
+use super::wall_sums::{Wall, walls};
+use crate::distribution::Blocks;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
+use std::ops::Range;
 use std::sync::Arc;
-use zonal_math::simd::{self, LANES};
+use zonal_math::simd::{self, LANES, complex_bytes, complex_bytes_mut};
 
 const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
@@ -28,9 +32,10 @@ const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 pub(crate) type WallValues = [[Vec<f64>; 2]; 3];
 
 /// Plans of the transforms along walls.
-pub(crate) struct WallConvolution {
+pub(crate) struct WallConvolution<'a> {
     grid: BoxGrid,
     order: BasisOrder,
+    slabs: Slabs<'a>,
     forward: [Arc<dyn Fft<f64>>; 3],
     back: [Arc<dyn Fft<f64>>; 3],
     real: [Arc<dyn RealToComplex<f64>>; 3],
@@ -56,9 +61,9 @@ impl EdgeComponent {
 /// Real columns that one product of a matrix of adjacent walls serves: four complex ones.
 type ReversedColumns = [f64; LANES];
 
-impl WallConvolution {
+impl<'a> WallConvolution<'a> {
     /// Plans for a grid.
-    pub(crate) fn new(grid: BoxGrid, order: BasisOrder) -> WallConvolution {
+    pub(crate) fn new(grid: BoxGrid, order: BasisOrder, slabs: Slabs<'a>) -> WallConvolution<'a> {
         let n = grid.lengths();
         let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
         WallConvolution {
@@ -68,6 +73,7 @@ impl WallConvolution {
             unreal: n.map(|n| real.plan_fft_inverse(n)),
             grid,
             order,
+            slabs,
         }
     }
 
@@ -85,9 +91,11 @@ impl WallConvolution {
         if a == 2 { self.grid.lengths()[1] } else { self.grid.halves()[2] }
     }
 
-    /// The spectra of both walls across each axis.
+    /// The spectra of both walls across each axis; each rank transforms some walls.
     pub(crate) fn spectra(&self, faces: &WallValues) -> [Option<WallSpectra>; 3] {
-        let one = |(a, side): (usize, usize)| {
+        let list = walls(&self.grid);
+        let one = |w: usize| {
+            let (a, side) = list[w];
             let mut out = Vec::new();
             for (q, face) in faces[a][side].chunks(self.grid.patches(a)).enumerate() {
                 let mut spectrum = self.spectrum(a, face);
@@ -98,13 +106,19 @@ impl WallConvolution {
             }
             out
         };
-        let list: Vec<(usize, usize)> = self.grid.walled().flat_map(|a| [(a, 0), (a, 1)]).collect();
-        let mut made = list.par_iter().map(|&x| one(x)).collect::<Vec<_>>().into_iter();
+        let length = |w: usize| self.order.patch_components() * self.spectrum_length(list[w].0);
+        let blocks = Blocks::new(self.slabs.communicator, list.len(), 1);
+        let mut made = blocks.map_lists(self.slabs.communicator, length, one).into_iter();
         let mut out = [const { None }; 3];
         for a in self.grid.walled() {
             out[a] = made.next().zip(made.next()).map(|(low, high)| [low, high]);
         }
         out
+    }
+
+    /// Numbers of the spectrum of a component of a wall across `a`.
+    fn spectrum_length(&self, a: usize) -> usize {
+        self.stored_frequencies(a) * self.grid.lengths()[OTHER_AXES[a][0]]
     }
 
     /// The spectrum of one wall by `[f_c][f_b]`.
@@ -124,22 +138,36 @@ impl WallConvolution {
         out
     }
 
-    /// Adds the incident power of the walls: twice the real part of the half sums `spectra`.
-    pub(crate) fn add_spectra(&self, spectra: [Option<WallSpectra>; 3], faces: &mut WallValues) {
-        let list = spectra.into_iter().zip(faces).enumerate();
-        let list: Vec<_> = list.filter_map(|(a, (s, f))| s.map(|s| (a, s, f))).collect();
-        list.into_par_iter().for_each(|(a, spectra, faces)| {
-            spectra.into_par_iter().zip(faces.par_iter_mut()).for_each(|(mut s, face)| {
-                let size = s.len() / self.order.patch_components();
-                let parts = s.chunks_mut(size).zip(face.chunks_mut(self.grid.patches(a)));
-                for (q, (spectrum, face)) in parts.enumerate() {
-                    if q > 0 {
-                        times_minus_i(spectrum);
-                    }
-                    self.inverse_spectrum(a, spectrum, face);
+    /// The incident power of all walls: from the voxels, given as half sums of which twice the real part counts, of the walls that this rank completes
+    /// (`from_voxels`); from opposite walls of spectra `sent`, and from adjacent walls.
+    pub(crate) fn incident(
+        &self,
+        k: &GridKernels,
+        (faces, sent): (&WallValues, &[Option<WallSpectra>; 3]),
+        from_voxels: Vec<(Wall, Vec<Complex64>)>,
+    ) -> WallValues {
+        let communicator = self.slabs.communicator;
+        let one = |((a, side), mut spectra): (Wall, Vec<Complex64>)| {
+            self.add_opposite(k, (a, side), sent, &mut spectra);
+            let size = self.spectrum_length(a);
+            let mut face = vec![0.0; self.order.patch_components() * self.grid.patches(a)];
+            let parts = spectra.chunks_mut(size).zip(face.chunks_mut(self.grid.patches(a)));
+            for (q, (spectrum, face)) in parts.enumerate() {
+                if q > 0 {
+                    times_minus_i(spectrum);
                 }
-            });
-        });
+                self.inverse_spectrum(a, spectrum, face);
+            }
+            face
+        };
+        let own: Vec<Vec<f64>> = from_voxels.into_par_iter().map(one).collect();
+        let list = walls(&self.grid);
+        let length = |w: usize| self.order.patch_components() * self.grid.patches(list[w].0);
+        let all = Blocks::new(communicator, list.len(), 1).gather_lists(communicator, length, own);
+        let mut walls = self.zeros();
+        list.iter().zip(all).for_each(|(&(a, side), face)| walls[a][side] = face);
+        self.add_adjacent(k, faces, &mut walls);
+        walls
     }
 
     /// Transforms the spectrum of one wall back and adds it to its values.
@@ -156,56 +184,167 @@ impl WallConvolution {
         }
     }
 
-    /// Adds the exchange of opposite walls in frequency space.
-    pub(crate) fn opposite(
+    /// Adds the radiation of the opposite wall to the spectra of a wall.
+    fn add_opposite(
         &self,
         k: &GridKernels,
+        (a, side): Wall,
         sent: &[Option<WallSpectra>; 3],
-        met: &mut [Option<WallSpectra>; 3],
+        met: &mut [Complex64],
     ) {
-        for a in self.grid.walled() {
-            let (Some(sent), Some(met)) = (&sent[a], &mut met[a]) else { continue };
-            let [b, c] = OTHER_AXES[a];
-            let (lb, hb, lc) = (self.grid.lengths()[b], self.grid.halves()[b], self.grid.lengths()[c]);
-            let size = sent[0].len() / self.order.patch_components();
-            for (side, term) in
-                [0, 1].into_iter().flat_map(|s| k.opposite[a].terms.iter().map(move |t| (s, t)))
-            {
-                let array = &k.opposite[a].arrays[term.array];
-                let from = sent[1 - side][term.q * size..(term.q + 1) * size].par_chunks(lb);
-                let to = met[side][term.p * size..(term.p + 1) * size].par_chunks_mut(lb);
-                to.zip(from).enumerate().for_each(|(f, (met, sent))| {
-                    // Across z all frequencies are stored, with half of their weight; else half of them.
-                    let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
-                    let weight = weight * array.sign(c, SpectrumHalf::of(f, lc));
-                    let kernel = &array.data[f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
-                    for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
-                        let sign = array.sign(b, SpectrumHalf::of(i, lb));
-                        *m += s * (weight * sign * kernel[i.min(lb - i)]);
-                    }
-                });
+        let Some(sent) = &sent[a] else { return };
+        let [b, c] = OTHER_AXES[a];
+        let (lb, hb, lc) = (self.grid.lengths()[b], self.grid.halves()[b], self.grid.lengths()[c]);
+        let size = self.spectrum_length(a);
+        for term in &k.opposite[a].terms {
+            let array = &k.opposite[a].arrays[term.array];
+            let from = sent[1 - side][term.q * size..(term.q + 1) * size].par_chunks(lb);
+            let to = met[term.p * size..(term.p + 1) * size].par_chunks_mut(lb);
+            to.zip(from).enumerate().for_each(|(f, (met, sent))| {
+                // Across z all frequencies are stored, with half of their weight; else half of them.
+                let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
+                let weight = weight * array.sign(c, SpectrumHalf::of(f, lc));
+                let kernel = &array.data[f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
+                for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
+                    let sign = array.sign(b, SpectrumHalf::of(i, lb));
+                    *m += s * (weight * sign * kernel[i.min(lb - i)]);
+                }
+            });
+        }
+    }
+
+    /// The edges with their two walls each, in the order of the pairs of axes: the axis across the wall, and the edge axis.
+    fn edges(&self) -> Vec<(usize, usize)> {
+        self.grid.corners().flat_map(|[a, b]| [(a, 3 - a - b), (b, 3 - a - b)]).collect()
+    }
+
+    /// Numbers of one frequency of a component along an edge: both sides of a wall across `a`.
+    fn edge_line(&self, (a, c): (usize, usize)) -> usize {
+        2 * self.grid.cells[3 - a - c]
+    }
+
+    /// Adds the exchange of adjacent walls. Each rank transforms some walls along their edges, and multiplies some frequencies.
+    fn add_adjacent(&self, k: &GridKernels, sent: &WallValues, met: &mut WallValues) {
+        let (communicator, edges) = (self.slabs.communicator, self.edges());
+        let (rank, ranks) = (self.slabs.rank(), self.slabs.ranks());
+        let own: Vec<usize> = (rank..edges.len()).step_by(ranks).collect();
+        let parts = self.order.patch_components();
+        let components = |e: usize| (0..parts).map(move |q| (e, q));
+        // Transform along the edges; slopes along them are multiplied by i.
+        let one = |&(e, q): &(usize, usize)| {
+            let (a, c) = edges[e];
+            self.along(EdgeComponent { a, c, q }, &sent[a])
+        };
+        let list: Vec<(usize, usize)> = own.iter().flat_map(|&e| components(e)).collect();
+        let spectra: Vec<Vec<Complex64>> = list.par_iter().map(one).collect();
+        // Bring the own frequencies of all walls here, multiply, and bring the products back.
+        let from = self.to_frequencies(&edges, spectra);
+        let to = self.adjacent_products(k, &edges, &from);
+        let spectra = self.to_walls(&edges, to);
+        let one = |(&e, spectra): (&usize, &[Vec<Complex64>])| {
+            let (a, c) = edges[e];
+            let size = parts * self.grid.patches(a);
+            let mut faces = [(); 2].map(|()| vec![0.0; size]);
+            for (q, spectra) in spectra.iter().enumerate() {
+                self.inverse_along(EdgeComponent { a, c, q }, spectra, &mut faces);
+            }
+            faces.concat()
+        };
+        let added: Vec<Vec<f64>> = own.par_iter().zip(spectra.par_chunks(parts)).map(one).collect();
+        let length = |e: usize| 2 * parts * self.grid.patches(edges[e].0);
+        let all = Blocks::new(communicator, edges.len(), 1).gather_lists(communicator, length, added);
+        for (&(a, _), added) in edges.iter().zip(&all) {
+            for (face, added) in met[a].iter_mut().zip(added.chunks(parts * self.grid.patches(a))) {
+                face.iter_mut().zip(added).for_each(|(x, y)| *x += y);
             }
         }
     }
 
-    /// Adds the exchange of adjacent walls.
-    pub(crate) fn adjacent(&self, k: &GridKernels, sent: &WallValues, met: &mut WallValues) {
-        for pair in self.grid.corners() {
+    /// The own frequencies of the walls of all edges by edge and component, from all frequencies of the walls that this rank has transformed.
+    fn to_frequencies(
+        &self,
+        edges: &[(usize, usize)],
+        spectra: Vec<Vec<Complex64>>,
+    ) -> Vec<Vec<Complex64>> {
+        let (ranks, parts) = (self.slabs.ranks(), self.order.patch_components());
+        if ranks == 1 {
+            return spectra;
+        }
+        let own = (self.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
+        let own: Vec<usize> = own.collect();
+        let message = |rank: usize| {
+            let mut bytes = Vec::new();
+            for (&e, list) in own.iter().zip(&spectra) {
+                bytes.extend_from_slice(complex_bytes(&list[self.edge_part(edges[e], rank)]));
+            }
+            bytes
+        };
+        let received = self.slabs.communicator.all_to_all((0..ranks).map(message).collect());
+        let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
+        let list = (0..edges.len()).flat_map(|e| vec![e; parts]);
+        let take = |e: usize| {
+            let mut part = vec![ZERO; self.edge_part(edges[e], self.slabs.rank()).len()];
+            let (bytes, rest) = read[e % ranks].split_at(16 * part.len());
+            read[e % ranks] = rest;
+            complex_bytes_mut(&mut part).copy_from_slice(bytes);
+            part
+        };
+        list.map(take).collect()
+    }
+
+    /// The opposite way of [`WallConvolution::to_frequencies`].
+    fn to_walls(&self, edges: &[(usize, usize)], products: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
+        let (ranks, parts) = (self.slabs.ranks(), self.order.patch_components());
+        if ranks == 1 {
+            return products;
+        }
+        let mut messages = vec![Vec::new(); ranks];
+        for (i, product) in products.iter().enumerate() {
+            messages[i / parts % ranks].extend_from_slice(complex_bytes(product));
+        }
+        let received = self.slabs.communicator.all_to_all(messages);
+        let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
+        let own = (self.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
+        let take = |e: usize| {
+            let frequencies = self.grid.halves()[edges[e].1];
+            let mut whole = vec![ZERO; self.edge_line(edges[e]) * frequencies];
+            for rank in 0..ranks {
+                let part = &mut whole[self.edge_part(edges[e], rank)];
+                let (bytes, rest) = read[rank].split_at(16 * part.len());
+                read[rank] = rest;
+                complex_bytes_mut(part).copy_from_slice(bytes);
+            }
+            whole
+        };
+        own.map(take).collect()
+    }
+
+    /// The numbers of the frequencies of a rank along an edge.
+    fn edge_part(&self, edge: (usize, usize), rank: usize) -> Range<usize> {
+        let (line, f) = (self.edge_line(edge), self.grid.halves()[edge.1]);
+        let own = part_of(f, rank, self.slabs.ranks());
+        own.start * line..own.end * line
+    }
+
+    /// The radiation of adjacent walls on each other at the own frequencies, by edge and component as `from`.
+    fn adjacent_products(
+        &self,
+        k: &GridKernels,
+        edges: &[(usize, usize)],
+        from: &[Vec<Complex64>],
+    ) -> Vec<Vec<Complex64>> {
+        let parts = self.order.patch_components();
+        let mut to: Vec<Vec<Complex64>> = from.iter().map(|list| vec![ZERO; list.len()]).collect();
+        for (i, pair) in self.grid.corners().enumerate() {
             let [a, b] = pair;
-            let (c, h) = (3 - a - b, self.grid.halves()[3 - a - b]);
-            let [na, nb] = [self.grid.cells[a], self.grid.cells[b]];
-            let (parts, set) = (self.order.patch_components(), &k.adjacent[a + b - 1]);
-            let components = |a: usize| (0..parts).map(move |q| EdgeComponent { a, c, q });
-            // Patches of the wall across a by their cells along b, and vice versa; slopes along c times i.
-            let from = [(a, &sent[a]), (b, &sent[b])]
-                .map(|(a, faces)| components(a).map(|part| self.along(part, faces)).collect::<Vec<_>>());
-            let empty = |n: usize| vec![vec![ZERO; 2 * n * h]; parts];
-            let mut to = [empty(nb), empty(na)];
+            let [of_a, of_b] = [2 * i, 2 * i + 1];
+            let [nb, na] = [of_a, of_b].map(|e| self.edge_line(edges[e]) / 2);
+            let set = &k.adjacent[a + b - 1];
+            let (head, tail) = to.split_at_mut(of_b * parts);
             for term in &set.terms {
                 let q = &set.arrays[term.array].data;
-                let [to_a, to_b] = &mut to;
-                let (to_a, to_b) = (&mut to_a[term.p], &mut to_b[term.q]);
-                let (from_a, from_b) = (&from[0][term.p], &from[1][term.q]);
+                let (to_a, to_b) = (&mut head[of_a * parts + term.p], &mut tail[term.q]);
+                let (from_a, from_b) = (&from[of_a * parts + term.p], &from[of_b * parts + term.q]);
                 let sign = |turned: bool| if turned { -1.0 } else { 1.0 };
                 let signs = [patch_axis(a, term.p) == Some(b), patch_axis(b, term.q) == Some(a)].map(sign);
                 to_a.par_chunks_mut(2 * nb).zip(to_b.par_chunks_mut(2 * na)).enumerate().for_each(
@@ -217,12 +356,8 @@ impl WallConvolution {
                     },
                 );
             }
-            for (a, to) in [a, b].into_iter().zip(&to) {
-                for (part, to) in components(a).zip(to) {
-                    self.inverse_along(part, to, &mut met[a]);
-                }
-            }
         }
+        to
     }
 
     /// A component of the walls transformed along the edge, by `[f][side][i]`, times i where it is a slope along the edge.

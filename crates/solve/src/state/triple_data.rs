@@ -4,6 +4,7 @@ use super::area_operator::AreaOperator;
 use super::light_data::{LightData, direct_light};
 use super::ray_tracing::RayTracing;
 use super::surroundings_data::SurroundingsData;
+use crate::sum_order::SharedZones;
 use crate::direct_light::emitter_exchange::PatchExchange;
 use crate::errors::closure_error::unexplained_fractions;
 use crate::exchange_areas::ExchangeAreas;
@@ -49,9 +50,9 @@ impl TripleData {
         let mut exterior = rays.surroundings(settings)?;
         check_interrupted(settings.progress)?;
         let mut operator = AreaOperator::new(areas, zones, triple);
-        let measured = closure::measure(&operator, zones, &exterior);
+        let measured = closure::measure(&operator, SharedZones::alone(zones), &exterior);
         let rows = match scene.restores_closure() {
-            true => closure::restore(&mut operator, zones, &mut exterior, measured),
+            true => closure::restore(&mut operator, SharedZones::alone(zones), &mut exterior, measured),
             false => measured,
         };
         let fractions = unexplained_fractions(zones, &rows, &exterior);
@@ -60,7 +61,7 @@ impl TripleData {
         if !scene.lights().is_empty() {
             let exchange = PatchExchange {
                 scene,
-                zones,
+                zones: SharedZones::alone(zones),
                 operator: &operator,
                 fractions: &fractions,
                 surroundings: &exterior,

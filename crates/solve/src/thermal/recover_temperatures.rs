@@ -9,12 +9,14 @@ use super::boundary_conditions::set_emissive_powers;
 use super::heat_table::{self, ZoneSums};
 use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
+use crate::sum_order::SharedZones;
+use crate::errors::estimate::error_estimate;
 use crate::errors::consistency;
 use crate::report::energy_balance::balance_zones;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{
-    Band, Bands, Diagnostic, EnergyBalance, ErrorEstimate, Fields, HeatReport, LightGroup, Report, Scene,
+    Band, Bands, Diagnostic, EnergyBalance, Fields, HeatReport, LightGroup, Report, Scene,
     ThermalCondition, ThermalFields, Zones,
 };
 
@@ -84,9 +86,9 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
 /// Sets the errors in the report of a triple from those of its fields.
 fn estimate_errors(own: &mut SolvedTriple) {
     let (zones, fields) = (&*own.zones, &*own.fields);
-    own.report.estimate = ErrorEstimate::of(fields, zones.voxel_offset(), own.report.estimate.grade);
+    own.report.estimate = error_estimate(SharedZones::alone(zones), fields, own.report.estimate.grade);
     own.report.energy_error =
-        consistency::power_errors(zones, &own.report.energy, fields, |i| fields.total_error(i));
+        consistency::power_errors(SharedZones::alone(zones), &own.report.energy, fields, |i| fields.total_error(i));
 }
 
 /// Sunlight that every zone absorbs, W/m² or W/m³; 0 without.
@@ -149,7 +151,7 @@ fn set_emission(balances: &SpectralBalances, t: usize, own: &mut SolvedTriple, e
     own.report.energy = Default::default();
     let incident = [own.fields.incident.as_slice(), &own.fields.direct];
     for g in own.groups.iter_mut() {
-        g.energy = balance_zones(own.scene, own.zones, incident, &g.energy, own.emitters);
+        g.energy = balance_zones(own.scene, SharedZones::alone(own.zones), incident, &g.energy, own.emitters);
         own.report.energy.add(&g.energy);
     }
 }

@@ -36,6 +36,7 @@
 //! Together less than [`RELATIVE_RADIUS`]. A κ below [`MIN_OPTICAL_DEPTH`]/L, L the longest length of the grid, is raised to that value: the
 //! incident power changes by less than 1e-25.
 
+use super::chunk_evaluator::ChunkEvaluator;
 use super::pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, PI};
@@ -271,8 +272,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+/// Lines of a table per task.
+const LINES_PER_CHUNK: usize = 8;
+
 /// The tables of pairs in a periodic grid, as [`LinearBasisPairs::tables`].
-pub(super) fn tables(pairs: &LinearBasisPairs, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
+pub(super) fn tables(
+    pairs: &LinearBasisPairs,
+    terms: &[[usize; 3]],
+    evaluator: &dyn ChunkEvaluator,
+) -> Vec<Vec<f64>> {
     let PeriodicGrid { period, .. } = *pairs.images;
     let axes = [0, 1, 2].map(|k| AxisProfile {
         along: pairs.along[k],
@@ -281,11 +289,11 @@ pub(super) fn tables(pairs: &LinearBasisPairs, terms: &[[usize; 3]]) -> Vec<Vec<
         period: period[k].filter(|_| pairs.along[k] == AxisRelation::Extended),
     });
     let counts = pairs.slots();
-    let mut out = vec![vec![0.0; counts.iter().product()]; terms.len()];
+    let size = counts.iter().product();
     let patches = pairs.patches();
     let level = axes.iter().filter(|a| a.period.is_some()).count() > 1;
     if pairs.kappa == 0.0 && patches == 0 && level {
-        return out;
+        return vec![vec![0.0; size]; terms.len()];
     }
     let shortest = pairs.edges.iter().copied().fold(f64::INFINITY, f64::min);
     let length = |a: &AxisProfile| a.edge * a.period.unwrap_or(0).max(a.count) as f64;
@@ -299,15 +307,21 @@ pub(super) fn tables(pairs: &LinearBasisPairs, terms: &[[usize; 3]]) -> Vec<Vec<
         };
         (0..3).map(of).collect()
     });
-    for (term, out) in terms.iter().zip(&mut out) {
+    let table = |term: &[usize; 3]| {
         let [of0, of1, of2] = [0, 1, 2].map(|k| &profiles[k][term[k]]);
-        out.par_chunks_mut(counts[2]).enumerate().for_each(|(i, line)| {
+        let line = |i: usize| {
             let (a, b) = (&of0[i / counts[1]], &of1[i % counts[1]]);
             let both: Vec<f64> = nodes.weight.iter().zip(a).zip(b).map(|((w, a), b)| w * a * b).collect();
-            line.iter_mut().zip(of2).for_each(|(o, c)| *o = dot(&both, c));
-        });
-    }
-    out
+            of2.iter().map(|c| dot(&both, c)).collect::<Vec<f64>>()
+        };
+        let lines = counts[0] * counts[1];
+        let chunk = |k: usize| {
+            let own = k * LINES_PER_CHUNK..((k + 1) * LINES_PER_CHUNK).min(lines);
+            own.flat_map(line).collect()
+        };
+        evaluator.evaluate(lines.div_ceil(LINES_PER_CHUNK), &chunk).concat()
+    };
+    terms.iter().map(table).collect()
 }
 
 #[cfg(test)]

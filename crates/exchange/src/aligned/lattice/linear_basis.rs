@@ -27,9 +27,9 @@
 //! grids are in `gaussian_sums.rs`. The images of a period of one cell are a row without end, of density one: slopes along it are zero by symmetry,
 //! and so are their factors there.
 
+use super::chunk_evaluator::ChunkEvaluator;
 use super::gaussian_sums;
 use super::pair_layout::{AxisRelation, LinearBasisPairs};
-use rayon::prelude::*;
 use zonal_math::gauss_legendre;
 use zonal_math::simd::{self, LANES};
 
@@ -130,20 +130,19 @@ impl LinearBasisPairs<'_> {
     ///
     /// # Panics
     /// On an edge that is not positive and finite, an extinction that is negative or infinite.
-    pub fn tables(&self, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
+    pub fn tables(&self, terms: &[[usize; 3]], evaluator: &dyn ChunkEvaluator) -> Vec<Vec<f64>> {
         assert!(self.edges.iter().all(|e| *e > 0.0 && e.is_finite()), "edges {:?}", self.edges);
         assert!(self.kappa >= 0.0 && self.kappa.is_finite(), "extinction {} 1/m", self.kappa);
         if self.images.is_periodic() {
-            return gaussian_sums::tables(self, terms);
+            return gaussian_sums::tables(self, terms, evaluator);
         }
         let [n0, n1, n2] = self.slots();
         let mut out = vec![vec![0.0; n0 * n1 * n2]; terms.len()];
         let firsts: Vec<usize> = (0..self.slots()[0]).step_by(LINEAR_BASIS.planes_per_chunk).collect();
         for some in firsts.chunks(LINEAR_BASIS.chunks_in_memory) {
-            let done: Vec<Vec<Vec<f64>>> =
-                some.par_iter().with_max_len(1).map(|&first| self.compute_planes(first, terms)).collect();
+            let done = evaluator.evaluate(some.len(), &|k| self.compute_planes(some[k], terms).concat());
             for (&first, planes) in some.iter().zip(done) {
-                for (raw, plane) in planes.chunks(terms.len()).enumerate() {
+                for (raw, plane) in planes.chunks(terms.len() * n1 * n2).enumerate() {
                     self.add_plane(first + raw, plane, terms, &mut out);
                 }
             }
@@ -172,12 +171,12 @@ impl LinearBasisPairs<'_> {
     }
 
     /// Adds a plane of offset `raw` along the first axis to its places.
-    fn add_plane(&self, raw: usize, plane: &[Vec<f64>], terms: &[[usize; 3]], out: &mut [Vec<f64>]) {
+    fn add_plane(&self, raw: usize, plane: &[f64], terms: &[[usize; 3]], out: &mut [Vec<f64>]) {
         let targets = match self.along[0] {
             AxisRelation::Extended => self.targets_of_offset(0, raw, 0),
             _ => self.targets(0, raw).into_iter().filter(|g| g.slot < self.slots()[0]).collect(),
         };
-        for ((plane, term), out) in plane.iter().zip(terms).zip(out) {
+        for ((plane, term), out) in plane.chunks(plane.len() / terms.len()).zip(terms).zip(out) {
             for g in &targets {
                 let by = if self.is_odd(0, term[0]) { g.odd } else { g.even };
                 let to = &mut out[g.slot * plane.len()..(g.slot + 1) * plane.len()];

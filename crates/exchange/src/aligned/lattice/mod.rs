@@ -15,9 +15,12 @@
 //!
 //! In a periodic grid an entry is the sum over the images of its offset (`periodic.rs`, `gaussian_sums.rs`).
 //!
-//! Work is divided into fixed chunks of whole batches, so that no value depends on the number of threads.
+//! Work is divided into fixed chunks of whole batches, so that no value depends on the number of threads, nor on the number of processes that share
+//! the chunks ([`ChunkEvaluator`]).
 
+mod chunk_evaluator;
 mod gaussian_sums;
+mod grid_tables;
 mod linear_basis;
 mod offset_family;
 mod offset_index;
@@ -28,10 +31,12 @@ mod table;
 mod voxel_block;
 mod wall_table;
 
+pub use chunk_evaluator::{ChunkEvaluator, OneProcess};
 pub use offset_family::MethodCounts;
 pub use offset_table::OffsetTable;
 pub use pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
 pub use voxel_block::{VoxelBlock, voxel_block};
+pub use grid_tables::GridTables;
 pub use wall_table::WallTable;
 
 #[cfg(test)]

@@ -36,6 +36,18 @@ impl MethodCounts {
     pub fn total(&self) -> usize {
         self.moments + self.closed + self.gauss + self.pyramid + self.gaussians + self.unseen
     }
+    /// Number of the kinds of entries.
+    pub(super) const KINDS: usize = 6;
+    /// The counts as numbers of a chunk.
+    pub(super) fn to_reals(self) -> [f64; MethodCounts::KINDS] {
+        [self.moments, self.closed, self.gauss, self.pyramid, self.gaussians, self.unseen].map(|n| n as f64)
+    }
+    /// The inverse of [`MethodCounts::to_reals`].
+    pub(super) fn from_reals(reals: &[f64]) -> MethodCounts {
+        let at = |k: usize| reals.get(k).map_or(0, |x| *x as usize);
+        let [moments, closed, gauss, pyramid, gaussians, unseen] = [0, 1, 2, 3, 4, 5].map(at);
+        MethodCounts { moments, closed, gauss, pyramid, gaussians, unseen }
+    }
     fn count(&mut self, method: Method, n: usize) {
         *match method {
             Method::Moments => &mut self.moments,
@@ -58,7 +70,7 @@ impl MethodCounts {
 }
 
 /// Entries per parallel task, in whole batches.
-const OFFSETS_PER_CHUNK: usize = 512 * LANES;
+pub(super) const OFFSETS_PER_CHUNK: usize = 512 * LANES;
 
 /// Pairs of boxes whose centre offsets are (i + shift) · step.
 pub(super) struct OffsetFamily {

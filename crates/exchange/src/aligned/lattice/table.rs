@@ -1,6 +1,7 @@
 //! A table of factors by offset: values and radii in the order of an [`OffsetIndex`].
 
-use super::offset_family::{MethodCounts, OffsetFamily};
+use super::chunk_evaluator::ChunkEvaluator;
+use super::offset_family::{MethodCounts, OFFSETS_PER_CHUNK, OffsetFamily};
 use super::offset_index::OffsetIndex;
 use zonal_math::Bounded;
 
@@ -9,6 +10,7 @@ use zonal_math::Bounded;
 pub(super) struct FactorTable {
     pub index: OffsetIndex,
     pub values: Vec<f64>,
+    /// Empty where processes shared the table: then [`FactorTable::worst_relative`] bounds all radii.
     pub radii: Vec<f64>,
     /// Entries by method.
     pub counts: MethodCounts,
@@ -17,10 +19,38 @@ pub(super) struct FactorTable {
 }
 
 impl FactorTable {
-    /// Computes all offsets of `index` on rayon's threads.
-    pub(super) fn new(index: OffsetIndex, family: &OffsetFamily) -> FactorTable {
-        let (values, radii, counts) = family.fill_parallel(&index.offsets());
-        FactorTable { index, values, radii, counts, worst_relative: None }
+    /// Computes all offsets of `index`.
+    pub(super) fn new(
+        index: OffsetIndex,
+        family: &OffsetFamily,
+        evaluator: &dyn ChunkEvaluator,
+    ) -> FactorTable {
+        let offsets = index.offsets();
+        if evaluator.is_alone() {
+            let (values, radii, counts) = family.fill_parallel(&offsets);
+            return FactorTable { index, values, radii, counts, worst_relative: None };
+        }
+        // Values, the counts of the methods, and the largest relative radius of each chunk.
+        let chunk = |k: usize| {
+            let first = k * OFFSETS_PER_CHUNK;
+            let own = &offsets[first..(first + OFFSETS_PER_CHUNK).min(offsets.len())];
+            let (mut values, mut radii) = (vec![0.0; own.len()], vec![0.0; own.len()]);
+            let counts = family.fill(own, &mut values, &mut radii);
+            let worst = worst_relative_radius(&values, &radii);
+            values.extend(counts.to_reals());
+            values.push(worst);
+            values
+        };
+        let chunks = offsets.len().div_ceil(OFFSETS_PER_CHUNK);
+        let (mut all, mut counts, mut worst) =
+            (Vec::with_capacity(offsets.len()), MethodCounts::default(), 0.0f64);
+        for mut values in evaluator.evaluate(chunks, &chunk) {
+            worst = worst.max(values.pop().unwrap_or(f64::INFINITY));
+            let of_methods = values.split_off(values.len() - MethodCounts::KINDS);
+            counts = counts.plus(MethodCounts::from_reals(&of_methods));
+            all.extend(values);
+        }
+        FactorTable { index, values: all, radii: Vec::new(), counts, worst_relative: Some(worst) }
     }
     /// Value and radius at an offset.
     ///
@@ -28,14 +58,20 @@ impl FactorTable {
     /// On an offset outside the table.
     pub(super) fn get(&self, offset: [i64; 3]) -> Bounded {
         let i = self.index.place(offset);
-        Bounded::proved(self.values[i], self.radii[i])
+        let worst = || self.worst_relative.unwrap_or(f64::INFINITY) * self.values[i];
+        Bounded::proved(self.values[i], self.radii.get(i).copied().unwrap_or_else(worst))
     }
     /// Largest relative radius.
     pub(super) fn worst_relative_radius(&self) -> f64 {
         if let Some(worst) = self.worst_relative {
             return worst;
         }
-        let of = |(v, r): (&f64, &f64)| if *v > 0.0 { r / v } else { 0.0 };
-        self.values.iter().zip(&self.radii).map(of).fold(0.0, f64::max)
+        worst_relative_radius(&self.values, &self.radii)
     }
+}
+
+/// The largest radius over its value.
+fn worst_relative_radius(values: &[f64], radii: &[f64]) -> f64 {
+    let of = |(v, r): (&f64, &f64)| if *v > 0.0 { r / v } else { 0.0 };
+    values.iter().zip(radii).map(of).fold(0.0, f64::max)
 }

@@ -56,7 +56,7 @@ fn voxel_tables_agree_with_cell_integration() {
         [([0.7; 3], [9, 8, 7]), ([1.0, 1.0, 0.4], [6, 6, 9]), ([2.0, 0.1, 0.5], [5, 30, 8])]
     {
         for (kappa, tolerance) in [(0.0, 1e-10), (0.0, 1e-3), (0.15, 1e-10), (2.5, 1e-8)] {
-            let table = OffsetTable::new(edges, counts, kappa, tolerance);
+            let table = GridTables::new(edges, counts, kappa, tolerance).voxels();
             assert_eq!(table.method_counts().total(), table.len());
             let offsets = table.0.index.offsets();
             for o in offsets.iter().step_by(offsets.len() / 40).chain(&offsets[..12]) {
@@ -70,7 +70,7 @@ fn voxel_tables_agree_with_cell_integration() {
 
 #[test]
 fn moment_series_serves_most_entries() {
-    let table = OffsetTable::new([1.0; 3], [30; 3], 0.0, 1e-10);
+    let table = GridTables::new([1.0; 3], [30; 3], 0.0, 1e-10).voxels();
     assert!(table.method_counts().moments + 40 > table.len(), "{:?}", table.method_counts());
     let far = table.get([29, 28, 27]);
     assert!(far.radius > 0.0 && far.radius < 1e-10 * far.value);
@@ -82,8 +82,8 @@ fn wall_tables_agree_with_cell_integration() {
     for (kappa, tolerance) in [(0.0, 1e-10), (0.2, 1e-9), (0.0, 1e-3)] {
         for axis in 0..3 {
             let floor = cell(edges, [0; 3]).walls()[2 * axis];
-            let voxels = WallTable::voxels(edges, counts, axis, kappa, tolerance);
-            let opposite = WallTable::opposite(edges, counts, axis, kappa, tolerance);
+            let voxels = GridTables::new(edges, counts, kappa, tolerance).wall(axis);
+            let opposite = GridTables::new(edges, counts, kappa, tolerance).opposite(axis);
             for o in [[0, 0, 0], [1, 0, 0], [0, 3, 1], [2, 2, 2], [5, 4, 8], [-3, -2, 4], [4, 0, 7]] {
                 let mut o: [i64; 3] = o;
                 o[axis] = o[axis].abs();
@@ -96,7 +96,7 @@ fn wall_tables_agree_with_cell_integration() {
             }
         }
         for axes in [[0, 1], [2, 1], [0, 2]] {
-            let table = WallTable::adjacent(edges, counts, axes, kappa, tolerance);
+            let table = GridTables::new(edges, counts, kappa, tolerance).adjacent(axes);
             for o in [[0, 0, 0], [1, 0, 0], [0, 3, 1], [2, 2, 2], [5, 4, 8], [3, 0, 8]] {
                 // A patch of the first wall at `o` along the second's axis, and the other way round.
                 let (mut first, mut second): ([i64; 3], [i64; 3]) = ([0; 3], o);
@@ -147,7 +147,7 @@ fn voxel_block_agrees_with_single_pairs() {
 fn threads_do_not_change_a_bit() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| OffsetTable::new([1.0, 1.0, 0.5], [40, 30, 30], 0.05, 1e-8).0)
+        pool.install(|| GridTables::new([1.0, 1.0, 0.5], [40, 30, 30], 0.05, 1e-8).voxels().0)
     };
     let (one, three) = (run(1), run(3));
     assert!(one.values == three.values && one.radii == three.radii && one.counts == three.counts);
@@ -156,7 +156,7 @@ fn threads_do_not_change_a_bit() {
 #[test]
 #[should_panic(expected = "outside of the table")]
 fn offset_outside_table_panics() {
-    OffsetTable::new([1.0; 3], [4, 4, 2], 0.0, 1e-3).get([2, 2, 3]);
+    GridTables::new([1.0; 3], [4, 4, 2], 0.0, 1e-3).voxels().get([2, 2, 3]);
 }
 
 #[test]

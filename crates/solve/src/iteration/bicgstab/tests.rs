@@ -1,3 +1,4 @@
+use crate::sum_order::SumOrder;
 use super::*;
 use crate::operator::ExchangeOperator;
 use zonal_scene::{NoCheckpoints, NoProgress};
@@ -33,7 +34,7 @@ fn cavities(absorbed: &[f64], noise: f64) -> (RowOperator, Vec<Bands>) {
 }
 
 fn system<'a>(g: &'a RowOperator, weights: &'a [Bands], targets: &'a [f64]) -> LinearSystem<'a> {
-    LinearSystem { operator: g, weights, targets }
+    LinearSystem { operator: g, weights, targets, sums: SumOrder::plain() }
 }
 
 const STOP: StoppingCriterion = StoppingCriterion { residual: 1e-6, max_iterations: 200 };

@@ -1,3 +1,4 @@
+use crate::sum_order::SumOrder;
 use super::*;
 use crate::iteration::test_operators::{MemoryStore, PackedOperator, forty_zones, two_walls};
 use zonal_scene::{NoCheckpoints, NoProgress};
@@ -10,7 +11,7 @@ fn run(
     stop: (f64, usize),
 ) -> Vec<IterationResult> {
     let weights: Vec<Bands> = targets.iter().map(|t| Bands::splat(w / t)).collect();
-    let system = LinearSystem { operator: g, weights: &weights, targets };
+    let system = LinearSystem { operator: g, weights: &weights, targets, sums: SumOrder::plain() };
     solve(
         &system,
         sources.to_vec(),
@@ -81,7 +82,7 @@ fn warm_start_at_the_solution_needs_no_iteration() {
     let (g, rows) = forty_zones();
     let source: Vec<Bands> = (0..40).map(|i| Bands::splat(1.0 + i as f64)).collect();
     let weights: Vec<Bands> = rows.iter().map(|t| Bands::splat(0.9 / t)).collect();
-    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows };
+    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
     let stop = StoppingCriterion { residual: 1e-10, max_iterations: 100 };
     let (once, _) = solve(&system, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
     let (again, _) =
@@ -99,7 +100,7 @@ fn resumed_iteration_is_bit_identical() {
     };
     // Absorption differs widely between zones, so that convergence is slow.
     let weights: Vec<Bands> = (0..40).map(|i| Bands::splat((1.0 - 1.0 / (2 + i) as f64) / rows[i])).collect();
-    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows };
+    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
     fn check<E: BandEntry<N>, const N: usize>(system: &LinearSystem, sources: &[Vec<Bands>]) -> Vec<u8> {
         let store = MemoryStore::default();
         let with = |n, v: &dyn CheckpointStore| {

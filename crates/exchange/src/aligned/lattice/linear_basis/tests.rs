@@ -1,4 +1,5 @@
-use super::super::offset_table::OffsetTable;
+use super::super::chunk_evaluator::OneProcess;
+use super::super::grid_tables::GridTables;
 use super::super::pair_layout::PeriodicGrid;
 use super::super::wall_table::WallTable;
 use super::*;
@@ -14,7 +15,7 @@ fn tables(
     terms: &[[usize; 3]],
 ) -> Vec<Vec<f64>> {
     let images = PeriodicGrid::new(NO_PERIOD, edges, kappa);
-    LinearBasisPairs { edges, counts, along, kappa, images: &images }.tables(terms)
+    LinearBasisPairs { edges, counts, along, kappa, images: &images }.tables(terms, &OneProcess)
 }
 
 #[test]
@@ -34,13 +35,13 @@ fn constant_terms_equal_proved_tables() {
                 assert!((got / want - 1.0).abs() < 2e-11, "{edges:?} {along:?} {d:?}: {got} {want}");
             }
         };
-        let v = OffsetTable::new(edges, counts, kappa, 1e-12);
+        let v = GridTables::new(edges, counts, kappa, 1e-12).voxels();
         check([Extended; 3], &|d| v.get(d).value);
-        let s = WallTable::voxels(edges, counts, 1, kappa, 1e-12);
+        let s = GridTables::new(edges, counts, kappa, 1e-12).wall(1);
         check([Extended, OffWall, Extended], &|d| s.get(d).value);
-        let o = WallTable::opposite(edges, counts, 2, kappa, 1e-12);
+        let o = GridTables::new(edges, counts, kappa, 1e-12).opposite(2);
         check([Extended, Extended, OppositeWalls], &|d| o.get(d).value);
-        let q = WallTable::adjacent(edges, counts, [0, 2], kappa, 1e-12);
+        let q = GridTables::new(edges, counts, kappa, 1e-12).adjacent([0, 2]);
         check([OffWall, Extended, OffWall], &|d| q.get(d).value);
     }
 }
@@ -132,7 +133,7 @@ fn periodic_linear_tables_equal_sums_over_longer_grid() {
     let images = PeriodicGrid::new([Some(4), Some(3), None], edges, kappa);
     let terms = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [2, 0, 0], [0, 1, 1]];
     let counts = [3, 2, 5];
-    let got = LinearBasisPairs { edges, counts, along: [Extended; 3], kappa, images: &images }.tables(&terms);
+    let got = LinearBasisPairs { edges, counts, along: [Extended; 3], kappa, images: &images }.tables(&terms, &OneProcess);
     let plain = tables(edges, [14, 15, 5], [Extended; 3], kappa, &terms);
     for (t, term) in terms.iter().enumerate() {
         for (i, got) in got[t].iter().enumerate() {
