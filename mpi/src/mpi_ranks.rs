@@ -7,7 +7,8 @@ use mpi::datatype::{Partition, PartitionMut};
 use mpi::traits::CommunicatorCollectives;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use zonal_solve::distribution::Communicator;
+use zonal_math::simd::{complex_parts, complex_parts_mut};
+use zonal_solve::distribution::{Communicator, ExchangeBuffers};
 
 /// Most bytes that a rank receives in one call of MPI.
 const MAX_RECEIVED_BYTES: usize = 1 << 30;
@@ -19,6 +20,7 @@ type Parts = Vec<Vec<u8>>;
 enum Request {
     AllGather(Vec<u8>, Sender<Parts>),
     AllToAll(Parts, Sender<Parts>),
+    Exchange(ExchangeBuffers, Sender<ExchangeBuffers>),
 }
 
 /// The processes of MPI, for the threads of a solve.
@@ -45,17 +47,18 @@ impl MpiServer {
     pub(crate) fn serve(self, world: &impl CommunicatorCollectives) {
         for request in self.requests {
             // A receiver that is gone has ended with an error of its own.
-            let _ = match request {
-                Request::AllGather(own, reply) => reply.send(all_gather(world, &own)),
-                Request::AllToAll(parts, reply) => reply.send(all_to_all(world, &parts)),
-            };
+            match request {
+                Request::AllGather(own, reply) => drop(reply.send(all_gather(world, &own))),
+                Request::AllToAll(parts, reply) => drop(reply.send(all_to_all(world, &parts))),
+                Request::Exchange(buffers, reply) => drop(reply.send(exchange(world, buffers))),
+            }
         }
     }
 }
 
 impl MpiRanks {
     /// Sends a request to the thread of MPI and waits for the reply.
-    fn request(&self, request: impl FnOnce(Sender<Parts>) -> Request) -> Parts {
+    fn request<T>(&self, request: impl FnOnce(Sender<T>) -> Request) -> T {
         let (sender, reply) = channel();
         let sent = self.requests.lock().is_ok_and(|requests| requests.send(request(sender)).is_ok());
         let received = if sent { reply.recv().ok() } else { None };
@@ -75,6 +78,9 @@ impl Communicator for MpiRanks {
     }
     fn all_to_all(&self, parts: Parts) -> Parts {
         self.request(|reply| Request::AllToAll(parts, reply))
+    }
+    fn exchange(&self, buffers: ExchangeBuffers) -> ExchangeBuffers {
+        self.request(|reply| Request::Exchange(buffers, reply))
     }
 }
 
@@ -101,6 +107,12 @@ fn layout(lengths: &[usize]) -> (Vec<i32>, Vec<i32>) {
     (counts, displacements)
 }
 
+/// A buffer with a place in memory, also if it is empty: MPI gives some addresses, which an empty list may have, a meaning of their own.
+fn placed(mut buffer: Vec<u8>) -> Vec<u8> {
+    buffer.reserve(1);
+    buffer
+}
+
 /// Appends the lists that lie one after the other in `buffer` to those of `out`.
 fn append(out: &mut Parts, buffer: &[u8], lengths: &[usize]) {
     let mut start = 0;
@@ -121,12 +133,34 @@ fn all_gather(world: &impl CommunicatorCollectives, own: &[u8]) -> Parts {
         let received: Vec<usize> =
             lengths.iter().map(|l| length_of_round(*l as usize, round, limit)).collect();
         let (counts, displacements) = layout(&received);
-        let mut buffer = vec![0u8; received.iter().sum()];
+        let mut buffer = placed(vec![0u8; received.iter().sum()]);
         let mut target = PartitionMut::new(&mut buffer[..], counts, displacements);
-        world.all_gather_varcount_into(part_of_round(own, round, limit), &mut target);
+        let sent = part_of_round(own, round, limit);
+        match sent.is_empty() {
+            true => world.all_gather_varcount_into(&placed(Vec::new())[..], &mut target),
+            false => world.all_gather_varcount_into(sent, &mut target),
+        }
         append(&mut out, &buffer, &received);
     }
     out
+}
+
+/// An exchange whose lengths are known, without copies.
+fn exchange(world: &impl CommunicatorCollectives, mut buffers: ExchangeBuffers) -> ExchangeBuffers {
+    // Pairs of numbers of eight bytes; no batch of planes comes near the limit of 32-bit counts.
+    let in_numbers = |lengths: &[usize]| layout(&lengths.iter().map(|n| 2 * n).collect::<Vec<_>>());
+    let (counts, displacements) = in_numbers(&buffers.sent_lengths);
+    let (received_counts, received_displacements) = in_numbers(&buffers.received_lengths);
+    buffers.sent.reserve(1);
+    buffers.received.reserve(1);
+    let source = Partition::new(complex_parts(&buffers.sent), counts, displacements);
+    let mut target = PartitionMut::new(
+        complex_parts_mut(&mut buffers.received),
+        received_counts,
+        received_displacements,
+    );
+    world.all_to_all_varcount_into(&source, &mut target);
+    buffers
 }
 
 fn all_to_all(world: &impl CommunicatorCollectives, parts: &[Vec<u8>]) -> Parts {
@@ -142,15 +176,16 @@ fn all_to_all(world: &impl CommunicatorCollectives, parts: &[Vec<u8>]) -> Parts 
     let rounds = (all_longest.iter().max().copied().unwrap_or(0) as usize).div_ceil(limit);
     let mut out: Parts = incoming.iter().map(|l| Vec::with_capacity(*l as usize)).collect();
     for round in 0..rounds {
-        let sent: Vec<u8> = parts.iter().flat_map(|p| part_of_round(p, round, limit)).copied().collect();
-        let of_round = |lengths: &[u64]| -> Vec<usize> {
+        let of_round: Vec<&[u8]> = parts.iter().map(|p| part_of_round(p, round, limit)).collect();
+        let sent = placed(of_round.concat());
+        let in_round = |lengths: &[u64]| -> Vec<usize> {
             lengths.iter().map(|l| length_of_round(*l as usize, round, limit)).collect()
         };
-        let (counts, displacements) = layout(&of_round(&lengths));
+        let (counts, displacements) = layout(&in_round(&lengths));
         let source = Partition::new(&sent[..], counts, displacements);
-        let received = of_round(&incoming);
+        let received = in_round(&incoming);
         let (counts, displacements) = layout(&received);
-        let mut buffer = vec![0u8; received.iter().sum()];
+        let mut buffer = placed(vec![0u8; received.iter().sum()]);
         let mut target = PartitionMut::new(&mut buffer[..], counts, displacements);
         world.all_to_all_varcount_into(&source, &mut target);
         append(&mut out, &buffer, &received);
@@ -173,6 +208,12 @@ mod tests {
                 (0..rounds + 1).map(|r| length_of_round(bytes.len(), r, limit)).collect();
             assert_eq!(lengths, parts.iter().map(|p| p.len()).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn empty_buffers_have_a_place() {
+        // The address of an empty list without memory is its alignment, and some libraries give the address 1 a meaning.
+        assert!(placed(Vec::new()).as_ptr().addr() > 16);
     }
 
     #[test]

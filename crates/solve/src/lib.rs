@@ -65,6 +65,7 @@ pub mod total_exchange_areas;
 mod triple_checkpoints;
 mod unobstructed_cells;
 mod zonal_solution;
+pub mod zone_division;
 mod zone_power;
 
 pub use operator::ExchangeOperator;

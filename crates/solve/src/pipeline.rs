@@ -30,6 +30,7 @@ use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
 use crate::triple_checkpoints::TripleCheckpoints;
 use crate::zonal_solution::ZonalSolution;
+use crate::zone_division;
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError,
@@ -84,6 +85,7 @@ fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, Sce
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport)?;
     let excluded = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
+    let zones = zone_division::divide(&scene, &transport, zones, settings)?;
     // Solve for the fields.
     let mut solved = solve_on_zones(&scene, transport, zones, settings)?;
     solved[0].report.warnings.splice(0..0, excluded);
@@ -163,7 +165,9 @@ fn solve_with_reflectances(
     thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
     for (scene, s) in scene.triples().zip(&mut solved) {
         s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report));
-        finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report)?;
+        let checked =
+            finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report);
+        finite::agree(checked, &s.zones, settings.communicator)?;
         s.zones.own_reflectances = Vec::new();
     }
     Ok(solved)
@@ -287,9 +291,9 @@ fn prepare(
     check_interrupted(settings.progress)?;
     // Select the engine.
     let size = ProblemSize::new(scene, zones, transport).with_images(mirrored.map(|m| &m.images));
-    let pair_settings = settings.pair_settings;
+    let (pair_settings, ranks) = (settings.pair_settings, settings.communicator.size());
     let choice =
-        selection::select_engine(scene, zones, transport, &size, (pair_settings, settings.memory_limit))?;
+        selection::select_engine(scene, zones, transport, &size, (pair_settings, settings.memory_limit), ranks)?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
     let shadow_rays = |l: usize| illuminate_triple(triple, l, settings);

@@ -4,12 +4,15 @@ use super::context::{Context, memory_limit, option_failure};
 use super::solving::{checkpoint_keys, path_beside, solve_and_hash};
 use super::voxel_factors::VoxelFactors;
 use crate::table;
+use std::borrow::Cow;
+use std::cell::Cell;
 use std::path::PathBuf;
 use zonal_io::output::{self, CheckpointFolder, CheckpointState};
 use zonal_report::{Failure, check_output, note, say};
 use zonal_scene::{CheckpointStore, Engine, LightGrouping, NoCheckpoints, Scene, Solution, ZoneBasis};
 use zonal_solve::SolveSettings;
 use zonal_solve::distribution::{Communicator, SingleProcess};
+use zonal_solve::zone_division;
 
 /// Solve a scene and write the solution.
 ///
@@ -101,11 +104,29 @@ pub fn run_on_ranks(args: &Args, context: Context, communicator: &dyn Communicat
         folder.iter().filter(|_| is_first).for_each(CheckpointFolder::remove);
         Failure::in_file(&args.scene, e)
     })?;
+    // Write the solution, then remove the checkpoint. The first rank writes, and collects the fields of the others.
+    let collected = Cell::new(0);
+    let collect: &output::CollectZones = &|own| {
+        collected.set(collected.get() + 1);
+        zone_division::collect(&solution, communicator, own)
+    };
     if !is_first {
+        output::collect_solution(&solution, collect);
         return Ok(());
     }
-    // Write the solution, then remove the checkpoint.
-    output::write_solution(&args.output, &solution)?;
+    let written = output::write_divided_solution(&args.output, &solution, collect);
+    if written.is_err() {
+        // The other ranks send what is left.
+        let left = Cell::new(collected.get());
+        output::collect_solution(&solution, &|own| match left.get() {
+            0 => zone_division::collect(&solution, communicator, own),
+            n => {
+                left.set(n - 1);
+                Cow::Borrowed(own)
+            }
+        });
+    }
+    written?;
     if let Some(folder) = folder {
         close_checkpoint(folder, args)?;
     }

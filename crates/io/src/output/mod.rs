@@ -58,7 +58,10 @@ pub use npz::arrays::{
 pub use report::notes::notes_json;
 pub use report::report_json;
 pub use scene_hash::scene_hash;
-pub use solution::{read_solution, read_solution_from_bytes, solution_bytes, write_solution};
+pub use solution::{
+    CollectZones, collect_solution, read_solution, read_solution_from_bytes, solution_bytes,
+    write_divided_solution, write_solution,
+};
 pub use view_factors::{ViewFactorFormat, ViewFactorTable, write_view_factors};
 pub use vtk::vti::write_vti;
 pub use vtk::vtu::write_vtu;

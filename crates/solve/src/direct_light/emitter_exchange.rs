@@ -29,6 +29,8 @@ const AREA_ROUNDING: f64 = 1e-6;
 pub(crate) struct EmitterExchange {
     /// The surface of each light that is such an emitter.
     surfaces: Vec<Option<usize>>,
+    /// True if no shadow ray can be more exact than the areas of the engine.
+    is_exact: bool,
 }
 
 impl EmitterExchange {
@@ -46,7 +48,10 @@ impl EmitterExchange {
             }
             _ => None,
         };
-        EmitterExchange { surfaces: scene.lights().iter().map(surface).collect() }
+        EmitterExchange {
+            surfaces: scene.lights().iter().map(surface).collect(),
+            is_exact: engine == Engine::Spectral,
+        }
     }
 
     /// The surface of light number `l`, if its direct light follows from exchange areas.
@@ -197,7 +202,10 @@ pub(crate) fn complete(
     let mut lights = context.direct.lights.clone();
     for (l, light) in lights.iter_mut().enumerate() {
         if let Some(surface) = emitters.surface(l) {
-            *light = exchange.light_of_emitter((l, surface), || shadow_rays(l))?;
+            *light = match emitters.is_exact {
+                true => exchange.light_from_areas(l, surface),
+                false => exchange.light_of_emitter((l, surface), || shadow_rays(l))?,
+            };
         }
     }
     Ok(Some(DirectLight { lights }))

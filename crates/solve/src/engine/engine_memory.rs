@@ -2,6 +2,7 @@
 
 use crate::layered::{LayerStack, LayeredOperator};
 use crate::light_groups;
+use crate::zone_division::divides_zones;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::spectral::SpectralOperator;
 use crate::spectral::basis::BasisOrder;
@@ -9,13 +10,13 @@ use crate::spectral::enclosure::BoxEnclosure;
 use rayon::prelude::*;
 use zonal_scene::{Band, Light, Scene, Zones};
 
-/// Bytes of a spectral solve: the engine, the medium, the zones, and the larger of the iteration and the fields.
+/// Bytes of one of `ranks` processes of a spectral solve: the engine, the medium, the zones, and the larger of the iteration and the fields.
 pub(crate) fn spectral_solve_bytes(
     scene: &Scene,
     zones: &Zones,
     size: &ProblemSize,
-    enclosure: &BoxEnclosure,
-    order: BasisOrder,
+    (enclosure, order): (&BoxEnclosure, BasisOrder),
+    ranks: usize,
 ) -> u64 {
     let kappa = enclosure.extinction_groups().1.len();
     let columns = light_groups::select_groups(scene, zones).0.len() as u64;
@@ -39,13 +40,15 @@ pub(crate) fn spectral_solve_bytes(
     let fields = 3 * 24 + columns * of_group + 24 * u64::from(columns > 1) + direct;
     let of_openings = 24 * u64::from(enclosure.is_open());
     let [voxel, patch] = [order.voxel_components() - 1, order.patch_components() - 1].map(|n| n as u64);
-    let slopes = voxel * zones.voxels.len() as u64 + patch * zones.patches.len() as u64;
     // Of each slope the vectors of the iteration, and the index of its zone.
     let solving_with_lights = solving + 2 * 24 * lights;
-    let unknowns =
-        zones.len() as u64 * (solving_with_lights.max(fields) + of_openings) + slopes * (solving + 4);
+    // Each process has the voxels of its planes, unless a phase needs all zones.
+    let voxels = zones.voxels.total() / if divides_zones(scene) { ranks } else { 1 };
+    let own = (zones.patches.len() + voxels) as u64;
+    let slopes = voxel * voxels as u64 + patch * zones.patches.len() as u64;
+    let unknowns = own * (solving_with_lights.max(fields) + of_openings) + slopes * (solving + 4);
     let medium = scene.voxel_grid().map_or(0, |v| v.bytes() as u64);
-    SpectralOperator::bytes(&enclosure.grid, kappa, order, 1) + medium + size.zone_bytes + unknowns
+    SpectralOperator::bytes(&enclosure.grid, kappa, order, ranks) + medium + size.zone_bytes + unknowns
 }
 
 /// Bytes of a layered solve: the engine, the zones and the fields.

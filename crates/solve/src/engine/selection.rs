@@ -49,6 +49,8 @@ struct EngineSelection<'a> {
     zones: &'a Zones,
     size: &'a ProblemSize,
     memory_limit: u64,
+    /// Number of processes that share the work.
+    ranks: usize,
     /// The engine that the scene requests.
     requested: Engine,
     basis: ZoneBasis,
@@ -74,7 +76,7 @@ fn refuse<T>(key: &'static str, what: impl Into<String>) -> Result<T, SceneError
     Err(SceneError::new(key, what))
 }
 
-/// Selects the engine for a scene, within the memory limit of `settings`.
+/// Selects the engine for a scene and `ranks` processes, within the memory limit of each.
 ///
 /// # Errors
 /// If the engine exceeds the memory limit, or if only another engine can solve the scene.
@@ -84,8 +86,10 @@ pub fn select_engine(
     transport: &Transport,
     size: &ProblemSize,
     (settings, memory_limit): (PairSettings, u64),
+    ranks: usize,
 ) -> Result<EngineChoice, SceneError> {
-    let selection = EngineSelection::new(scene, zones, size, settings, memory_limit);
+    let selection =
+        EngineSelection { ranks, ..EngineSelection::new(scene, zones, size, settings, memory_limit) };
     selection.check_basis()?;
     if selection.requested == Engine::Layered || has_varying_layers(scene) {
         let out = selection.layered_engine()?;
@@ -120,6 +124,7 @@ impl<'a> EngineSelection<'a> {
             zones,
             size,
             memory_limit,
+            ranks: 1,
             requested: scene.options().engine,
             basis,
             uses_paper_formulas: settings.volume_factors.is_some(),
@@ -176,7 +181,7 @@ impl<'a> EngineSelection<'a> {
 
     /// True if the spectral engine is preferable to all pairs in a box.
     fn prefers_spectral(&self) -> bool {
-        self.zones.len() > MIN_SPECTRAL_ZONES
+        self.zones.total() > MIN_SPECTRAL_ZONES
             || self.exceeds_dense
             || self.is_periodic
             || self.wants_linear_basis
@@ -210,7 +215,7 @@ impl<'a> EngineSelection<'a> {
     /// The engine of `auto` and the reason: formulas of the paper by pairs, boxes by the spectral engine, many zones by the hierarchical engine, else
     /// the cheaper one.
     fn automatic_engine(&self, found: Option<&EnclosureSearch>) -> Result<(Engine, String), SceneError> {
-        let n = self.zones.len();
+        let n = self.zones.total();
         if self.uses_paper_formulas {
             return Ok((Engine::Dense, "formulas of the paper are for pairs".into()));
         }
@@ -268,7 +273,7 @@ impl<'a> EngineSelection<'a> {
         }
         let few = |k: &f64| kernels::table_work(&found.grid, *k, BasisOrder::Linear) < MAX_LINEAR_TABLE_CELLS;
         let fits = || {
-            spectral_solve_bytes(self.scene, self.zones, self.size, found, BasisOrder::Linear)
+            self.spectral_bytes(found, BasisOrder::Linear)
                 <= self.memory_limit
                 && found.extinction_groups().1.iter().all(few)
         };
@@ -277,6 +282,11 @@ impl<'a> EngineSelection<'a> {
         }
         let note = "voxels are thick, but slopes inside them would need more memory or time than allowed";
         (BasisOrder::Constant, Some(Diagnostic::warning("no-slopes", note)))
+    }
+
+    /// Bytes of a solve by the spectral engine.
+    fn spectral_bytes(&self, found: &BoxEnclosure, order: BasisOrder) -> u64 {
+        spectral_solve_bytes(self.scene, self.zones, self.size, (found, order), self.ranks)
     }
 
     /// Refuses an engine that exceeds the memory limit.
@@ -288,9 +298,7 @@ impl<'a> EngineSelection<'a> {
                 (least, "for the minimum number of rays")
             }
             Engine::Spectral => {
-                let of = |(e, v): &(BoxEnclosure, BasisOrder)| {
-                    spectral_solve_bytes(scene, zones, self.size, e, *v)
-                };
+                let of = |(e, v): &(BoxEnclosure, BasisOrder)| self.spectral_bytes(e, *v);
                 (choice.enclosure.as_ref().map_or(0, of), "for their spectra and fields")
             }
             Engine::Layered => {
@@ -304,7 +312,7 @@ impl<'a> EngineSelection<'a> {
         }
         let message = format!(
             "{} zones need {} GB {what}, more than the {} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
-            zones.len(),
+            zones.total(),
             gigabytes(bytes),
             gigabytes(self.memory_limit)
         );

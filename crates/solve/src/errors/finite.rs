@@ -4,6 +4,7 @@
 //! must be finite; otherwise the solution is refused with the first value that is not. An error that is NaN becomes infinite, which stands for
 //! an unknown error.
 
+use crate::distribution::Communicator;
 use zonal_scene::{
     Bands, EnergyBalance, Fields, LightGroup, Report, Scene, SceneError, ThermalFields, ZoneValues, Zones,
 };
@@ -46,6 +47,23 @@ pub(crate) fn check_finite(
         }
     }
     check_report(report)
+}
+
+/// The check of all processes where each has some zones: the fault of the first one that found any.
+pub(crate) fn agree(
+    checked: Result<(), SceneError>,
+    zones: &Zones,
+    communicator: &dyn Communicator,
+) -> Result<(), SceneError> {
+    if !zones.voxels.is_divided() {
+        return checked;
+    }
+    let own = checked.err().map(|e| e.message().to_string()).unwrap_or_default();
+    let all = communicator.all_gather(own.into_bytes());
+    match all.iter().find(|message| !message.is_empty()) {
+        Some(message) => Err(SceneError::new("solve", String::from_utf8_lossy(message))),
+        None => Ok(()),
+    }
 }
 
 /// Refuses temperatures and net powers that are not finite; an undefined temperature is NaN.

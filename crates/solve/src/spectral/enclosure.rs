@@ -44,7 +44,7 @@ impl BoxEnclosure {
         if !scene.panes().is_empty() {
             return Err("there are panes".into());
         }
-        let whole = zones.voxels.len() == map.len() && zones.voxels.cut_count() == 0;
+        let whole = zones.voxels.total() == map.len() && zones.voxels.cut_count() == 0;
         if !whole {
             return Err("surfaces cut or fill voxels, or voxels lie outside the walls".into());
         }

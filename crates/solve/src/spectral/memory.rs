@@ -41,10 +41,10 @@ pub(super) fn work_bytes(grid: &BoxGrid, order: BasisOrder, slabs: &Slabs) -> u6
     let blocks = slabs.blocks().count() as u64;
     let partial = if grid.periodic[1] { 0 } else { 2 * blocks * h2 * n0 };
     let piece = FREQUENCIES_PER_BLOCK as u64 * h2;
-    // Planes on their way, with their messages as sent, as put together, and as received.
+    // Planes on their way, sent and received.
     let batch = match slabs.ranks() {
         1 => 0,
-        _ => 4 * slabs.block_count() as u64 * piece * batch_planes(slabs, piece as usize) as u64,
+        _ => 2 * slabs.block_count() as u64 * piece * batch_planes(slabs, piece as usize) as u64,
     };
     16 * (voxel * blocks * piece * grid.cells[0] as u64 + patch * partial + batch)
         + patch * 16 * 8 * (n0 * n1 + (n0 + n1) * h2)

@@ -101,8 +101,9 @@ impl<'a> SpectralOperator<'a> {
     pub(crate) fn counts(&self) -> Vec<(String, u64)> {
         let all: Vec<_> = self.kernels.iter().flat_map(|k| &k.tally).collect();
         let sum = |of: fn(&MethodCounts) -> usize| all.iter().map(|(_, t)| of(t) as u64).sum::<u64>();
-        let n = self.zones() as u64;
-        let slopes = (self.len() - self.zones()) as u64;
+        let n = (self.patches + self.grid().count()) as u64;
+        let [of_patches, of_voxels] = [self.order.patch_components() - 1, self.order.voxel_components() - 1];
+        let slopes = (of_patches * self.patches + of_voxels * self.grid().count()) as u64;
         [
             ("pairs", n * (n + 1) / 2),
             ("slopes of radiosity", slopes),

@@ -4,9 +4,9 @@
 //! their copies are small against the spectra. With R ranks a rank sends 16 n₀/R · N₁ (N₂/2 + 1) (R − 1)/R bytes in each direction, and receives as many.
 
 use super::slabs::Slabs;
+use crate::distribution::ExchangeBuffers;
 use rustfft::num_complex::Complex64;
 use std::ops::Range;
-use zonal_math::simd::{complex_bytes, complex_bytes_mut};
 
 /// Numbers of a batch, at least.
 const MIN_BATCH_NUMBERS: usize = 1 << 20;
@@ -67,80 +67,104 @@ impl Transposition<'_> {
         first + planes.start * self.piece..first + planes.end * self.piece
     }
 
+    /// Numbers that this rank sends to each rank in a batch of planes `own`, and numbers that it receives.
+    fn lengths(&self, own: &Range<usize>, round: usize) -> [Vec<usize>; 2] {
+        let (rank, own_blocks) = (self.slabs.rank(), self.slabs.blocks().count());
+        let of = |r: usize| {
+            let blocks = self.slabs.blocks_of(r).count();
+            match r == rank {
+                // Own planes of own blocks stay here.
+                true => [0, 0],
+                false => [blocks * own.len() * self.piece, own_blocks * self.planes(r, round).len() * self.piece],
+            }
+        };
+        let all: Vec<[usize; 2]> = (0..self.slabs.ranks()).map(of).collect();
+        [0, 1].map(|k| all.iter().map(|lengths| lengths[k]).collect())
+    }
+
     /// Fills component `p` of the spectrum of the own blocks. `transform` writes the spectra of some own planes, numbered among these, to their slots.
     pub(super) fn to_frequencies(
         &self,
         p: usize,
-        [batch, spectrum]: [&mut Vec<Complex64>; 2],
+        buffers: &mut ExchangeBuffers,
+        spectrum: &mut [Complex64],
         mut transform: impl FnMut(Range<usize>, PlaneSlots),
     ) {
-        let ranks = self.slabs.ranks();
+        let (rank, ranks) = (self.slabs.rank(), self.slabs.ranks());
         if ranks == 1 {
             let blocks = spectrum.chunks_mut(self.component_size()).skip(p).step_by(self.parts);
             let planes = self.slabs.planes();
             return transform(planes.clone(), self.slots(blocks, planes.len()));
         }
         for round in 0..self.batches() {
-            let own = self.planes(self.slabs.rank(), round);
+            let own = self.planes(rank, round);
             let size = own.len() * self.piece;
-            batch.resize(self.slabs.block_count() * size, Complex64::default());
+            let [sent, received] = self.lengths(&own, round);
+            buffers.sent.resize(sent.iter().sum(), Complex64::default());
+            buffers.received.resize(received.iter().sum(), Complex64::default());
             if !own.is_empty() {
-                transform(self.local(&own), self.slots(batch.chunks_mut(size), own.len()));
+                // Own blocks go to the spectrum at once, others to their messages.
+                let mut blocks: Vec<(usize, &mut [Complex64])> = Vec::new();
+                let others = (0..ranks).filter(|r| *r != rank).flat_map(|r| self.slabs.blocks_of(r));
+                blocks.extend(others.zip(buffers.sent.chunks_mut(size)));
+                let components = spectrum.chunks_mut(self.component_size()).skip(p).step_by(self.parts);
+                let own_part = own.start * self.piece..own.end * self.piece;
+                blocks.extend(self.slabs.blocks().zip(components.map(|c| &mut c[own_part.clone()])));
+                blocks.sort_by_key(|(b, _)| *b);
+                let blocks = blocks.into_iter().map(|(_, block)| block);
+                transform(self.local(&own), self.slots(blocks, own.len()));
             }
-            let message = |rank: usize| {
-                let mut bytes = Vec::with_capacity(self.slabs.blocks_of(rank).count() * 16 * size);
-                for b in self.slabs.blocks_of(rank) {
-                    bytes.extend_from_slice(complex_bytes(&batch[b * size..(b + 1) * size]));
+            (buffers.sent_lengths, buffers.received_lengths) = (sent, received);
+            *buffers = self.slabs.communicator.exchange(std::mem::take(buffers));
+            let mut read = &buffers.received[..];
+            for other in (0..ranks).filter(|r| *r != rank) {
+                let planes = self.planes(other, round);
+                for i in 0..self.slabs.blocks().count() {
+                    let (part, rest) = read.split_at(planes.len() * self.piece);
+                    spectrum[self.place(i, p, &planes)].copy_from_slice(part);
+                    read = rest;
                 }
-                bytes
-            };
-            let received = self.slabs.communicator.all_to_all((0..ranks).map(message).collect());
-            for (rank, bytes) in received.iter().enumerate() {
-                let planes = self.planes(rank, round);
-                let blocks = bytes.chunks((16 * planes.len() * self.piece).max(1)).enumerate();
-                blocks.for_each(|(i, bytes)| {
-                    complex_bytes_mut(&mut spectrum[self.place(i, p, &planes)]).copy_from_slice(bytes);
-                });
             }
         }
     }
 
-    /// The opposite way: `transform` receives the spectra of some own planes, numbered among these: numbers of which those of a block begin at multiples of the
-    /// second value; the third one is the number of components.
+    /// The opposite way: `transform` receives the spectra of some own planes, numbered among these, in all blocks in their order.
     pub(super) fn to_planes(
         &self,
         p: usize,
-        [batch, spectrum]: [&mut Vec<Complex64>; 2],
-        mut transform: impl FnMut(Range<usize>, (&[Complex64], usize, usize)),
+        buffers: &mut ExchangeBuffers,
+        spectrum: &[Complex64],
+        mut transform: impl FnMut(Range<usize>, &[&[Complex64]]),
     ) {
-        let ranks = self.slabs.ranks();
+        let (rank, ranks) = (self.slabs.rank(), self.slabs.ranks());
+        let components = || spectrum.chunks(self.component_size()).skip(p).step_by(self.parts);
         if ranks == 1 {
-            let size = self.component_size();
-            return transform(self.slabs.planes(), (&spectrum[p * size..], size, self.parts));
+            return transform(self.slabs.planes(), &components().collect::<Vec<_>>());
         }
-        let own_blocks = self.slabs.blocks().count();
         for round in 0..self.batches() {
-            let message = |rank: usize| {
-                let planes = self.planes(rank, round);
-                let mut bytes = Vec::with_capacity(own_blocks * 16 * planes.len() * self.piece);
-                for i in 0..own_blocks {
-                    bytes.extend_from_slice(complex_bytes(&spectrum[self.place(i, p, &planes)]));
-                }
-                bytes
-            };
-            let received = self.slabs.communicator.all_to_all((0..ranks).map(message).collect());
-            let own = self.planes(self.slabs.rank(), round);
+            let own = self.planes(rank, round);
+            // What came to the frequencies goes back.
+            let [received, sent] = self.lengths(&own, round);
+            buffers.received.resize(received.iter().sum(), Complex64::default());
+            buffers.sent.clear();
+            for other in (0..ranks).filter(|r| *r != rank) {
+                let planes = self.planes(other, round);
+                let places = (0..self.slabs.blocks().count()).map(|i| self.place(i, p, &planes));
+                places.for_each(|place| buffers.sent.extend_from_slice(&spectrum[place]));
+            }
+            (buffers.sent_lengths, buffers.received_lengths) = (sent, received);
+            *buffers = self.slabs.communicator.exchange(std::mem::take(buffers));
             if own.is_empty() {
                 continue;
             }
-            let size = own.len() * self.piece;
-            batch.resize(self.slabs.block_count() * size, Complex64::default());
-            for (rank, bytes) in received.iter().enumerate() {
-                for (b, bytes) in self.slabs.blocks_of(rank).zip(bytes.chunks(16 * size)) {
-                    complex_bytes_mut(&mut batch[b * size..(b + 1) * size]).copy_from_slice(bytes);
-                }
-            }
-            transform(self.local(&own), (&*batch, size, 1));
+            let mut blocks: Vec<(usize, &[Complex64])> = Vec::new();
+            let others = (0..ranks).filter(|r| *r != rank).flat_map(|r| self.slabs.blocks_of(r));
+            blocks.extend(others.zip(buffers.received.chunks(own.len() * self.piece)));
+            let own_part = own.start * self.piece..own.end * self.piece;
+            blocks.extend(self.slabs.blocks().zip(components().map(|c| &c[own_part.clone()])));
+            blocks.sort_by_key(|(b, _)| *b);
+            let blocks: Vec<&[Complex64]> = blocks.into_iter().map(|(_, block)| block).collect();
+            transform(self.local(&own), &blocks);
         }
     }
 

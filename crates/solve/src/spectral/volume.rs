@@ -27,6 +27,7 @@ use super::line_exchange::{
 use super::slabs::Slabs;
 use super::transposition::Transposition;
 use super::wall_sums::{Wall, WallSumLayout, WallSums};
+use crate::distribution::ExchangeBuffers;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex64;
@@ -60,8 +61,8 @@ pub(crate) struct VolumeConvolution<'a> {
 struct ProductBuffers {
     /// The spectrum of the voxels: `[own block][component][x][f₂][f₁ of the block]`.
     spectrum: Vec<Complex64>,
-    /// Spectra of some planes on their way to other ranks or back; not used by one process.
-    batch: Vec<Complex64>,
+    /// Spectra of some planes on their way to other ranks or back; empty in one process.
+    messages: ExchangeBuffers,
     /// The sums of each block of frequencies.
     sums: Vec<WallSums>,
     /// Values of the voxels.
@@ -103,7 +104,7 @@ impl<'a> VolumeConvolution<'a> {
         let (blocks, planes): (Vec<usize>, _) = (self.slabs.blocks().collect(), self.slabs.planes());
         let size = self.component_size();
         let mut buffers = std::mem::take(&mut *self.buffers.lock().unwrap_or_else(|e| e.into_inner()));
-        let ProductBuffers { spectrum, batch, sums, .. } = &mut buffers;
+        let ProductBuffers { spectrum, messages, sums, .. } = &mut buffers;
         spectrum.resize(blocks.len() * parts * size, ZERO);
         sums.extend((sums.len()..blocks.len()).map(|i| layout.zeros(blocks[i])));
         let transposition = Transposition { slabs: self.slabs, piece: self.piece_size(), parts };
@@ -111,7 +112,7 @@ impl<'a> VolumeConvolution<'a> {
         let count = (planes.len() * n1 * n2).max(1);
         for p in 0..parts {
             let own = values.chunks(count).nth(p).unwrap_or_default();
-            transposition.to_frequencies(p, [&mut *batch, &mut *spectrum], |planes, slots| {
+            transposition.to_frequencies(p, messages, spectrum, |planes, slots| {
                 self.transform_planes(&own[planes.start * n1 * n2..planes.end * n1 * n2], slots);
             });
         }
@@ -125,9 +126,9 @@ impl<'a> VolumeConvolution<'a> {
         );
         for p in 0..parts {
             let own = values.chunks_mut(count).nth(p).unwrap_or_default();
-            transposition.to_planes(p, [&mut *batch, &mut *spectrum], |planes, (spectra, size, parts)| {
+            transposition.to_planes(p, messages, spectrum, |planes, blocks| {
                 let out = &mut own[planes.start * n1 * n2..planes.end * n1 * n2];
-                self.inverse_transform_planes(spectra, (size, parts), out);
+                self.inverse_transform_planes(blocks, out);
             });
         }
         let walls = layout.complete(sums);
@@ -204,7 +205,7 @@ impl<'a> VolumeConvolution<'a> {
     }
 
     /// Transforms back along y and z, plane by plane.
-    fn inverse_transform_planes(&self, buffer: &[Complex64], (size, parts): (usize, usize), out: &mut [f64]) {
+    fn inverse_transform_planes(&self, blocks: &[&[Complex64]], out: &mut [f64]) {
         let ([_, n1, n2], [_, l1, l2], h2) = (self.grid.cells, self.grid.lengths(), self.grid.halves()[2]);
         let plan = &self.back[1];
         let work = || {
@@ -214,7 +215,7 @@ impl<'a> VolumeConvolution<'a> {
         out.par_chunks_mut(n1 * n2).enumerate().with_max_len(1).for_each_init(
             work,
             |(line, spectrum, plane, scratch_z, scratch_y), (x, cells)| {
-                for (b, block) in buffer.chunks(size).step_by(parts).enumerate() {
+                for (b, block) in blocks.iter().enumerate() {
                     let piece = &block[x * h2 * FREQUENCIES_PER_BLOCK..(x + 1) * h2 * FREQUENCIES_PER_BLOCK];
                     let (from, to) = (b * FREQUENCIES_PER_BLOCK, ((b + 1) * FREQUENCIES_PER_BLOCK).min(l1));
                     for (f2, part) in piece.chunks(FREQUENCIES_PER_BLOCK).enumerate() {

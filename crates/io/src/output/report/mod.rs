@@ -29,7 +29,7 @@ pub(crate) fn triple_json(s: &Solution) -> Value {
     v["scene"] = json!(s.scene.name());
     v["zones"] = json!({
         "patches": s.zones.patches.len(),
-        "voxels": s.zones.voxels.len(),
+        "voxels": s.zones.voxels.total(),
         "panes": s.zones.panes.len(),
     });
     v["provenance"] = json!({

@@ -44,4 +44,4 @@ mod tests;
 mod write;
 
 pub use read::{read_solution, read_solution_from_bytes};
-pub use write::{solution_bytes, write_solution};
+pub use write::{CollectZones, collect_solution, solution_bytes, write_divided_solution, write_solution};

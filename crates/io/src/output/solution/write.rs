@@ -6,10 +6,12 @@ use crate::output::atomic::write_atomic;
 use crate::output::error::FileError;
 use crate::output::npz::writer::NpzWriter;
 use crate::output::report::report_json;
+use std::borrow::Cow;
 use std::io::{self, Cursor, Seek, Write};
 use std::path::Path;
 use zonal_scene::{
-    Bands, CellFractions, Fields, LightGroup, Plate, Solution, ThermalCondition, VoxelGrid, ZoneValues,
+    Bands, CellFractions, Fields, LightGroup, Plate, Solution, ThermalCondition, VoxelGrid, VoxelZones,
+    ZoneValues,
 };
 
 /// The arrays of thermal mode.
@@ -22,8 +24,81 @@ const THERMAL_ARRAYS: [&str; 4] = ["temperature", "temperature_error", "net", "n
 ///
 /// The file cannot be written.
 pub fn write_solution(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> {
-    let path = path.as_ref();
-    write_atomic(path, |out| write(out, s))
+    write_divided_solution(path, s, &|own| Cow::Borrowed(own))
+}
+
+/// As [`write_solution`], of a solution that processes have divided. `collect` gives the values of all zones for those of this process; the others call
+/// [`collect_solution`] at the same time.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn write_divided_solution(
+    path: impl AsRef<Path>,
+    s: &Solution,
+    collect: &CollectZones,
+) -> Result<(), FileError> {
+    write_atomic(path.as_ref(), |out| write(out, s, collect))
+}
+
+/// The values of all zones for those of this process; single precision is not divided.
+fn all_values<'a>(own: &'a ZoneValues, collect: &CollectZones) -> Cow<'a, ZoneValues> {
+    match own {
+        ZoneValues::Double(list) => match collect(list) {
+            Cow::Borrowed(_) => Cow::Borrowed(own),
+            Cow::Owned(all) => Cow::Owned(ZoneValues::Double(all)),
+        },
+        ZoneValues::Single(_) => Cow::Borrowed(own),
+    }
+}
+
+/// Collects the values of zones of a divided solution for the process that calls [`write_divided_solution`].
+pub fn collect_solution(s: &Solution, collect: &CollectZones) {
+    let triples: Vec<&Solution> = s.triples().collect();
+    let fields = ZONE_FIELDS.iter().flat_map(|(_, of)| triples.iter().map(move |t| of(&t.fields).as_slice()));
+    fields.for_each(|list| drop(collect(list)));
+    let triples = &triples;
+    let groups = (0..s.groups.len()).flat_map(group_values);
+    let values = groups.flat_map(|values| triples.iter().map(move |t| values.of(t)));
+    values.for_each(|own| drop(all_values(own, collect)));
+}
+
+/// Gives the values of all zones for those of this process.
+pub type CollectZones<'c> = dyn for<'a> Fn(&'a [Bands]) -> Cow<'a, [Bands]> + 'c;
+
+/// The fields of zones, in the order of the file.
+const ZONE_FIELDS: [(&str, fn(&Fields) -> &Vec<Bands>); 6] = [
+    ("radiosity", |f| &f.radiosity),
+    ("incident", |f| &f.incident),
+    ("direct", |f| &f.direct),
+    ("error", |f| &f.error),
+    ("direct_error", |f| &f.direct_error),
+    ("surroundings_error", |f| &f.surroundings_error),
+];
+
+/// One quantity of a light group.
+#[derive(Clone, Copy)]
+struct GroupValues {
+    group: usize,
+    name: &'static str,
+    of: fn(&LightGroup) -> &ZoneValues,
+}
+
+impl GroupValues {
+    fn of(self, s: &Solution) -> &ZoneValues {
+        (self.of)(&s.groups[self.group])
+    }
+}
+
+/// The quantities of a light group, in the order of the file.
+fn group_values(group: usize) -> [GroupValues; 4] {
+    let list: [(&str, fn(&LightGroup) -> &ZoneValues); 4] = [
+        ("incident", |g| &g.incident),
+        ("direct", |g| &g.direct),
+        ("error", |g| &g.error),
+        ("direct_error", |g| &g.direct_error),
+    ];
+    list.map(|(name, of)| GroupValues { group, name, of })
 }
 
 /// As [`write_solution`], into memory.
@@ -33,27 +108,21 @@ pub fn write_solution(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileEr
 /// The archive cannot be written.
 pub fn solution_bytes(s: &Solution) -> io::Result<Vec<u8>> {
     let mut out = Cursor::new(Vec::new());
-    write(&mut out, s)?;
+    write(&mut out, s, &|own| Cow::Borrowed(own))?;
     Ok(out.into_inner())
 }
 
-fn write<W: Write + Seek>(out: W, s: &Solution) -> io::Result<()> {
+fn write<W: Write + Seek>(out: W, s: &Solution, collect: &CollectZones) -> io::Result<()> {
     let mut npz = NpzWriter::new(out, s.scene.bands());
     let triples: Vec<&Solution> = s.triples().collect();
     npz.bytes("header.json", encode_header(&s.scene, report_json(s)).to_string().as_bytes())?;
-    write_fields(&mut npz, &triples)?;
-    for k in 0..s.groups.len() {
-        let mut values = |name: &str, of: fn(&LightGroup) -> &ZoneValues| {
-            let list: Vec<&ZoneValues> = triples.iter().map(|t| of(&t.groups[k])).collect();
-            npz.values(&format!("group_{k}_{name}"), &list)
-        };
-        values("incident", |g| &g.incident)?;
-        values("direct", |g| &g.direct)?;
-        if triples.iter().any(|t| !t.groups[k].error.is_empty()) {
-            values("error", |g| &g.error)?;
-        }
-        if triples.iter().any(|t| !t.groups[k].direct_error.is_empty()) {
-            values("direct_error", |g| &g.direct_error)?;
+    write_fields(&mut npz, &triples, collect)?;
+    for values in (0..s.groups.len()).flat_map(group_values) {
+        let list: Vec<Cow<ZoneValues>> = triples.iter().map(|t| all_values(values.of(t), collect)).collect();
+        // Errors are left out where there are none.
+        if !values.name.ends_with("error") || list.iter().any(|v| !v.is_empty()) {
+            let list: Vec<&ZoneValues> = list.iter().map(Cow::as_ref).collect();
+            npz.values(&format!("group_{}_{}", values.group, values.name), &list)?;
         }
     }
     write_patches(&mut npz, &triples)?;
@@ -63,18 +132,19 @@ fn write<W: Write + Seek>(out: W, s: &Solution) -> io::Result<()> {
     npz.finish()
 }
 
-fn write_fields<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
-    let zones = triples[0].zones.len();
-    let mut bands = |name: &str, of: fn(&Fields) -> &Vec<Bands>, least: usize| {
-        let list: Vec<&[Bands]> = triples.iter().map(|t| of(&t.fields).as_slice()).collect();
-        npz.bands(name, &list, least)
-    };
-    bands("radiosity", |f| &f.radiosity, zones)?;
-    bands("incident", |f| &f.incident, zones)?;
-    bands("direct", |f| &f.direct, zones)?;
-    bands("error", |f| &f.error, zones)?;
-    bands("direct_error", |f| &f.direct_error, 0)?;
-    bands("surroundings_error", |f| &f.surroundings_error, 0)?;
+fn write_fields<W: Write + Seek>(
+    npz: &mut NpzWriter<W>,
+    triples: &[&Solution],
+    collect: &CollectZones,
+) -> io::Result<()> {
+    let zones = triples[0].zones.total();
+    for (name, of) in ZONE_FIELDS {
+        let list: Vec<Cow<[Bands]>> = triples.iter().map(|t| collect(of(&t.fields))).collect();
+        let list: Vec<&[Bands]> = list.iter().map(Cow::as_ref).collect();
+        // Fields that a scene lacks are zeros, but for these two, which have no rows.
+        let least = if ["direct_error", "surroundings_error"].contains(&name) { 0 } else { zones };
+        npz.bands(name, &list, least)?;
+    }
     let Some(h) = &triples[0].fields.heat else { return Ok(()) };
     for (name, list) in
         THERMAL_ARRAYS.into_iter().zip([&h.temperature, &h.temperature_error, &h.net, &h.net_error])
@@ -96,16 +166,25 @@ fn write_patches<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution])
     npz.band_rows("patch_emission", &n, |t, i| triples[t].zones.patches[i].emission)
 }
 
+/// The voxel zones of all processes; those of divided zones are the cells of the grid.
+fn all_voxels(s: &Solution) -> Cow<'_, VoxelZones> {
+    match s.scene.voxel_grid() {
+        Some(grid) if s.zones.voxels.is_divided() => Cow::Owned(VoxelZones::whole(grid)),
+        _ => Cow::Borrowed(&s.zones.voxels),
+    }
+}
+
 fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
-    let voxels = &triples[0].zones.voxels;
+    let all: Vec<Cow<VoxelZones>> = triples.iter().map(|t| all_voxels(t)).collect();
+    let voxels = &all[0];
     let n = [voxels.len()];
     npz.ints("voxel_cell", voxels.iter().map(|v| v.cell))?;
     npz.vectors("voxel_centre", voxels.iter().map(|v| v.centre))?;
     npz.reals("voxel_volume", voxels.iter().map(|v| v.volume))?;
-    npz.band_rows("voxel_extinction", &n, |t, i| triples[t].zones.voxels.at(i).extinction)?;
-    npz.band_rows("voxel_albedo", &n, |t, i| triples[t].zones.voxels.at(i).albedo)?;
-    npz.band_rows("voxel_emission", &n, |t, i| triples[t].zones.voxels.at(i).emission)?;
-    npz.band_rows("voxel_source", &n, |t, i| triples[t].zones.voxels.at(i).source)?;
+    npz.band_rows("voxel_extinction", &n, |t, i| all[t].at(i).extinction)?;
+    npz.band_rows("voxel_albedo", &n, |t, i| all[t].at(i).albedo)?;
+    npz.band_rows("voxel_emission", &n, |t, i| all[t].at(i).emission)?;
+    npz.band_rows("voxel_source", &n, |t, i| all[t].at(i).source)?;
     let mut parts = 0;
     let first = (0..voxels.len() + 1).map(|i| {
         let first = parts;

@@ -73,11 +73,11 @@ pub(crate) fn zone_bytes(zones: &Zones) -> u64 {
 impl ProblemSize {
     /// Counts the zones of a scene.
     pub fn new(scene: &Scene, zones: &Zones, transport: &Transport) -> ProblemSize {
-        let n = zones.len();
+        let n = zones.total();
         let (_, groups) = band_groups::band_groups(scene, band_groups::InteriorPanes::of(transport));
         ProblemSize {
             patches: zones.patches.len(),
-            voxels: zones.voxels.len(),
+            voxels: zones.voxels.total(),
             cut: zones.voxels.cut_count(),
             panes: zones.panes.len(),
             pairs: (n as u64 * (n as u64 + 1)) / 2,

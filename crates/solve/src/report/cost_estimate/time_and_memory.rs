@@ -99,7 +99,7 @@ impl CostEstimate {
     /// If the solve would be refused.
     pub fn new(input: &CostModelInput, clock: &dyn Fn() -> f64) -> Result<CostEstimate, SceneError> {
         let CostModelInput { scene, zones, transport, size, pair_settings, memory_limit, threads } = *input;
-        let choice = selection::select_engine(scene, zones, transport, size, (pair_settings, memory_limit))?;
+        let choice = selection::select_engine(scene, zones, transport, size, (pair_settings, memory_limit), 1)?;
         let (engine, reason) = (choice.engine, choice.reason.clone());
         let (_, light) = problem_size::direct_light_cost(scene, zones, transport, threads);
         let mut parts = vec![("direct light".to_string(), light)];
@@ -168,7 +168,7 @@ impl CostEstimate {
             input.zones.len() as f64 * 0.2 * FIELD_MICROSECONDS * columns * 1e-6 / threads,
         ));
         self.bytes =
-            [spectral_solve_bytes(input.scene, input.zones, input.size, e, *order) + PROGRAM_BYTES; 2];
+            [spectral_solve_bytes(input.scene, input.zones, input.size, (e, *order), 1) + PROGRAM_BYTES; 2];
         0.0
     }
 
