@@ -241,6 +241,10 @@ impl VoxelZones {
     pub fn len(&self) -> usize {
         self.len
     }
+    /// Cell of the first zone where every cell is one whole zone.
+    pub fn first_cell(&self) -> usize {
+        self.first
+    }
     /// True if other processes have further zones ([`VoxelZones::of_cells`]).
     pub fn is_divided(&self) -> bool {
         self.is_divided

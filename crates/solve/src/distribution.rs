@@ -53,7 +53,7 @@ pub struct ExchangeBuffers {
 }
 
 /// Begins of the names of stages of a checkpoint that one rank computes and saves; all ranks have the others.
-const STAGES_OF_ONE_RANK: [&str; 2] = ["views-", "rows-"];
+const STAGES_OF_ONE_RANK: [&str; 3] = ["views-", "rows-", "-part-"];
 
 /// True for a stage of a checkpoint that only the rank has which computes it; other stages are the same on all ranks, and one of them saves them.
 #[must_use]

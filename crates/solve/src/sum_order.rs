@@ -21,6 +21,9 @@ pub(crate) struct SumOrder<'a> {
     panes: usize,
     /// Voxels of a plane; `None` if planes do not matter.
     plane: Option<usize>,
+    /// First voxel of this process, and number of voxels of all.
+    first: usize,
+    total: usize,
     /// True if each process has some planes alone.
     is_divided: bool,
 }
@@ -50,7 +53,16 @@ impl<'a> SumOrder<'a> {
     /// The order of vectors that have no planes.
     pub(crate) fn plain() -> SumOrder<'static> {
         let communicator = &SingleProcess;
-        SumOrder { communicator, patches: 0, voxels: 0, panes: 0, plane: None, is_divided: false }
+        SumOrder {
+            communicator,
+            patches: 0,
+            voxels: 0,
+            panes: 0,
+            plane: None,
+            first: 0,
+            total: 0,
+            is_divided: false,
+        }
     }
 
     /// The order of vectors over zones.
@@ -61,7 +73,61 @@ impl<'a> SumOrder<'a> {
             voxels: zones.voxels.len(),
             panes: zones.panes.len(),
             plane: zones.voxels.plane_size(),
+            first: zones.voxels.first_cell(),
+            total: zones.voxels.total(),
             is_divided: zones.voxels.is_divided(),
+        }
+    }
+
+    /// True if each process has some planes alone.
+    pub(crate) fn is_divided(&self) -> bool {
+        self.is_divided
+    }
+    /// Number of this process, and number of processes.
+    pub(crate) fn process(&self) -> [usize; 2] {
+        [self.communicator.rank(), self.communicator.size()]
+    }
+    /// Number of planes of all processes.
+    pub(crate) fn planes(&self) -> usize {
+        self.total / self.plane.unwrap_or(usize::MAX).max(1)
+    }
+    /// The planes of this process.
+    pub(crate) fn own_planes(&self) -> Range<usize> {
+        let plane = self.plane.unwrap_or(usize::MAX).max(1);
+        self.first / plane..(self.first + self.voxels) / plane
+    }
+    /// The order of a process with other planes.
+    fn with_planes(self, planes: usize) -> SumOrder<'a> {
+        SumOrder { voxels: planes * self.plane.unwrap_or(0), ..self }
+    }
+    /// Number of components of the voxels in a vector of `n` entries.
+    fn components(&self, n: usize) -> usize {
+        if n > self.patches + self.voxels + self.panes { 4 } else { 1 }
+    }
+    /// Length of a vector of a process with `planes` planes, where one of this process has `n` entries.
+    pub(crate) fn length_of_part(&self, n: usize, planes: usize) -> usize {
+        let components = self.components(n);
+        n - components * self.voxels + components * planes * self.plane.unwrap_or(0)
+    }
+    /// Copies the planes `common` of a vector `from` over the planes `part` to a vector `to` over the planes of this process, and what has no planes.
+    pub(crate) fn copy_planes<T: Copy>(
+        &self,
+        (to, from): (&mut [T], &[T]),
+        part: &Range<usize>,
+        common: &Range<usize>,
+    ) {
+        let (own, plane) = (self.own_planes(), self.plane.unwrap_or(0));
+        let segments = self.with_planes(part.len()).segments(from.len());
+        for (source, target) in segments.into_iter().zip(self.segments(to.len())) {
+            let (from, to) = (&from[source.entries.clone()], &mut to[target.entries.clone()]);
+            match target.plane {
+                Some(_) if common.is_empty() => {}
+                Some(_) => {
+                    let at = |first: usize| (common.start - first) * plane..(common.end - first) * plane;
+                    to[at(own.start)].copy_from_slice(&from[at(part.start)]);
+                }
+                None => to.copy_from_slice(from),
+            }
         }
     }
 
@@ -195,13 +261,14 @@ impl<'a> SharedZones<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::distribution::tests::on_ranks;
     use zonal_math::{Vec3, vec3};
     use zonal_scene::{Patch, VoxelGrid, VoxelZones};
 
-    fn zones(dims: [usize; 3]) -> Zones {
+    /// Zones of a grid with five patches.
+    pub(crate) fn zones(dims: [usize; 3]) -> Zones {
         let grid = VoxelGrid::new(Vec3::ZERO, vec3(1.0, 1.0, 1.0), dims).unwrap();
         let plate = zonal_scene::Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
         let patch = Patch {
@@ -216,36 +283,44 @@ mod tests {
         Zones { patches: vec![patch; 5], voxels: VoxelZones::whole(&grid), ..Zones::default() }
     }
 
+    /// The zones of a rank, and the number of a local unknown among those of all ranks.
+    pub(crate) fn part_of_rank(
+        all: &Zones,
+        dims: [usize; 3],
+        [rank, size]: [usize; 2],
+    ) -> (Zones, impl Fn(usize) -> usize + Sync + use<>) {
+        let own = crate::spectral::slabs::part_of(dims[0], rank, size);
+        let plane = dims[1] * dims[2];
+        let (patches, voxels, local, first) =
+            (all.patches.len(), all.voxels.len(), own.len() * plane, own.start * plane);
+        let part = all.voxels.of_cells(first..first + local).unwrap();
+        let global = move |i: usize| match i {
+            i if i < patches => i,
+            i if i < patches + local => i + first,
+            i if i < 3 * patches + local => i - local + voxels,
+            i => {
+                let (component, k) = ((i - 3 * patches - local) / local, (i - 3 * patches) % local);
+                3 * patches + voxels * (component + 1) + first + k
+            }
+        };
+        (Zones { voxels: part, ..all.clone() }, global)
+    }
+
     #[test]
     fn sums_do_not_depend_on_the_division() {
         for dims in [[7, 3, 2], [5, 70, 70], [1, 2, 2]] {
             let all = zones(dims);
             let term = |i: usize| 1.0 / (i as f64 + 0.3);
-            let (patches, n, plane) = (all.patches.len(), all.len(), dims[1] * dims[2]);
+            let (patches, n) = (all.patches.len(), all.len());
             let unknowns = n + 2 * patches + 3 * all.voxels.len();
             let order = SharedZones::alone(&all).order();
             let want = [order.sum(n, term), order.sum(unknowns, term)];
             for size in [1, 2, 3, 7] {
                 let found = on_ranks(size, |c| {
-                    let own = crate::spectral::slabs::part_of(dims[0], c.rank(), size);
-                    let cells = own.start * plane..own.end * plane;
-                    let voxels = all.voxels.of_cells(cells.clone()).unwrap();
-                    let part = Zones { voxels, ..all.clone() };
-                    // The number of a local unknown among those of all processes.
-                    let global = |i: usize| {
-                        let (voxels, local) = (all.voxels.len(), cells.len());
-                        match i {
-                            i if i < patches => i,
-                            i if i < patches + local => i + cells.start,
-                            i if i < 3 * patches + local => i - local + voxels,
-                            i => {
-                                let (component, k) = ((i - 3 * patches - local) / local, (i - 3 * patches) % local);
-                                3 * patches + voxels * (component + 1) + cells.start + k
-                            }
-                        }
-                    };
+                    let (part, global) = part_of_rank(&all, dims, [c.rank(), size]);
+                    let cells = part.voxels.len();
                     let order = SharedZones::new(&part, c).order();
-                    let slopes = 2 * patches + 3 * cells.len();
+                    let slopes = 2 * patches + 3 * cells;
                     [order.sum(part.len(), |i| term(global(i))), order.sum(part.len() + slopes, |i| term(global(i)))]
                 });
                 for found in found {

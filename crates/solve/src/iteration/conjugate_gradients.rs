@@ -22,6 +22,7 @@
 //!
 //! **Warm start.** From strengths s near the solution: √w y = s − s⁰ where w > 0, r = √w g s − y; one product, as for a cold start.
 
+use super::divided_state::{self, PartialState};
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
 use super::multivector::VectorEntry;
 use crate::sum_order::SumOrder;
@@ -188,7 +189,8 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     let root: Vec<E> = system.weights.par_iter().map(|w| E::from_lanes(first_lanes(w.sqrt()))).collect();
     let norm = ResidualNorm { root: &root, targets: system.targets, sums: system.sums };
     progress.begin("solving", stop.max_iterations as u64);
-    let kept = checkpoints.load(STAGE).and_then(|b| decode_state::<E, N>(&b, sources.len(), root.len()));
+    let decode = |bytes: &[u8], unknowns: usize| decode_state::<E, N>(bytes, sources.len(), unknowns);
+    let kept = divided_state::load(checkpoints, STAGE, (system.sums, root.len()), decode).map(columns_of);
     // √w p of the active columns, replaced by their products.
     let mut products: Vec<Vec<E>> = Vec::new();
     let start = |products: &mut _| (start_columns(system, &norm, (&sources, initial), stop, products), 1);
@@ -211,7 +213,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
             iterate_column(&mut all[c], &norm, product, iteration, stop.residual);
         }
         if checkpoints.keeps() && iteration % CHECKPOINT_INTERVAL == 0 {
-            checkpoints.save(STAGE, &encode_state(&all, iteration + 1));
+            divided_state::save(checkpoints, STAGE, system.sums, &encode_state(&all, iteration + 1));
         }
         progress.advance(1);
     }
@@ -437,28 +439,27 @@ fn encode_state<E: BandEntry<N>, const N: usize>(all: &[CgColumn<E, N>], next: u
     encoder.bytes()
 }
 
-/// Decodes a stage of [`encode_state`] for a number of columns and unknowns: the columns, and the next iteration.
+/// The numbers of a column beside its vectors.
+type ColumnNumbers<const N: usize> = ([[f64; N]; 2], [Option<SolveStatus>; N], [Vec<f64>; N], [(f64, usize); N]);
+
+/// Decodes a stage of [`encode_state`] for a number of columns and unknowns: y, r and p of each column in turn.
 fn decode_state<E: BandEntry<N>, const N: usize>(
     bytes: &[u8],
     columns: usize,
-    zones: usize,
-) -> Option<(Vec<CgColumn<E, N>>, usize)> {
+    unknowns: usize,
+) -> Option<PartialState<E, Vec<ColumnNumbers<N>>>> {
     let mut decoder = Decoder::new(bytes);
     let (bands, next) = (decoder.int()?, decoder.int()?);
-    if bands != N {
+    if bands != N || next == 0 {
         return None;
     }
-    let mut all = Vec::new();
+    let mut state = PartialState { vectors: Vec::new(), shared: Vec::new(), next };
     for _ in 0..columns {
-        let mut vectors = ColumnVectors(vec![[E::ZERO; 3]; zones]);
-        for v in vectors.all_mut() {
-            let flat = decoder.reals()?;
-            if flat.len() != N * zones {
-                return None;
-            }
-            v.iter_mut().zip(flat.as_chunks::<N>().0).for_each(|(v, x)| *v = E::from_lanes(*x));
+        for _ in 0..3 {
+            let flat = decoder.reals().filter(|flat| flat.len() == N * unknowns)?;
+            state.vectors.push(flat.as_chunks::<N>().0.iter().map(|x| E::from_lanes(*x)).collect());
         }
-        let (rr, power) = (decoder.reals()?.try_into().ok()?, decoder.reals()?.try_into().ok()?);
+        let sums = [decoder.reals()?.try_into().ok()?, decoder.reals()?.try_into().ok()?];
         let (mut status, mut residuals, mut best) = ([None; N], [const { Vec::new() }; N], [(0.0, 0); N]);
         for b in 0..N {
             let known = decoder.int()?;
@@ -466,9 +467,21 @@ fn decode_state<E: BandEntry<N>, const N: usize>(
             residuals[b] = decoder.reals()?;
             best[b] = (*decoder.reals()?.first()?, decoder.int()?);
         }
-        all.push(CgColumn { vectors, rr, power, status, residuals, best });
+        state.shared.push((sums, status, residuals, best));
     }
-    (decoder.at_end() && next > 0).then_some((all, next))
+    decoder.at_end().then_some(state)
+}
+
+/// The columns of a state, and the next iteration.
+fn columns_of<E: BandEntry<N>, const N: usize>(
+    state: PartialState<E, Vec<ColumnNumbers<N>>>,
+) -> (Vec<CgColumn<E, N>>, usize) {
+    let column = |(([rr, power], status, residuals, best), of_column): (ColumnNumbers<N>, &[Vec<E>])| {
+        let mut vectors = ColumnVectors(vec![[E::ZERO; 3]; of_column[0].len()]);
+        vectors.all_mut().into_iter().zip(of_column).for_each(|(v, known)| v.copy_from_slice(known));
+        CgColumn { vectors, rr, power, status, residuals, best }
+    };
+    (state.shared.into_iter().zip(state.vectors.chunks(3)).map(column).collect(), state.next)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::linear_system::{IterationResult, LinearSystem, source_power};
 use super::multivector::MultiVector;
 use crate::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
-use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
+use zonal_scene::{Band, Bands, CheckpointStore, NoCheckpoints, PerBand, Progress, SolveStatus};
 
 /// Name of the stage.
 const STAGE: &str = "state-sweeps";
@@ -34,6 +34,8 @@ pub(crate) fn solve(
         })
         .collect();
     progress.begin("sweeping", orders as u64);
+    // Processes that have some planes alone begin again.
+    let checkpoints = if system.sums.is_divided() { &NoCheckpoints } else { checkpoints };
     let kept = checkpoints.load(STAGE).and_then(|b| decode_state(&b, &all)).filter(|s| s.1 <= orders);
     let (mut all, first) = kept.unwrap_or((all, 1));
     progress.advance(first as u64 - 1);

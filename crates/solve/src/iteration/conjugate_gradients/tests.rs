@@ -110,7 +110,7 @@ fn resumed_iteration_is_bit_identical() {
         let straight = with(35, &NoCheckpoints);
         with(14, &store);
         let state = store.load(STAGE).expect("a state after ten iterations");
-        assert_eq!(decode_state::<E, N>(&state, 2, 40).map(|s| s.1), Some(11));
+        assert_eq!(decode_state::<E, N>(&state, 2, 40).map(|s| s.next), Some(11));
         assert_eq!(with(35, &store), straight);
         // A state of another size or a truncated one is not used.
         assert!(
