@@ -16,7 +16,8 @@ use mpi::traits::Communicator as _;
 use std::process::ExitCode;
 use zonal_cli::commands::context::Context;
 use zonal_cli::commands::solve;
-use zonal_report::Failure;
+use zonal_report::{Failure, note};
+use zonal_solve::distribution::{Communicator, CountedRanks, SentMessages};
 
 /// Solve scenes on several processes by MPI. Start it by mpirun or srun; solutions are those of the command `zonal`, to the bit, on any number of ranks.
 #[derive(Parser, Debug)]
@@ -34,6 +35,9 @@ struct Cli {
     /// End with exit code 1 if a warning was reported.
     #[arg(long, global = true)]
     strict: bool,
+    /// Print what each rank sent, and how long it waited for messages.
+    #[arg(long, global = true)]
+    traffic: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -48,13 +52,17 @@ enum Command {
 const MPI_FAILURE_CODE: u8 = 2;
 
 fn main() -> ExitCode {
+    let cli = Cli::try_parse();
+    if let Ok(Cli { command: Command::Solve(arguments), .. }) = &cli {
+        stop::report_stops(hint(arguments));
+    }
     let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else {
         eprintln!("error: MPI cannot be initialized; start the command by mpirun or srun");
         return ExitCode::from(MPI_FAILURE_CODE);
     };
     let world = universe.world();
     let is_first = world.rank() == 0;
-    let cli = match Cli::try_parse() {
+    let cli = match cli {
         Ok(cli) => cli,
         Err(e) => {
             if is_first {
@@ -84,14 +92,33 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli, ranks: &mpi_ranks::MpiRanks) -> Result<(), Failure> {
-    use zonal_solve::distribution::Communicator;
     let quiet = cli.quiet || ranks.rank() > 0;
     zonal_cli::commands::start_threads(Some(placement::threads(ranks, cli.threads)))?;
     let context = Context { json: cli.json, quiet, strict: cli.strict };
     match cli.command {
         Command::Solve(arguments) => {
-            stop::report_stops(ranks, hint(&arguments));
-            solve::run_on_ranks(&arguments, context, ranks)
+            let counted = CountedRanks::new(ranks);
+            solve::run_on_ranks(&arguments, context, &counted)?;
+            if cli.traffic {
+                report_traffic(ranks, counted.sent());
+            }
+            Ok(())
+        }
+    }
+}
+
+/// Prints bytes, calls and seconds of the messages of all ranks on the first one.
+fn report_traffic(ranks: &mpi_ranks::MpiRanks, sent: SentMessages) {
+    let own = format!(
+        "{:.1} MB sent in {} calls, {:.2} s in messages",
+        sent.bytes as f64 / 1e6,
+        sent.calls,
+        ranks.seconds_in_messages()
+    );
+    let all = ranks.all_gather(own.into_bytes());
+    if ranks.rank() == 0 {
+        for (rank, text) in all.iter().enumerate() {
+            note(&format!("rank {rank}: {}", String::from_utf8_lossy(text)));
         }
     }
 }

@@ -6,6 +6,8 @@
 use mpi::datatype::{Partition, PartitionMut};
 use mpi::traits::CommunicatorCollectives;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use zonal_math::simd::{complex_parts, complex_parts_mut};
 use zonal_solve::distribution::{Communicator, ExchangeBuffers};
@@ -28,6 +30,8 @@ pub(crate) struct MpiRanks {
     rank: usize,
     size: usize,
     requests: Mutex<Sender<Request>>,
+    /// Microseconds from requests to their replies.
+    microseconds: AtomicU64,
 }
 
 /// The end of the thread that calls MPI.
@@ -39,7 +43,7 @@ pub(crate) struct MpiServer {
 pub(crate) fn mpi_ranks(world: &impl mpi::traits::Communicator) -> (MpiRanks, MpiServer) {
     let (sender, requests) = channel();
     let (rank, size) = (world.rank() as usize, world.size() as usize);
-    (MpiRanks { rank, size, requests: Mutex::new(sender) }, MpiServer { requests })
+    (MpiRanks { rank, size, requests: Mutex::new(sender), microseconds: AtomicU64::new(0) }, MpiServer { requests })
 }
 
 impl MpiServer {
@@ -57,11 +61,18 @@ impl MpiServer {
 }
 
 impl MpiRanks {
+    /// Seconds from requests to their replies: messages, and the time that other ranks needed to take part.
+    pub(crate) fn seconds_in_messages(&self) -> f64 {
+        self.microseconds.load(Ordering::Relaxed) as f64 * 1e-6
+    }
+
     /// Sends a request to the thread of MPI and waits for the reply.
     fn request<T>(&self, request: impl FnOnce(Sender<T>) -> Request) -> T {
         let (sender, reply) = channel();
+        let start = Instant::now();
         let sent = self.requests.lock().is_ok_and(|requests| requests.send(request(sender)).is_ok());
         let received = if sent { reply.recv().ok() } else { None };
+        self.microseconds.fetch_add(start.elapsed().as_micros() as u64, Ordering::Relaxed);
         received.expect("the thread of MPI serves requests as long as a solve runs")
     }
 }

@@ -12,6 +12,7 @@
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 use zonal_math::simd::{complex_bytes, complex_bytes_mut};
 use zonal_scene::{Band, Bands, Progress};
 
@@ -77,6 +78,62 @@ impl Communicator for SingleProcess {
     }
     fn all_to_all(&self, parts: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         parts
+    }
+}
+
+/// What a process has sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SentMessages {
+    /// Bytes to other processes; the same bytes to several count several times.
+    pub bytes: u64,
+    /// Collective calls.
+    pub calls: u64,
+}
+
+/// Processes that count what they send.
+pub struct CountedRanks<'a> {
+    ranks: &'a dyn Communicator,
+    bytes: AtomicU64,
+    calls: AtomicU64,
+}
+
+impl<'a> CountedRanks<'a> {
+    /// Counts what `ranks` send.
+    pub fn new(ranks: &'a dyn Communicator) -> CountedRanks<'a> {
+        CountedRanks { ranks, bytes: AtomicU64::new(0), calls: AtomicU64::new(0) }
+    }
+    /// What this process has sent so far.
+    pub fn sent(&self) -> SentMessages {
+        SentMessages { bytes: self.bytes.load(Ordering::Relaxed), calls: self.calls.load(Ordering::Relaxed) }
+    }
+    fn count(&self, bytes: usize) {
+        self.bytes.fetch_add(bytes as u64, Ordering::Relaxed);
+        self.calls.fetch_add(1, Ordering::Relaxed);
+    }
+    fn to_others<T>(&self, parts: &[T], bytes: impl Fn(&T) -> usize) -> usize {
+        let others = parts.iter().enumerate().filter(|(r, _)| *r != self.rank());
+        others.map(|(_, part)| bytes(part)).sum()
+    }
+}
+
+impl Communicator for CountedRanks<'_> {
+    fn rank(&self) -> usize {
+        self.ranks.rank()
+    }
+    fn size(&self) -> usize {
+        self.ranks.size()
+    }
+    fn all_gather(&self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        self.count(own.len() * (self.size() - 1));
+        self.ranks.all_gather(own)
+    }
+    fn all_to_all(&self, parts: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        self.count(self.to_others(&parts, Vec::len));
+        self.ranks.all_to_all(parts)
+    }
+    fn exchange(&self, buffers: ExchangeBuffers) -> ExchangeBuffers {
+        self.count(self.to_others(&buffers.sent_lengths, |n| size_of::<Complex64>() * n));
+        self.ranks.exchange(buffers)
     }
 }
 

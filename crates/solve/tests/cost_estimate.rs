@@ -34,6 +34,7 @@ fn look(scene: &Scene, memory: u64) -> Result<CostEstimate, SceneError> {
         pair_settings: PairSettings::default(),
         memory_limit: memory,
         threads: 1,
+        ranks: 1,
     };
     let now = std::cell::Cell::new(0.0);
     CostEstimate::new(&plan, &|| now.replace(now.get() + 1.0))

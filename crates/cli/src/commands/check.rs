@@ -25,6 +25,9 @@ pub struct Args {
     /// Memory limit of the estimated solve, GB.
     #[arg(long, default_value_t = 12.0, value_name = "GB")]
     pub max_memory: f64,
+    /// Number of processes that share the estimated solve (`zonal-mpi`), each with the threads of this command.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub ranks: u16,
 }
 
 /// Everything that the command found out about a scene.
@@ -32,6 +35,8 @@ struct SceneCheck<'a> {
     scene: &'a Scene,
     size: ProblemSize,
     threads: usize,
+    /// Number of processes.
+    ranks: usize,
     /// Expected number of shadow rays.
     shadow_rays: f64,
     /// Expected seconds of direct light.
@@ -63,7 +68,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         }
         context.check_warnings(&check.diagnostics)
     };
-    with_check(&scene, memory_limit, start, report).map_err(in_scene)?
+    with_check(&scene, (memory_limit, args.ranks.into()), start, report).map_err(in_scene)?
 }
 
 /// The JSON report of a scene for a memory limit in bytes; `start` is when reading began.
@@ -75,13 +80,13 @@ pub fn scene_report(
     memory_limit: u64,
     start: Instant,
 ) -> Result<serde_json::Value, SceneError> {
-    with_check(scene, memory_limit, start, |check| json(&check))
+    with_check(scene, (memory_limit, 1), start, |check| json(&check))
 }
 
 /// Divides a scene into zones, estimates the cost of a solve, and passes the result on.
 fn with_check<T>(
     scene: &Scene,
-    memory_limit: u64,
+    limits: (u64, usize),
     start: Instant,
     report: impl FnOnce(SceneCheck<'_>) -> T,
 ) -> Result<T, SceneError> {
@@ -97,9 +102,9 @@ fn with_check<T>(
         Some(m) => {
             let transport = Transport::new(&m.extension.scene);
             let images = Some(&m.images);
-            check_scene((&m.extension.scene, &m.zones, &transport, images), memory_limit, excluded, start)
+            check_scene((&m.extension.scene, &m.zones, &transport, images), limits, excluded, start)
         }
-        None => check_scene((scene, &zones, &transport, None), memory_limit, excluded, start),
+        None => check_scene((scene, &zones, &transport, None), limits, excluded, start),
     };
     // Counts and names are those of the scene itself.
     check.scene = scene;
@@ -117,7 +122,7 @@ fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
 /// Counts, cost and diagnostics of a scene; `start` is when reading began.
 fn check_scene<'a>(
     (scene, zones, transport, images): (&'a Scene, &Zones, &Transport, Option<&ZoneImages>),
-    memory_limit: u64,
+    (memory_limit, ranks): (u64, usize),
     excluded: Vec<Diagnostic>,
     start: Instant,
 ) -> SceneCheck<'a> {
@@ -141,6 +146,7 @@ fn check_scene<'a>(
         pair_settings: PairSettings::default(),
         memory_limit,
         threads,
+        ranks,
     };
     let estimate =
         CostEstimate::new(&input, &clock).map(|e| e.for_bands(scene).with_reading_time(reading_seconds));
@@ -152,6 +158,7 @@ fn check_scene<'a>(
         scene,
         size,
         threads,
+        ranks,
         shadow_rays,
         direct_light_seconds,
         exchange_seconds,
@@ -171,7 +178,8 @@ fn json(c: &SceneCheck) -> serde_json::Value {
         "patches": size.patches, "voxel_zones": size.voxels, "cut_voxel_zones": size.cut, "pane_zones": size.panes,
         "pairs": size.pairs, "distinct_bands": size.groups, "dense_bytes": size.bytes,
         "engine": e.map(|e| e.engine.name()), "reason": e.map(|e| e.reason.clone()),
-        "seconds": e.map(|e| e.seconds), "memory_bytes": e.map(|e| e.bytes), "phases": e.map(phases),
+        "seconds": e.map(|e| e.seconds), "memory_bytes": e.map(|e| e.bytes), "ranks": c.ranks,
+        "sent_bytes": e.and_then(|e| e.traffic).map(|t| t.total), "sent_bytes_of_product": e.and_then(|e| e.traffic).map(|t| t.product), "phases": e.map(phases),
         "exchange_areas_seconds": c.exchange_seconds,
         "zone_bytes": size.zone_bytes, "shadow_rays": c.shadow_rays, "direct_light_seconds": c.direct_light_seconds,
         "occluders": size.occluders, "lights": scene.lights().len(),
@@ -195,7 +203,7 @@ fn print_text(args: &Args, c: &SceneCheck) -> Result<(), Failure> {
         size.patches, size.voxels, size.cut, size.panes
     ))?;
     if let Ok(e) = &c.estimate {
-        print_estimate(e, c.threads)?;
+        print_estimate(e, [c.threads, c.ranks])?;
     }
     say(&format!(
         "  {} pairs in {} distinct band(s), {:.2} GB as matrices; {:.3e} shadow rays of direct light",
@@ -213,18 +221,26 @@ fn print_text(args: &Args, c: &SceneCheck) -> Result<(), Failure> {
 }
 
 /// Prints engine, time and memory of a solve.
-fn print_estimate(e: &CostEstimate, threads: usize) -> Result<(), Failure> {
+fn print_estimate(e: &CostEstimate, [threads, ranks]: [usize; 2]) -> Result<(), Failure> {
     let (seconds, gigabytes) = (|s: f64| format!("{:.*}", usize::from(s < 9.95), s), |b: u64| b as f64 / 1e9);
     say(&format!("  engine: {} ({})", e.engine.name(), e.reason))?;
     let upper_bound = match e.seconds[1] > e.seconds[0] || e.bytes[1] > e.bytes[0] {
         true => format!("; upper bound {} s and {:.2} GB", seconds(e.seconds[1]), gigabytes(e.bytes[1])),
         false => String::new(),
     };
+    let place = match ranks {
+        1 => format!("on {threads} thread(s)"),
+        _ => format!("for each of {ranks} ranks of {threads} thread(s)"),
+    };
     say(&format!(
-        "  about {} s and {:.2} GB on {threads} thread(s){upper_bound}",
+        "  about {} s and {:.2} GB {place}{upper_bound}",
         seconds(e.seconds[0]),
         gigabytes(e.bytes[0])
     ))?;
+    if let Some(traffic) = e.traffic {
+        let [product, total] = [traffic.product, traffic.total].map(|b| b as f64 / 1e6);
+        say(&format!("  a rank sends about {total:.0} MB, {product:.2} MB for each product of a light group"))?;
+    }
     let phases: Vec<String> = e.parts.iter().map(|(phase, s)| format!("{phase} {} s", seconds(*s))).collect();
     say(&format!("    {}", phases.join(", ")))
 }

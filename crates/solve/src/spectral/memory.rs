@@ -5,6 +5,7 @@ use super::grid::BoxGrid;
 use super::kernels::shares_adjacent;
 use super::slabs::Slabs;
 use super::transposition::batch_planes;
+use super::wall_sums::walls;
 use super::volume::FREQUENCIES_PER_BLOCK;
 
 /// Bytes of the spectra of one extinction that a rank has.
@@ -50,6 +51,42 @@ pub(super) fn work_bytes(grid: &BoxGrid, order: BasisOrder, slabs: &Slabs) -> u6
         + patch * 16 * 8 * (n0 * n1 + (n0 + n1) * h2)
 }
 
+/// Bytes that a rank of several sends for one product in a band.
+pub(crate) fn sent_bytes_of_product(grid: &BoxGrid, order: BasisOrder, rank: usize, ranks: usize) -> u64 {
+    let (slabs, others) = (Slabs::of_rank(grid, rank, ranks), ranks - 1);
+    let ([voxel, patch], [l0, l1, _], h2) =
+        ([order.voxel_components(), order.patch_components()], grid.lengths(), grid.halves()[2]);
+    // Planes for frequencies, and frequencies for planes.
+    let (planes, blocks, piece) = (slabs.planes().len(), slabs.blocks().count(), FREQUENCIES_PER_BLOCK * h2);
+    let there = planes * (slabs.block_count() - blocks) * piece;
+    let back = blocks * (grid.cells[0] - planes) * piece;
+    // Spectra of walls to all, parts of the sums for walls of other ranks, and values of walls to all.
+    let spectrum = [l1 * h2, l0 * h2, l0 * l1];
+    let part = [blocks * piece, slabs.subtrees_of(rank).len() * l0 * h2, slabs.blocks().flat_map(|b| slabs.frequencies_of(b)).count() * l0];
+    let (mut complex, mut real) = (voxel * (there + back), 0);
+    for (w, (axis, _)) in walls(grid).into_iter().enumerate() {
+        if w % ranks == rank {
+            complex += patch * spectrum[axis] * others;
+            real += patch * grid.patches(axis) * others;
+        } else {
+            complex += patch * part[axis];
+        }
+    }
+    // Walls along their edges: frequencies of own walls, products of own frequencies, and values to all.
+    let edges = grid.corners().flat_map(|[a, b]| [(a, 3 - a - b), (b, 3 - a - b)]);
+    for (e, (across, along)) in edges.enumerate() {
+        let (line, all) = (2 * grid.cells[3 - across - along], grid.halves()[along]);
+        let own = slabs.own_part(all).len();
+        if e % ranks == rank {
+            complex += patch * line * (all - own);
+            real += 2 * patch * grid.patches(across) * others;
+        } else {
+            complex += patch * line * own;
+        }
+    }
+    (16 * complex + 8 * real) as u64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,6 +103,34 @@ mod tests {
         let distinct = |i: usize| !k.adjacent[..i].iter().any(|other| Arc::ptr_eq(other, &k.adjacent[i]));
         let adjacent = (0..3).filter(|&i| distinct(i)).map(|i| of(&k.adjacent[i])).sum::<u64>();
         of(&k.volume) + k.walls.iter().map(of).sum::<u64>() + adjacent
+    }
+
+    #[test]
+    fn expected_messages_are_those_of_a_product() {
+        use crate::distribution::CountedRanks;
+        use crate::spectral::volume::VolumeConvolution;
+        use crate::spectral::walls::WallConvolution;
+        for cells in [[7, 10, 9], [20, 4, 5]] {
+            for (order, ranks) in [(BasisOrder::Constant, 2), (BasisOrder::Constant, 5), (BasisOrder::Linear, 3)] {
+                let grid = BoxGrid::new(cells, [0.25; 3], [false; 3]);
+                on_ranks(ranks, |communicator| {
+                    let counted = CountedRanks::new(communicator);
+                    let execution = Execution { communicator: &counted, progress: &NoProgress };
+                    let slabs = Slabs::new(&grid, execution);
+                    let kernels = GridKernels::new(&grid, 0.7, order, slabs, &mut Vec::new());
+                    let volume = VolumeConvolution::new(grid, order, slabs);
+                    let walls = WallConvolution::new(grid, order, slabs);
+                    let before = counted.sent();
+                    let (mut voxels, faces) = (volume.take_values(), walls.zeros());
+                    let spectra = walls.spectra(&faces);
+                    let from_voxels = volume.apply(&kernels, &mut voxels, &spectra);
+                    walls.incident(&kernels, (&faces, &spectra), from_voxels);
+                    let found = counted.sent().bytes - before.bytes;
+                    let want = sent_bytes_of_product(&grid, order, communicator.rank(), ranks);
+                    assert_eq!(found, want, "{cells:?} {order:?} rank {} of {ranks}", communicator.rank());
+                });
+            }
+        }
     }
 
     #[test]

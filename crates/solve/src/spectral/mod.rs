@@ -43,4 +43,5 @@ pub(crate) mod volume;
 mod wall_sums;
 pub(crate) mod walls;
 
+pub(crate) use memory::sent_bytes_of_product;
 pub use spectral_operator::SpectralOperator;

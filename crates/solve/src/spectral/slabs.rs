@@ -10,6 +10,7 @@
 use super::grid::BoxGrid;
 use super::volume::FREQUENCIES_PER_BLOCK;
 use crate::distribution::{Communicator, Execution, SingleProcess};
+use crate::fixed_tree::{self, TreeNode};
 use std::ops::Range;
 
 /// The parts of a grid that the ranks have.
@@ -91,6 +92,11 @@ impl<'a> Slabs<'a> {
     /// The blocks of this rank, ascending.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         self.blocks_of(self.rank())
+    }
+    /// The largest subtrees of blocks (`fixed_tree.rs`) that a rank has.
+    pub(crate) fn subtrees_of(&self, rank: usize) -> Vec<TreeNode> {
+        let runs = self.runs_of(rank).into_iter();
+        runs.flat_map(|run| fixed_tree::whole_subtrees(run, self.block_count())).collect()
     }
     /// The stored frequencies f₁ of a rank: its own, and the opposites of those above the middle.
     pub(crate) fn stored_of(&self, rank: usize) -> Range<usize> {

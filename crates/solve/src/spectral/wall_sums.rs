@@ -85,13 +85,6 @@ impl WallSumLayout<'_> {
         if own { 0.5 } else { 1.0 }
     }
 
-    /// The largest subtrees of blocks that a rank has.
-    fn subtrees_of(&self, rank: usize) -> Vec<TreeNode> {
-        let count = self.slabs.block_count();
-        let runs = self.slabs.runs_of(rank).into_iter();
-        runs.flat_map(|run| fixed_tree::whole_subtrees(run, count)).collect()
-    }
-
     /// The spectra of the walls that this rank completes, from the sums of its blocks and those of the others: across the first two axes times the weight of
     /// f₂, across the third half of a sum of which twice the real part counts. The sums are changed.
     pub(super) fn complete(&self, own: &mut [WallSums]) -> Vec<(Wall, Vec<Complex64>)> {
@@ -146,7 +139,7 @@ impl WallSumLayout<'_> {
 
     /// What a rank has of a wall across `axis`: subtrees of blocks, or single blocks.
     fn parts_of(&self, rank: usize, axis: usize) -> Vec<TreeNode> {
-        if axis == 1 { self.subtrees_of(rank) } else { self.slabs.blocks_of(rank).map(|b| (0, b)).collect() }
+        if axis == 1 { self.slabs.subtrees_of(rank) } else { self.slabs.blocks_of(rank).map(|b| (0, b)).collect() }
     }
 
     /// The parts of a wall that this rank has.

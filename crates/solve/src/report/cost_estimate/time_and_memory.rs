@@ -14,6 +14,7 @@ use crate::hierarchical::memory_budget::{MemoryBudget, PROGRAM_BYTES};
 use crate::light_groups;
 use crate::ray::cost_probe::probe_ray_cost;
 use crate::ray::ray_sampling::{rays_measure_escape, rays_per_zone, total_rays};
+use crate::report::cost_estimate::distribution_cost::Traffic;
 use crate::report::cost_estimate::problem_size::{self, ProblemSize};
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::kernels;
@@ -71,6 +72,8 @@ pub struct CostEstimate {
     pub notes: Vec<Diagnostic>,
     /// True if the radiosity has slopes inside zones.
     pub has_slopes: bool,
+    /// What the first of several processes sends; none of one process.
+    pub traffic: Option<Traffic>,
 }
 
 /// A solve whose cost is estimated.
@@ -88,8 +91,10 @@ pub struct CostModelInput<'a> {
     pub pair_settings: PairSettings,
     /// Memory limit, bytes.
     pub memory_limit: u64,
-    /// Number of threads.
+    /// Number of threads of each process.
     pub threads: usize,
+    /// Number of processes that share the solve.
+    pub ranks: usize,
 }
 
 impl CostEstimate {
@@ -98,8 +103,8 @@ impl CostEstimate {
     /// # Errors
     /// If the solve would be refused.
     pub fn new(input: &CostModelInput, clock: &dyn Fn() -> f64) -> Result<CostEstimate, SceneError> {
-        let CostModelInput { scene, zones, transport, size, pair_settings, memory_limit, threads } = *input;
-        let choice = selection::select_engine(scene, zones, transport, size, (pair_settings, memory_limit), 1)?;
+        let CostModelInput { scene, zones, transport, size, pair_settings, memory_limit, threads, ranks } = *input;
+        let choice = selection::select_engine(scene, zones, transport, size, (pair_settings, memory_limit), ranks)?;
         let (engine, reason) = (choice.engine, choice.reason.clone());
         let (_, light) = problem_size::direct_light_cost(scene, zones, transport, threads);
         let mut parts = vec![("direct light".to_string(), light)];
@@ -116,13 +121,20 @@ impl CostEstimate {
             bytes: [0; 2],
             notes: Vec::new(),
             has_slopes: false,
+            traffic: None,
         };
+        let columns = light_groups::select_groups(scene, zones).0.len() as f64;
+        out.traffic = Traffic::expected(&choice, zones, ranks, [EXPECTED_PRODUCTS, columns]);
         let more = match engine {
             Engine::Hierarchical => out.hierarchical(input, clock),
             Engine::Spectral => out.spectral(input, choice),
             Engine::Layered => out.layered(input, choice),
             Engine::Dense | Engine::Auto => out.dense(input, clock),
         };
+        // Processes share all of these phases.
+        let more = more / ranks as f64;
+        out.parts.iter_mut().for_each(|(_, seconds)| *seconds /= ranks as f64);
+        out.parts.extend(out.traffic.map(|t| ("messages".to_string(), t.seconds())));
         let heat = crate::thermal::memory_bytes(scene, zones);
         let smaller = if discretization::is_requested(scene) {
             discretization::refined_zone_count(scene, zones, out.basis())
@@ -168,7 +180,7 @@ impl CostEstimate {
             input.zones.len() as f64 * 0.2 * FIELD_MICROSECONDS * columns * 1e-6 / threads,
         ));
         self.bytes =
-            [spectral_solve_bytes(input.scene, input.zones, input.size, (e, *order), 1) + PROGRAM_BYTES; 2];
+            [spectral_solve_bytes(input.scene, input.zones, input.size, (e, *order), input.ranks) + PROGRAM_BYTES; 2];
         0.0
     }
 
@@ -198,7 +210,7 @@ impl CostEstimate {
             EXPECTED_PRODUCTS * columns * Band::count() as f64 * PRODUCT_NANOSECONDS * 1e-9 * f.pairs as f64;
         self.parts.push(("solving".into(), products / input.threads.max(1) as f64));
         let bytes =
-            (DENSE_MEMORY_FACTOR * f.bytes as f64) as u64 + f.zone_bytes + f.field_bytes + PROGRAM_BYTES;
+            (DENSE_MEMORY_FACTOR * f.bytes as f64 / input.ranks as f64) as u64 + f.zone_bytes + f.field_bytes + PROGRAM_BYTES;
         self.bytes = [bytes; 2];
         0.0
     }
@@ -227,7 +239,8 @@ impl CostEstimate {
             "smoothing".into(),
             n * (SMOOTHING_MICROSECONDS + FIELD_MICROSECONDS * columns) * 1e-6 / threads,
         ));
-        self.bytes = [budget.with_rays_and_vertices(rays, t.path_vertices); 2];
+        let ranks = input.ranks as u64;
+        self.bytes = [budget.with_rays_and_vertices(rays / ranks, t.path_vertices / ranks as f64); 2];
         gather * (SAMPLES_UPPER_BOUND_FACTOR - 1.0)
     }
 }
