@@ -10,10 +10,8 @@ if ! command -v mpicc >/dev/null || ! command -v mpirun >/dev/null; then
     missing "no MPI with mpicc and mpirun is available"
     exit
 fi
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
 
 cargo clippy --quiet --locked --package zonal-mpi --all-targets -- -D warnings
 cargo test --quiet --locked --package zonal-mpi
 cargo build --quiet --locked --package zonal-mpi
-scripts/mpi_ranks.sh "$zonal" "$(dirname "$zonal")/zonal-mpi" "$folder" quick
+python3 scripts/mpi_runs.py ranks --quick --zonal "$zonal" --mpi "$(dirname "$zonal")/zonal-mpi"

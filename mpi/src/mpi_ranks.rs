@@ -7,8 +7,8 @@ use mpi::datatype::{Partition, PartitionMut};
 use mpi::traits::CommunicatorCollectives;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Instant;
 use zonal_math::simd::{complex_parts, complex_parts_mut};
 use zonal_solve::distribution::{Communicator, ExchangeBuffers};
 
@@ -43,7 +43,10 @@ pub(crate) struct MpiServer {
 pub(crate) fn mpi_ranks(world: &impl mpi::traits::Communicator) -> (MpiRanks, MpiServer) {
     let (sender, requests) = channel();
     let (rank, size) = (world.rank() as usize, world.size() as usize);
-    (MpiRanks { rank, size, requests: Mutex::new(sender), microseconds: AtomicU64::new(0) }, MpiServer { requests })
+    (
+        MpiRanks { rank, size, requests: Mutex::new(sender), microseconds: AtomicU64::new(0) },
+        MpiServer { requests },
+    )
 }
 
 impl MpiServer {
@@ -165,11 +168,8 @@ fn exchange(world: &impl CommunicatorCollectives, mut buffers: ExchangeBuffers) 
     buffers.sent.reserve(1);
     buffers.received.reserve(1);
     let source = Partition::new(complex_parts(&buffers.sent), counts, displacements);
-    let mut target = PartitionMut::new(
-        complex_parts_mut(&mut buffers.received),
-        received_counts,
-        received_displacements,
-    );
+    let mut target =
+        PartitionMut::new(complex_parts_mut(&mut buffers.received), received_counts, received_displacements);
     world.all_to_all_varcount_into(&source, &mut target);
     buffers
 }
@@ -224,7 +224,8 @@ mod tests {
     #[test]
     fn empty_buffers_have_a_place() {
         // The address of an empty list without memory is its alignment, and some libraries give the address 1 a meaning.
-        assert!(placed(Vec::new()).as_ptr().addr() > 16);
+        let buffer = placed(Vec::new());
+        assert!(buffer.as_ptr().addr() > 16);
     }
 
     #[test]

@@ -31,7 +31,8 @@ fn is_first_of_siblings() -> bool {
     let Some(me) = process(own) else { return true };
     let numbers = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let numbers = numbers.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
-    let is_earlier = |id: u32| process(id).is_some_and(|p| p.runs && p.parent == me.parent && p.name == me.name);
+    let is_earlier =
+        |id: u32| process(id).is_some_and(|p| p.runs && p.parent == me.parent && p.name == me.name);
     !numbers.filter(|id| *id < own).any(is_earlier)
 }
 

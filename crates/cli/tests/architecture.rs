@@ -53,7 +53,7 @@ const PYTHON_MODULE: (&str, &[&str]) = (
 );
 
 /// The command of distributed solves, in the folder `mpi`, with the crates on which it depends.
-const MPI_COMMAND: (&str, &[&str]) = ("mpi", &["cli", "report", "solve"]);
+const MPI_COMMAND: (&str, &[&str]) = ("mpi", &["cli", "math", "report", "solve"]);
 
 /// Crates on which all tests may depend in addition: the reference solutions, and the scene format.
 const TEST_DEPENDENCIES: [&str; 2] = ["reference", "io"];

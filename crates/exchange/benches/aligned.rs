@@ -14,7 +14,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use zonal_exchange::aligned::lattice::{OffsetTable, WallTable, voxel_block};
+use zonal_exchange::aligned::lattice::{GridTables, voxel_block};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::{Vec3, vec3};
 
@@ -48,8 +48,9 @@ fn tables(c: &mut Criterion) {
         group.sample_size(10);
         for tolerance in TOLERANCES {
             group.bench_function(BenchmarkId::from_parameter(format!("{tolerance:e}")), |bench| {
-                bench
-                    .iter(|| one.install(|| GridTables::new([1.0; 3], [50; 3], black_box(kappa), tolerance).voxels()))
+                bench.iter(|| {
+                    one.install(|| GridTables::new([1.0; 3], [50; 3], black_box(kappa), tolerance).voxels())
+                })
             });
         }
     }
@@ -57,7 +58,9 @@ fn tables(c: &mut Criterion) {
     group.sample_size(10);
     for tolerance in TOLERANCES {
         group.bench_function(BenchmarkId::from_parameter(format!("{tolerance:e}")), |bench| {
-            bench.iter(|| one.install(|| GridTables::new([1.0; 3], [50; 3], black_box(0.0), tolerance).wall(2)))
+            bench.iter(|| {
+                one.install(|| GridTables::new([1.0; 3], [50; 3], black_box(0.0), tolerance).wall(2))
+            })
         });
     }
     drop(group);

@@ -1,7 +1,7 @@
 //! Times of the aligned methods and tables on one core: `cargo run --release -p zonal-exchange --example aligned_times`.
 
 use std::time::Instant;
-use zonal_exchange::aligned::lattice::{OffsetTable, VoxelBlock, WallTable, voxel_block};
+use zonal_exchange::aligned::lattice::{GridTables, VoxelBlock, voxel_block};
 use zonal_exchange::aligned::{Cuboid, geometric_factor};
 use zonal_math::{Vec3, vec3};
 

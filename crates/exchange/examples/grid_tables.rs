@@ -1,6 +1,6 @@
 //! Time and methods of a cube's tables: `grid_tables N KAPPA_L TOLERANCE`.
 use std::time::Instant;
-use zonal_exchange::aligned::lattice::{OffsetTable, WallTable};
+use zonal_exchange::aligned::lattice::GridTables;
 fn main() {
     let a: Vec<f64> = std::env::args().skip(1).map(|x| x.parse().unwrap()).collect();
     let (n, kappa, tol) = (a[0] as usize, a[1] / a[0], a[2]);

@@ -4,7 +4,7 @@
 
 use proptest::prelude::*;
 use zonal_exchange::AccuracyRequest;
-use zonal_exchange::aligned::lattice::{OffsetTable, WallTable};
+use zonal_exchange::aligned::lattice::GridTables;
 use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_math::{Bounded, Grade, Vec3, vec3};

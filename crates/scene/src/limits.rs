@@ -6,8 +6,10 @@ pub const MAX_COORDINATE: f64 = 1e8;
 pub(crate) const MIN_PLATE_AREA: f64 = 1e-24;
 /// Smallest edge of a voxel, m.
 pub(crate) const MIN_CELL_EDGE: f64 = 1e-9;
-/// Largest number of cells of a voxel grid: at 100 bytes per cell, the memory of a large machine.
+/// Largest number of cells of a voxel grid whose values differ from cell to cell: at 100 bytes per cell, the memory of a large machine.
 pub const MAX_CELLS: usize = 1 << 25;
+/// Largest number of cells of a voxel grid with the same values in all cells, which take no memory: 512³ twice.
+pub const MAX_UNIFORM_CELLS: usize = 1 << 28;
 /// Largest extinction, 1/m.
 pub const MAX_EXTINCTION: f64 = 1e8;
 /// Largest emission, irradiance or radiance, W/m² or W/(m² sr), and largest volumetric source, W/m³.

@@ -68,8 +68,7 @@ impl ErrorEstimate {
     /// ```
     pub fn of_sums(sums: [SquareSums; 2], grade: Grade) -> ErrorEstimate {
         let ratio = |e: Bands, h: Bands| e.zip_map(h, relative_error).sqrt();
-        let [patches, volumes] =
-            sums.map(|s| ratio(s.error, s.incident).max(ratio(s.total_error, s.total)));
+        let [patches, volumes] = sums.map(|s| ratio(s.error, s.incident).max(ratio(s.total_error, s.total)));
         ErrorEstimate { patches, volumes, grade }
     }
 }

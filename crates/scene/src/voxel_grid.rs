@@ -7,7 +7,7 @@ use crate::band::Band;
 use crate::bands::Bands;
 use crate::cell_values::CellValues;
 use crate::grid_geometry::GridGeometry;
-use crate::limits::{MAX_CELLS, MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MIN_CELL_EDGE};
+use crate::limits::{MAX_CELLS, MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MAX_UNIFORM_CELLS, MIN_CELL_EDGE};
 use crate::scene_error::{SceneError, invalid};
 use crate::thermal::ThermalCondition;
 use zonal_math::{Vec3, vec3};
@@ -35,23 +35,25 @@ pub struct VoxelGrid {
     source: CellValues<Bands>,
     /// Thermal conditions, in thermal mode.
     heat: Option<CellValues<ThermalCondition>>,
+    /// True if cells of a grid that is too large for that were set.
+    has_too_many_values: bool,
 }
 
 impl VoxelGrid {
     /// An empty grid (κ = 0 everywhere) with lower corner `min`, cell edges `cell` (m) and `dims` cells.
     ///
     /// # Errors
-    /// If there is no cell, if there are more than [`MAX_CELLS`](crate::limits::MAX_CELLS), or if the bounds are out of range.
+    /// If there is no cell, if there are more than [`MAX_UNIFORM_CELLS`](crate::limits::MAX_UNIFORM_CELLS), or if the bounds are out of range.
     pub fn new(min: Vec3, cell: Vec3, dims: [usize; 3]) -> Result<VoxelGrid, SceneError> {
         let count = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
         if count == 0 {
             return invalid("medium.cells", "a voxel grid needs at least one cell on each axis");
         }
-        if count > MAX_CELLS {
+        if count > MAX_UNIFORM_CELLS {
             let [nx, ny, nz] = dims;
             return invalid(
                 "medium.cells",
-                format!("{nx} × {ny} × {nz} cells exceed the maximum of {MAX_CELLS}; use fewer"),
+                format!("{nx} × {ny} × {nz} cells exceed the maximum of {MAX_UNIFORM_CELLS}; use fewer"),
             );
         }
         let edges = vec3(dims[0] as f64, dims[1] as f64, dims[2] as f64);
@@ -72,6 +74,7 @@ impl VoxelGrid {
             emission: CellValues::Uniform(Bands::ZERO),
             source: CellValues::Uniform(Bands::ZERO),
             heat: None,
+            has_too_many_values: false,
         })
     }
 
@@ -79,6 +82,11 @@ impl VoxelGrid {
     /// Call [`VoxelGrid::seal`] after the last one.
     pub fn set(&mut self, index: usize, extinction: Bands, albedo: Bands, emission: Bands, source: Bands) {
         let len = self.len();
+        if len > MAX_CELLS {
+            let values = [extinction, albedo, emission, source];
+            self.has_too_many_values |= self.properties().map(|p| p.get(index)) != values;
+            return;
+        }
         self.extinction.set(index, extinction, len);
         self.albedo.set(index, albedo, len);
         self.emission.set(index, emission, len);
@@ -97,6 +105,10 @@ impl VoxelGrid {
     /// `others`. Call [`VoxelGrid::seal`] after the last one.
     pub fn set_heat(&mut self, index: usize, condition: ThermalCondition, others: ThermalCondition) {
         let len = self.len();
+        if len > MAX_CELLS {
+            self.has_too_many_values = true;
+            return;
+        }
         self.heat.get_or_insert(CellValues::Uniform(others)).set(index, condition, len);
     }
 
@@ -131,6 +143,13 @@ impl VoxelGrid {
     /// # Errors
     /// If a value is out of range; the message states the cell.
     pub fn seal(mut self) -> Result<VoxelGrid, SceneError> {
+        if self.has_too_many_values {
+            let what = format!(
+                "values that differ from cell to cell are for at most {MAX_CELLS} cells, and there are {}; use fewer",
+                self.len()
+            );
+            return invalid("medium.cells", what);
+        }
         for i in self.distinct_cells() {
             self.check_cell(i)?;
         }
@@ -375,6 +394,17 @@ mod tests {
         assert!(VoxelGrid::new(Vec3::ZERO, Vec3::ONE, [10_000, 10_000, 10_000]).is_err());
         assert!(VoxelGrid::new(Vec3::ZERO, Vec3::ONE, [usize::MAX, 2, 2]).is_err());
         assert!(VoxelGrid::new(Vec3::ZERO, Vec3::ZERO, [2, 2, 2]).is_err());
+    }
+
+    #[test]
+    fn large_grids_are_uniform() {
+        let mut grid = VoxelGrid::new(Vec3::ZERO, Vec3::ONE, [512, 512, 512]).unwrap();
+        grid.fill(Bands::ONE, Bands::ZERO, Bands::ZERO, Bands::ZERO);
+        grid.set(7, Bands::ONE, Bands::ZERO, Bands::ZERO, Bands::ZERO);
+        assert!(grid.clone().seal().is_ok());
+        grid.set(7, Bands::ONE, Bands::ZERO, Bands::ONE, Bands::ZERO);
+        assert_eq!(grid.bytes(), 0);
+        assert!(grid.seal().unwrap_err().message().contains("differ from cell to cell"));
     }
 
     #[test]

@@ -294,7 +294,9 @@ impl VoxelZones {
     #[inline]
     pub(crate) fn zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
         match &self.list {
-            None if (self.first..self.first + self.len).contains(&cell) => cell - self.first..cell - self.first + 1,
+            None if (self.first..self.first + self.len).contains(&cell) => {
+                cell - self.first..cell - self.first + 1
+            }
             None => 0..0,
             Some(list) => list.cell_starts[cell] as usize..list.cell_starts[cell + 1] as usize,
         }

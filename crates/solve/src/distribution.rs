@@ -560,7 +560,8 @@ pub(crate) mod tests {
         let scene = zonal_io::input::parse_scene(text, None, "room").unwrap();
         let settings = SolveSettings { communicator, ..SolveSettings::new(1 << 30, &NoProgress) };
         let solution = crate::solve_with_settings(scene, &settings).unwrap();
-        let collect = |own: &[Bands]| crate::zone_division::collect(&solution, communicator, own).into_owned();
+        let collect =
+            |own: &[Bands]| crate::zone_division::collect(&solution, communicator, own).into_owned();
         let f = &solution.fields;
         let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
         let mut out = format!("{:?} {:?}", solution.report, lists.map(|list| collect(list)));

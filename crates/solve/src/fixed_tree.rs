@@ -6,15 +6,15 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// A node of the tree: its level above the blocks, and its number in the level.
-pub(crate) type TreeNode = (u32, usize);
+pub(crate) type SubtreeRoot = (u32, usize);
 
 /// The root of the tree over some blocks.
-pub(crate) fn root(blocks: usize) -> TreeNode {
+pub(crate) fn root(blocks: usize) -> SubtreeRoot {
     (blocks.next_power_of_two().trailing_zeros(), 0)
 }
 
 /// The largest subtrees within some of `count` blocks, in their order. A subtree may lack blocks beyond the last one.
-pub(crate) fn whole_subtrees(blocks: Range<usize>, count: usize) -> Vec<TreeNode> {
+pub(crate) fn whole_subtrees(blocks: Range<usize>, count: usize) -> Vec<SubtreeRoot> {
     let (mut out, mut next) = (Vec::new(), blocks.start);
     while next < blocks.end {
         let fits = |level: &u32| {
@@ -30,8 +30,8 @@ pub(crate) fn whole_subtrees(blocks: Range<usize>, count: usize) -> Vec<TreeNode
 
 /// The sum of the blocks below a node, from known ones. A missing node counts as an empty list; the longer of two lists is the upper one.
 pub(crate) fn node_sum<T: Copy>(
-    known: &mut BTreeMap<TreeNode, Vec<T>>,
-    (level, k): TreeNode,
+    known: &mut BTreeMap<SubtreeRoot, Vec<T>>,
+    (level, k): SubtreeRoot,
     add: &impl Fn(T, T) -> T,
 ) -> Vec<T> {
     if let Some(list) = known.remove(&(level, k)) {

@@ -69,7 +69,12 @@ fn iterate(
         column.extend(slopes);
     }
     // Iterate.
-    let system = LinearSystem { operator: built.operator.as_ref(), weights: &weights, targets: &targets, sums: context.shared_zones().order() };
+    let system = LinearSystem {
+        operator: built.operator.as_ref(),
+        weights: &weights,
+        targets: &targets,
+        sums: context.shared_zones().order(),
+    };
     let options = context.scene.options();
     if let Some(n) = options.scattering_orders {
         let results = neumann_series::solve(&system, &columns, n, context.checkpoints, context.progress);

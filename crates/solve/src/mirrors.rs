@@ -11,14 +11,14 @@
 //!
 //! The dense engine keeps sums over images only, F_ij = Σ_g F'(i, g·j): a matrix of the scene's zones (`dense/image_sums.rs`).
 
-use crate::sum_order::SharedZones;
-use crate::errors::estimate::error_estimate;
 use crate::direct_light::light_field::LightField;
+use crate::errors::estimate::error_estimate;
 use crate::settings::SolveSettings;
+use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use zonal_scene::{
-    Bands, Diagnostic, EnergyBalance, EvenExtension, Fields, LightGroup, Report, Scene,
-    SceneError, ZoneImages, Zones,
+    Bands, Diagnostic, EnergyBalance, EvenExtension, Fields, LightGroup, Report, Scene, SceneError,
+    ZoneImages, Zones,
 };
 use zonal_transport::Transport;
 use zonal_transport::zoning::excluded_parts;

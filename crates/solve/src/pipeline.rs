@@ -165,8 +165,7 @@ fn solve_with_reflectances(
     thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
     for (scene, s) in scene.triples().zip(&mut solved) {
         s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report));
-        let checked =
-            finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report);
+        let checked = finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report);
         finite::agree(checked, &s.zones, settings.communicator)?;
         s.zones.own_reflectances = Vec::new();
     }
@@ -292,8 +291,14 @@ fn prepare(
     // Select the engine.
     let size = ProblemSize::new(scene, zones, transport).with_images(mirrored.map(|m| &m.images));
     let (pair_settings, ranks) = (settings.pair_settings, settings.communicator.size());
-    let choice =
-        selection::select_engine(scene, zones, transport, &size, (pair_settings, settings.memory_limit), ranks)?;
+    let choice = selection::select_engine(
+        scene,
+        zones,
+        transport,
+        &size,
+        (pair_settings, settings.memory_limit),
+        ranks,
+    )?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
     let shadow_rays = |l: usize| illuminate_triple(triple, l, settings);
@@ -557,7 +562,9 @@ fn balance_and_report(
     report.energy_error = match scene.thermal() {
         Some(_) => EnergyBalance { escaped: lost, ..EnergyBalance::default() },
         None => {
-            let mut error = consistency::power_errors(context.shared_zones(), &report.energy, fields, |i| fields.error[i]);
+            let mut error = consistency::power_errors(context.shared_zones(), &report.energy, fields, |i| {
+                fields.error[i]
+            });
             direct_error::add_to_power_errors(context.shared_zones(), &report.energy, direct, &mut error);
             error
         }

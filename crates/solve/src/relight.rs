@@ -11,8 +11,8 @@ use crate::errors::estimate::error_estimate;
 use crate::sum_order::SharedZones;
 use rayon::prelude::*;
 use zonal_scene::{
-    Band, Bands, Diagnostic, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene,
-    SceneError, SceneParts, Solution, VoxelGrid, ZoneValues, Zones,
+    Band, Bands, Diagnostic, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene, SceneError,
+    SceneParts, Solution, VoxelGrid, ZoneValues, Zones,
 };
 
 /// The factor of every group, 1 by default; an error for a group that is unknown, listed twice or scaled to zero.
@@ -90,7 +90,9 @@ fn relight_triple(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solu
     groups.iter().for_each(|g| report.energy.add(&g.energy));
     report.residuals = PerBand::from_fn(|b| vec![groups.iter().fold(0.0f64, |m, g| m.max(g.residual[b]))]);
     report.energy_error =
-        consistency::power_errors(SharedZones::alone(&zones), &report.energy, &fields, |i| fields.total_error(i));
+        consistency::power_errors(SharedZones::alone(&zones), &report.energy, &fields, |i| {
+            fields.total_error(i)
+        });
     report.estimate = error_estimate(SharedZones::alone(&zones), &fields, report.estimate.grade);
     report.warnings.extend(wanted.iter().map(|(name, f)| {
         let text = match f.is_grey() {

@@ -29,12 +29,12 @@ pub(crate) struct SumOrder<'a> {
 }
 
 /// Entries that are summed plane by plane, or without planes.
-struct Segment {
+struct SumSegment {
     entries: Range<usize>,
     plane: Option<usize>,
 }
 
-impl Segment {
+impl SumSegment {
     /// Entries of a plane, or all.
     fn group(&self) -> usize {
         self.plane.unwrap_or(self.entries.len()).max(1)
@@ -132,10 +132,10 @@ impl<'a> SumOrder<'a> {
     }
 
     /// The segments of a vector of `n` entries: the zones, or all unknowns.
-    fn segments(&self, n: usize) -> Vec<Segment> {
+    fn segments(&self, n: usize) -> Vec<SumSegment> {
         let zones = self.patches + self.voxels + self.panes;
         if self.plane.is_none() || n < zones {
-            return vec![Segment { entries: 0..n, plane: None }];
+            return vec![SumSegment { entries: 0..n, plane: None }];
         }
         // A linear basis has two slopes of a patch and three of a voxel.
         let slopes = if n > zones { vec![(2 * self.patches, false); 1] } else { Vec::new() };
@@ -144,21 +144,21 @@ impl<'a> SumOrder<'a> {
         let mut next = 0;
         let segment = |(length, has_planes): (usize, bool)| {
             next += length;
-            Segment { entries: next - length..next, plane: self.plane.filter(|_| has_planes) }
+            SumSegment { entries: next - length..next, plane: self.plane.filter(|_| has_planes) }
         };
         all.chain(slopes).chain(of_voxels).map(segment).collect()
     }
 
     /// The chunks of a vector of `n` entries.
     pub(crate) fn chunks(&self, n: usize) -> Vec<Range<usize>> {
-        self.segments(n).iter().flat_map(Segment::planes).flatten().collect()
+        self.segments(n).iter().flat_map(SumSegment::planes).flatten().collect()
     }
 
     /// The sum of all processes from the sums of the chunks of this one.
     pub(crate) fn combine<T: VectorEntry + Message>(&self, n: usize, of_chunks: &[T]) -> T {
         let (segments, mut next) = (self.segments(n), 0);
         let sum = |list: &[T]| list.iter().fold(T::ZERO, |a, b| a.plus(*b));
-        let mut of_planes = |segment: &Segment| -> Vec<T> {
+        let mut of_planes = |segment: &SumSegment| -> Vec<T> {
             let one = |chunks: Vec<Range<usize>>| {
                 next += chunks.len();
                 sum(&of_chunks[next - chunks.len()..next])
@@ -321,7 +321,10 @@ pub(crate) mod tests {
                     let cells = part.voxels.len();
                     let order = SharedZones::new(&part, c).order();
                     let slopes = 2 * patches + 3 * cells;
-                    [order.sum(part.len(), |i| term(global(i))), order.sum(part.len() + slopes, |i| term(global(i)))]
+                    [
+                        order.sum(part.len(), |i| term(global(i))),
+                        order.sum(part.len() + slopes, |i| term(global(i))),
+                    ]
                 });
                 for found in found {
                     assert_eq!(found.map(f64::to_bits), want.map(f64::to_bits), "{dims:?} on {size}");

@@ -6,23 +6,17 @@
 
 use crate::direct_light::emitter_exchange::EmitterExchange;
 use crate::distribution::Communicator;
+use crate::engine::engine_memory::divides_zones;
 use crate::engine::selection::select_engine;
-use crate::errors::discretization;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::settings::SolveSettings;
 use crate::spectral::slabs::part_of;
 use std::borrow::Cow;
-use zonal_scene::{Bands, Engine, Light, Scene, SceneError, Solution, Zones};
+use zonal_scene::{Bands, Engine, Scene, SceneError, Solution, Zones};
 use zonal_transport::Transport;
 
 /// Bytes of one message of a field.
 const MESSAGE_BYTES: usize = 1 << 23;
-
-/// True if no phase of a spectral solve of the scene needs all zones on each process.
-pub(crate) fn divides_zones(scene: &Scene) -> bool {
-    let has_rays = scene.lights().iter().any(|l| !matches!(l, Light::Emitter { .. }));
-    scene.thermal().is_none() && !scene.has_mirrors() && !discretization::is_requested(scene) && !has_rays
-}
 
 /// The zones of this process, of all zones of a scene.
 ///
@@ -83,7 +77,8 @@ pub fn collect<'a>(
                 messages[0] = part.iter().flat_map(Bands::iter).flat_map(|x| x.to_le_bytes()).collect();
             }
             let received = communicator.all_to_all(messages);
-            let mut numbers = received[rank].chunks_exact(8).map(|x| x.try_into().map_or(0.0, f64::from_le_bytes));
+            let mut numbers =
+                received[rank].chunks_exact(8).map(|x| x.try_into().map_or(0.0, f64::from_le_bytes));
             let mut next = || numbers.next().unwrap_or_default();
             out.extend((0..received[rank].len() / size_of::<Bands>()).map(|_| Bands::from_fn(|_| next())));
         }

@@ -5,8 +5,8 @@ use crate::common;
 use common::{solved_zones as solved, surface, wall};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Band, Bands, Engine, Facet, Fields, NoProgress, PatchRule, Scene, SceneParts, SolveOptions,
-    Surroundings, Texture, VoxelGrid, ZoneBasis, Zones,
+    Band, Bands, Engine, Facet, Fields, NoProgress, PatchRule, Scene, SceneParts, SolveOptions, Surroundings,
+    Texture, VoxelGrid, ZoneBasis, Zones,
 };
 use zonal_solve::distribution::Execution;
 use zonal_solve::engine::selection::{EngineChoice, select_engine};
@@ -95,8 +95,7 @@ fn operator(scene: &Scene) -> (Zones, SpectralOperator<'static>) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
     let found = BoxEnclosure::find(scene, &zones).unwrap_or_else(|e| panic!("{e}"));
-    let s =
-        SpectralOperator::new(found, &zones, BasisOrder::Constant, Execution::alone(&NoProgress));
+    let s = SpectralOperator::new(found, &zones, BasisOrder::Constant, Execution::alone(&NoProgress));
     (zones, s)
 }
 

@@ -7,6 +7,7 @@ use zonal_exchange::pair::PairSettings;
 use zonal_report::{Failure, say};
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages, Zones};
 use zonal_solve::mirrors::{self, MirroredSolve};
+use zonal_solve::report::cost_estimate::distribution_cost::Traffic;
 use zonal_solve::report::cost_estimate::problem_size::{self, ProblemSize};
 use zonal_solve::report::cost_estimate::time_and_memory::{self, CostEstimate, CostModelInput};
 use zonal_transport::{Transport, build_zones};
@@ -237,9 +238,11 @@ fn print_estimate(e: &CostEstimate, [threads, ranks]: [usize; 2]) -> Result<(), 
         seconds(e.seconds[0]),
         gigabytes(e.bytes[0])
     ))?;
-    if let Some(traffic) = e.traffic {
-        let [product, total] = [traffic.product, traffic.total].map(|b| b as f64 / 1e6);
-        say(&format!("  a rank sends about {total:.0} MB, {product:.2} MB for each product of a light group"))?;
+    if let Some(Traffic { product, total }) = e.traffic {
+        let [product, total] = [product, total].map(|b| b as f64 / 1e6);
+        say(&format!(
+            "  a rank sends about {total:.0} MB, {product:.2} MB for each product of a light group"
+        ))?;
     }
     let phases: Vec<String> = e.parts.iter().map(|(phase, s)| format!("{phase} {} s", seconds(*s))).collect();
     say(&format!("    {}", phases.join(", ")))

@@ -4,7 +4,7 @@
 //! hold every factor. Memory is that of the distinct offsets, for any extinction. The factor of a zone that is neither a cell nor a face is unknown.
 
 use crate::aligned::Cuboid;
-use crate::aligned::lattice::{self, OneProcess, OffsetTable, WallTable};
+use crate::aligned::lattice::{self, OffsetTable, OneProcess, WallTable};
 use zonal_math::{Bounded, Vec3};
 use zonal_scene::Scene;
 

@@ -7,14 +7,14 @@ use super::toml::node::TomlTable;
 use super::toml::source::SourceText;
 use crate::files::FileSource;
 use std::path::Path;
-use zonal_scene::{Scene, limits::MAX_CELLS};
+use zonal_scene::{Scene, limits::MAX_UNIFORM_CELLS};
 
 /// Largest scene text, bytes.
 pub(super) const MAX_SCENE_TEXT_BYTES: u64 = 64 << 20;
 
 /// Files on disk, relative to the folder `base`.
 pub(super) fn on_disk(base: Option<&Path>) -> ReadContext<'_> {
-    ReadContext { base, files: FileSource::Disk, max_cells: MAX_CELLS }
+    ReadContext { base, files: FileSource::Disk, max_cells: MAX_UNIFORM_CELLS }
 }
 
 /// Reads the scene of a text. `file` stands for the file in messages; `name` is the default name of the scene.

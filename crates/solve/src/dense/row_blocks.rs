@@ -3,7 +3,7 @@
 //! A sum over all blocks is formed along a tree (`fixed_tree.rs`): every process sends the sums of its subtrees and completes the tree.
 
 use crate::distribution::{Communicator, Message};
-use crate::fixed_tree::{TreeNode, node_sum, root, whole_subtrees};
+use crate::fixed_tree::{SubtreeRoot, node_sum, root, whole_subtrees};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -89,7 +89,7 @@ impl RowBlocks {
         zero: T,
         add: impl Fn(T, T) -> T,
     ) -> Vec<T> {
-        let mut known: BTreeMap<TreeNode, Vec<T>> = BTreeMap::new();
+        let mut known: BTreeMap<SubtreeRoot, Vec<T>> = BTreeMap::new();
         known.extend(self.own.clone().map(|b| (0, b)).zip(own));
         if self.own != (0..ROW_BLOCKS) {
             let nodes = whole_subtrees(self.own.clone(), ROW_BLOCKS);
@@ -109,7 +109,7 @@ impl RowBlocks {
 }
 
 /// Reads the nodes that a process sent.
-fn read_nodes<T: Message>(bytes: &[u8], known: &mut BTreeMap<TreeNode, Vec<T>>) {
+fn read_nodes<T: Message>(bytes: &[u8], known: &mut BTreeMap<SubtreeRoot, Vec<T>>) {
     let mut rest = bytes;
     while let Some((head, tail)) = rest.split_at_checked(<[u64; 3]>::size()) {
         let [level, k, length] = <[u64; 3]>::get(head);

@@ -17,10 +17,10 @@
 use super::light_field::{DirectLight, LightField};
 use crate::errors::propagation::errors_like;
 use crate::iteration::multivector::{self, VectorEntry};
-use crate::sum_order::SharedZones;
 use crate::light_groups::SourceGroup;
 use crate::operator::ExchangeOperator;
 use crate::solve_context::SolveContext;
+use crate::sum_order::SharedZones;
 use crate::zone_power::{absorption_area, interception_area, reflected_fraction};
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;

@@ -12,9 +12,9 @@ use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::spectral::SpectralOperator;
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
+use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::{Exchange, PairCounts};
-use crate::sum_order::SharedZones;
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages};
 
 /// Builds the selected engine. Restoration of closure scales `surroundings` too.
@@ -79,8 +79,7 @@ fn build_spectral<'a>(
     }
     let rows = operator.measure_defect(zones, &surroundings.sky);
     let measured = closure::measure_rows(rows, context.shared_zones(), surroundings);
-    let closure =
-        restore_if_requested(&mut operator, scene, context.shared_zones(), surroundings, measured);
+    let closure = restore_if_requested(&mut operator, scene, context.shared_zones(), surroundings, measured);
     let counts = operator.counts();
     BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
 }

@@ -1,14 +1,20 @@
 //! Memory of a solve by the spectral and by the layered engine.
 
+use crate::errors::discretization;
 use crate::layered::{LayerStack, LayeredOperator};
 use crate::light_groups;
-use crate::zone_division::divides_zones;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::spectral::SpectralOperator;
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
 use rayon::prelude::*;
 use zonal_scene::{Band, Light, Scene, Zones};
+
+/// True if no phase of a spectral solve of the scene needs all zones on each process.
+pub(crate) fn divides_zones(scene: &Scene) -> bool {
+    let has_rays = scene.lights().iter().any(|l| !matches!(l, Light::Emitter { .. }));
+    scene.thermal().is_none() && !scene.has_mirrors() && !discretization::is_requested(scene) && !has_rays
+}
 
 /// Bytes of one of `ranks` processes of a spectral solve: the engine, the medium, the zones, and the larger of the iteration and the fields.
 pub(crate) fn spectral_solve_bytes(

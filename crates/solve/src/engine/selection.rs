@@ -273,8 +273,7 @@ impl<'a> EngineSelection<'a> {
         }
         let few = |k: &f64| kernels::table_work(&found.grid, *k, BasisOrder::Linear) < MAX_LINEAR_TABLE_CELLS;
         let fits = || {
-            self.spectral_bytes(found, BasisOrder::Linear)
-                <= self.memory_limit
+            self.spectral_bytes(found, BasisOrder::Linear) <= self.memory_limit
                 && found.extinction_groups().1.iter().all(few)
         };
         if self.basis != ZoneBasis::Auto || fits() {

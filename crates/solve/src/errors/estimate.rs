@@ -16,6 +16,11 @@ pub(crate) fn error_estimate(zones: SharedZones, fields: &Fields, grade: Grade) 
         let none = [Bands::ZERO; 4];
         if i < patches { [own, none] } else { [none, own] }
     });
-    let of = |[error, incident, total_error, total]: [Bands; 4]| SquareSums { error, incident, total_error, total };
+    let of = |[error, incident, total_error, total]: [Bands; 4]| SquareSums {
+        error,
+        incident,
+        total_error,
+        total,
+    };
     ErrorEstimate::of_sums(sums.map(of), grade)
 }

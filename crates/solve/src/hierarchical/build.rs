@@ -1,9 +1,8 @@
 //! Construction of the ray engine's solution for a tolerance: a few stored rays of every zone, the solution by them, and a final gather.
 
 use super::memory_budget::MemoryBudget;
-use crate::sum_order::SharedZones;
-use crate::errors::estimate::error_estimate;
 use crate::direct_light::direct_error::reflected_error;
+use crate::errors::estimate::error_estimate;
 use crate::gather::final_gather::Gathered;
 use crate::gather::zone_gather::GatheredSky;
 use crate::iteration::IterationResult;
@@ -14,6 +13,7 @@ use crate::ray::ray_sampling::{RaysPerZone, is_large, rays_measure_escape, rays_
 use crate::report::closure;
 use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
+use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use crate::thermal::newton;
 use std::cmp::Ordering;
@@ -199,7 +199,8 @@ fn add_error_of_direct_light(
     known: &mut [[Bands; 2]],
 ) {
     for (source, incident) in context.sources.iter().zip(stored) {
-        let more = reflected_error(context.shared_zones(), operator, source, context.direct, &|i| incident[i]);
+        let more =
+            reflected_error(context.shared_zones(), operator, source, context.direct, &|i| incident[i]);
         known.iter_mut().zip(more).for_each(|(k, e)| k[1] = k[1].hypot(e));
     }
 }

@@ -25,11 +25,11 @@
 use super::divided_state::{self, PartialState};
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
 use super::multivector::VectorEntry;
-use crate::sum_order::SumOrder;
-use std::ops::Range;
 use crate::operator::ExchangeOperator;
 use crate::stage_codec::{Decoder, Encoder};
+use crate::sum_order::SumOrder;
 use rayon::prelude::*;
+use std::ops::Range;
 use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
 
 /// Iterations without a new smallest residual after which a band is stalled.
@@ -257,7 +257,8 @@ fn start_columns<E: BandEntry<N>, const N: usize>(
     stop: StoppingCriterion,
     products: &mut Vec<Vec<E>>,
 ) -> Vec<CgColumn<E, N>> {
-    let powers: Vec<[f64; N]> = sources.iter().map(|s| first_lanes(source_power(norm.targets, s, norm.sums))).collect();
+    let powers: Vec<[f64; N]> =
+        sources.iter().map(|s| first_lanes(source_power(norm.targets, s, norm.sums))).collect();
     let start = initial.unwrap_or(sources);
     *products = start.iter().map(|s| first_bands(s)).collect();
     E::replace(system.operator, products);
@@ -440,7 +441,8 @@ fn encode_state<E: BandEntry<N>, const N: usize>(all: &[CgColumn<E, N>], next: u
 }
 
 /// The numbers of a column beside its vectors.
-type ColumnNumbers<const N: usize> = ([[f64; N]; 2], [Option<SolveStatus>; N], [Vec<f64>; N], [(f64, usize); N]);
+type ColumnNumbers<const N: usize> =
+    ([[f64; N]; 2], [Option<SolveStatus>; N], [Vec<f64>; N], [(f64, usize); N]);
 
 /// Decodes a stage of [`encode_state`] for a number of columns and unknowns: y, r and p of each column in turn.
 fn decode_state<E: BandEntry<N>, const N: usize>(

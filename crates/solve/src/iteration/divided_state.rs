@@ -127,55 +127,63 @@ mod tests {
         values.chain([next]).flat_map(|x| (x as f64).to_le_bytes()).collect()
     }
 
+    /// Entries of a vector of some voxels beside five patches.
+    fn length(voxels: usize, has_slopes: bool) -> usize {
+        let patches = zones([1, 1, 1]).patches.len();
+        patches + voxels + if has_slopes { 2 * patches + 3 * voxels } else { 0 }
+    }
+
+    /// Saves a state whose entries are their numbers, on some processes.
+    fn save_numbers(store: &InMemory, dims: [usize; 3], has_slopes: bool, processes: usize) {
+        let all = zones(dims);
+        if processes == 1 {
+            let numbers = 0..length(all.voxels.len(), has_slopes);
+            return save(store, "state", SharedZones::alone(&all).order(), &encode(numbers, 11));
+        }
+        on_ranks(processes, |c| {
+            let (part, global) = part_of_rank(&all, dims, [c.rank(), processes]);
+            let numbers = (0..length(part.voxels.len(), has_slopes)).map(global);
+            save(store, "state", SharedZones::new(&part, c).order(), &encode(numbers, 11));
+        });
+    }
+
+    /// Loads the state on some processes and compares it, or expects none.
+    fn check(store: &InMemory, dims: [usize; 3], has_slopes: bool, processes: usize, is_whole: bool) {
+        let all = zones(dims);
+        on_ranks(processes, |c| {
+            let (part, global) = part_of_rank(&all, dims, [c.rank(), processes]);
+            let (order, n) = (SharedZones::new(&part, c).order(), length(part.voxels.len(), has_slopes));
+            let found = load(store, "state", (order, n), decode);
+            assert_eq!(found.is_some(), is_whole);
+            let Some(found) = found else { return };
+            let want: Vec<f64> = (0..n).map(|i| global(i) as f64).collect();
+            assert_eq!((found.next, &found.vectors[..]), (11, &[want][..]), "{dims:?} on {processes}");
+        });
+    }
+
     #[test]
     fn states_resume_on_any_number_of_processes() {
-        for dims in [[7, 3, 2], [2, 2, 2]] {
-            let all = zones(dims);
-            let whole = SharedZones::alone(&all).order();
-            for has_slopes in [false, true] {
-                let length = |voxels: usize| {
-                    let patches = all.patches.len();
-                    patches + voxels + if has_slopes { 2 * patches + 3 * voxels } else { 0 }
-                };
-                for [saved_by, loaded_by] in [[4, 3], [3, 4], [1, 3], [4, 1], [2, 2]] {
-                    let store = InMemory::default();
-                    if saved_by == 1 {
-                        save(&store, "state", whole, &encode(0..length(all.voxels.len()), 11));
-                    } else {
-                        on_ranks(saved_by, |c| {
-                            let (part, global) = part_of_rank(&all, dims, [c.rank(), saved_by]);
-                            let n = length(part.voxels.len());
-                            save(&store, "state", SharedZones::new(&part, c).order(), &encode((0..n).map(global), 11));
-                        });
-                    }
-                    if loaded_by == 1 {
-                        let n = length(all.voxels.len());
-                        let found = load(&store, "state", (whole, n), decode).unwrap();
-                        assert_eq!(found.vectors[0], (0..n).map(|i| i as f64).collect::<Vec<_>>());
-                        continue;
-                    }
-                    let check = |damaged: bool| {
-                        on_ranks(loaded_by, |c| {
-                            let (part, global) = part_of_rank(&all, dims, [c.rank(), loaded_by]);
-                            let n = length(part.voxels.len());
-                            let found = load(&store, "state", (SharedZones::new(&part, c).order(), n), decode);
-                            assert_eq!(found.is_none(), damaged);
-                            let Some(found) = found else { return };
-                            assert_eq!((found.next, found.vectors.len()), (11, 1));
-                            let want: Vec<f64> = (0..n).map(|i| global(i) as f64).collect();
-                            assert_eq!(found.vectors[0], want, "{dims:?} {saved_by} to {loaded_by}");
-                        })
-                    };
-                    check(false);
+        for (dims, has_slopes) in
+            [([7, 3, 2], false), ([7, 3, 2], true), ([2, 2, 2], false), ([2, 2, 2], true)]
+        {
+            for [saved_by, loaded_by] in [[4, 3], [3, 4], [1, 3], [2, 2]] {
+                let store = InMemory::default();
+                save_numbers(&store, dims, has_slopes, saved_by);
+                check(&store, dims, has_slopes, loaded_by, true);
+                if saved_by > 1 {
                     // A stage of another iteration: no process goes on from it.
-                    if saved_by > 1 {
-                        let stage = part_stage("state", 0, saved_by);
-                        let planes = part_of(dims[0], 0, saved_by).len() * dims[1] * dims[2];
-                        store.save(&stage, &encode(0..length(planes), 21));
-                        check(true);
-                    }
+                    let planes = part_of(dims[0], 0, saved_by).len() * dims[1] * dims[2];
+                    let stage = part_stage("state", 0, saved_by);
+                    store.save(&stage, &encode(0..length(planes, has_slopes), 21));
+                    check(&store, dims, has_slopes, loaded_by, false);
                 }
             }
+            // One process that has all zones.
+            let (all, store) = (zones(dims), InMemory::default());
+            save_numbers(&store, dims, has_slopes, 4);
+            let n = length(all.voxels.len(), has_slopes);
+            let found = load(&store, "state", (SharedZones::alone(&all).order(), n), decode).unwrap();
+            assert_eq!(found.vectors, [(0..n).map(|i| i as f64).collect::<Vec<_>>()]);
         }
     }
 }

@@ -4,7 +4,6 @@
 //! bi-conjugate gradients (`iteration::bicgstab`, van der Vorst). The incident radiation of the solution is sampled afresh by a final gather
 //! (`gather`), which gives its error. One product costs one read of every ray.
 
-use crate::sum_order::SumOrder;
 use super::padded_bands::{LANES, PaddedBands, padded};
 use super::path_continuation::{PathLights, VertexSource};
 use super::ray_sampling::{RaysPerZone, rays_measure_escape};
@@ -22,6 +21,7 @@ use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgsta
 use crate::light_groups::SourceGroup;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
 use crate::solve_context::SolveContext;
+use crate::sum_order::SumOrder;
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::{closure_targets, reflection_weights};
 use rayon::prelude::*;
@@ -127,13 +127,15 @@ impl<'a> RayOperator<'a> {
         }
         if let Some(count) = context.scene.options().scattering_orders {
             let operator = &ContinuedRays { rays: self, divisor: 1 };
-            let system = LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            let system =
+                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
             return neumann_series::solve(&system, &columns, count, &NoCheckpoints, context.progress);
         }
         // Solve by a part of the rays, then by all.
         let solved = |divisor: usize, initial| {
             let operator = &ContinuedRays { rays: self, divisor };
-            let system = LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            let system =
+                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
             bicgstab::solve(&system, &columns, initial, RAY_SOLVE_STOP, context.progress)
         };
         let initial = solved(INITIAL_SOLVE_DIVISOR, None);

@@ -4,9 +4,9 @@
 //! the factors of the surroundings are scaled with those of the zones. Method: the damped Sinkhorn–Knopp iteration d ← d √(target/row).
 //! Rows without any exchange are left unchanged. Cost: one product an iteration.
 
-use crate::sum_order::{SharedZones, SumOrder};
 use crate::iteration::multivector;
 use crate::operator::{ExchangeOperator, extend_to_slopes};
+use crate::sum_order::{SharedZones, SumOrder};
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};

@@ -4,8 +4,8 @@
 //! The residual of the balance is relative to emitted + incoming. The balance of a solution is the sum over its light groups.
 
 use crate::direct_light::light_field::DirectLight;
-use crate::sum_order::SharedZones;
 use crate::light_groups::SourceGroup;
+use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::{Bands, EnergyBalance, LightGroupKind, Scene};

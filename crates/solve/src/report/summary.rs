@@ -2,15 +2,13 @@
 
 use super::cost_estimate::problem_size::scene_diagnostics;
 use super::diagnostics;
+use crate::errors::estimate::error_estimate;
 use crate::iteration::IterationResult;
 use crate::solve_context::{BuiltEngine, SolveContext};
-use crate::errors::estimate::error_estimate;
 use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use zonal_math::Grade;
-use zonal_scene::{
-    Band, Diagnostic, EnergyBalance, Fields, PerBand, Report, SolveStatus, ZoneBasis, Zones,
-};
+use zonal_scene::{Band, Diagnostic, EnergyBalance, Fields, PerBand, Report, SolveStatus, ZoneBasis, Zones};
 
 /// The status of all groups together: the worst one in each band, and the residuals weighted with the power of the groups.
 fn combine_results(results: &[IterationResult]) -> (PerBand<SolveStatus>, PerBand<Vec<f64>>) {

@@ -17,12 +17,13 @@ use super::axes::OTHER_AXES;
 use super::basis::{BasisOrder, KernelLayout, KernelSet, KernelSpectrum};
 use super::grid::BoxGrid;
 use super::real_symmetric_fft::{Parity, RealSymmetricFft, permute_axes};
-use std::sync::Arc;
 use super::slabs::{Slabs, part_of};
 use crate::distribution::{Blocks, Communicator, Message};
 use std::ops::Range;
+use std::sync::Arc;
 use zonal_exchange::aligned::lattice::{
-    AxisRelation, ChunkEvaluator, GridTables, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid, WallTable,
+    AxisRelation, ChunkEvaluator, GridTables, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid,
+    WallTable,
 };
 
 /// Relative radius of every table entry.
@@ -208,15 +209,7 @@ impl GridKernels {
         for a in grid.walled() {
             out.opposite[a] = builder.opposite(a, &mut out);
         }
-        let mut made: Vec<[usize; 2]> = Vec::new();
-        for pair in grid.corners() {
-            let equal = made.iter().find(|m| shares_adjacent(grid, order, pair, **m));
-            out.adjacent[pair[0] + pair[1] - 1] = match equal {
-                Some([a, b]) => out.adjacent[a + b - 1].clone(),
-                None => Arc::new(builder.adjacent(pair, &mut out)),
-            };
-            made.push(pair);
-        }
+        builder.all_adjacent(&mut out);
         *spare = builder.spare;
         out
     }
@@ -440,7 +433,9 @@ impl KernelBuilder<'_> {
             let rows = part_of(m0, rank, slabs.ranks());
             for (i, line) in bytes.chunks((8 * stored).max(1)).enumerate() {
                 let (d0, f2) = (rows.start + i / h2, i % h2);
-                line.chunks_exact(8).enumerate().for_each(|(f1, x)| out[(f1 * h2 + f2) * m0 + d0] = f64::get(x));
+                line.chunks_exact(8)
+                    .enumerate()
+                    .for_each(|(f1, x)| out[(f1 * h2 + f2) * m0 + d0] = f64::get(x));
             }
         }
     }
@@ -475,6 +470,19 @@ impl KernelBuilder<'_> {
         permute_axes(&other, [1, counts[b], self.grid.halves()[c]], [0, 2, 1], &mut data);
         self.transforms[b].lines(&data, counts[b], (parity_of(odd[b]), scale(b)), &mut other);
         self.keep_spare(other, data)
+    }
+
+    /// The kernels of all pairs of adjacent walls, equal ones once.
+    fn all_adjacent(&mut self, out: &mut GridKernels) {
+        let mut made: Vec<[usize; 2]> = Vec::new();
+        for pair in self.grid.corners() {
+            let equal = made.iter().find(|m| shares_adjacent(self.grid, self.order, pair, **m));
+            out.adjacent[pair[0] + pair[1] - 1] = match equal {
+                Some([a, b]) => out.adjacent[a + b - 1].clone(),
+                None => Arc::new(self.adjacent(pair, out)),
+            };
+            made.push(pair);
+        }
     }
 
     fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut GridKernels) -> KernelSet {

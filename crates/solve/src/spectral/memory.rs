@@ -3,10 +3,10 @@
 use super::basis::{BasisOrder, KernelLayout};
 use super::grid::BoxGrid;
 use super::kernels::shares_adjacent;
+use super::slabs::FREQUENCIES_PER_BLOCK;
 use super::slabs::Slabs;
 use super::transposition::batch_planes;
 use super::wall_sums::walls;
-use super::volume::FREQUENCIES_PER_BLOCK;
 
 /// Bytes of the spectra of one extinction that a rank has.
 pub(super) fn spectra_bytes(grid: &BoxGrid, order: BasisOrder, slabs: &Slabs) -> u64 {
@@ -62,7 +62,11 @@ pub(crate) fn sent_bytes_of_product(grid: &BoxGrid, order: BasisOrder, rank: usi
     let back = blocks * (grid.cells[0] - planes) * piece;
     // Spectra of walls to all, parts of the sums for walls of other ranks, and values of walls to all.
     let spectrum = [l1 * h2, l0 * h2, l0 * l1];
-    let part = [blocks * piece, slabs.subtrees_of(rank).len() * l0 * h2, slabs.blocks().flat_map(|b| slabs.frequencies_of(b)).count() * l0];
+    let part = [
+        blocks * piece,
+        slabs.subtrees_of(rank).len() * l0 * h2,
+        slabs.blocks().flat_map(|b| slabs.frequencies_of(b)).count() * l0,
+    ];
     let (mut complex, mut real) = (voxel * (there + back), 0);
     for (w, (axis, _)) in walls(grid).into_iter().enumerate() {
         if w % ranks == rank {
@@ -111,7 +115,9 @@ mod tests {
         use crate::spectral::volume::VolumeConvolution;
         use crate::spectral::walls::WallConvolution;
         for cells in [[7, 10, 9], [20, 4, 5]] {
-            for (order, ranks) in [(BasisOrder::Constant, 2), (BasisOrder::Constant, 5), (BasisOrder::Linear, 3)] {
+            for (order, ranks) in
+                [(BasisOrder::Constant, 2), (BasisOrder::Constant, 5), (BasisOrder::Linear, 3)]
+            {
                 let grid = BoxGrid::new(cells, [0.25; 3], [false; 3]);
                 on_ranks(ranks, |communicator| {
                     let counted = CountedRanks::new(communicator);
@@ -144,7 +150,8 @@ mod tests {
                         let kernels = GridKernels::new(&grid, 0.7, order, slabs, &mut Vec::new());
                         [bytes_of_kernels(&kernels), spectra_bytes(&grid, order, &slabs)]
                     });
-                    all.iter().for_each(|[found, want]| assert_eq!(found, want, "{cells:?} {order:?} {ranks}"));
+                    all.iter()
+                        .for_each(|[found, want]| assert_eq!(found, want, "{cells:?} {order:?} {ranks}"));
                 }
             }
         }

@@ -8,10 +8,12 @@
 //! edge, are shared.
 
 use super::grid::BoxGrid;
-use super::volume::FREQUENCIES_PER_BLOCK;
 use crate::distribution::{Communicator, Execution, SingleProcess};
-use crate::fixed_tree::{self, TreeNode};
+use crate::fixed_tree::{self, SubtreeRoot};
 use std::ops::Range;
+
+/// Frequencies along y of a block.
+pub(crate) const FREQUENCIES_PER_BLOCK: usize = 16;
 
 /// The parts of a grid that the ranks have.
 #[derive(Clone, Copy)]
@@ -94,7 +96,7 @@ impl<'a> Slabs<'a> {
         self.blocks_of(self.rank())
     }
     /// The largest subtrees of blocks (`fixed_tree.rs`) that a rank has.
-    pub(crate) fn subtrees_of(&self, rank: usize) -> Vec<TreeNode> {
+    pub(crate) fn subtrees_of(&self, rank: usize) -> Vec<SubtreeRoot> {
         let runs = self.runs_of(rank).into_iter();
         runs.flat_map(|run| fixed_tree::whole_subtrees(run, self.block_count())).collect()
     }

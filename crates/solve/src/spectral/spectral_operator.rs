@@ -5,13 +5,13 @@ use super::enclosure::{BoxEnclosure, OPENING};
 use super::grid::BoxGrid;
 use super::kernels::GridKernels;
 use super::memory;
+use super::slabs::Slabs;
 use super::volume::VolumeConvolution;
 use super::walls::{WallConvolution, WallValues};
-use super::slabs::Slabs;
 use crate::distribution::{Execution, Message};
 use crate::iteration::multivector::{times, total};
-use crate::sum_order::SumOrder;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slopes};
+use crate::sum_order::SumOrder;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -73,7 +73,8 @@ impl<'a> SpectralOperator<'a> {
             })
             .collect();
         progress.end();
-        let (volume, walls) = (VolumeConvolution::new(grid, order, slabs), WallConvolution::new(grid, order, slabs));
+        let (volume, walls) =
+            (VolumeConvolution::new(grid, order, slabs), WallConvolution::new(grid, order, slabs));
         volume.return_values(spare);
         SpectralOperator {
             enclosure,
@@ -186,11 +187,7 @@ impl<'a> SpectralOperator<'a> {
     fn voxel_offset(&self, p: usize) -> usize {
         match p {
             0 => self.patches,
-            _ => {
-                self.zones()
-                    + (self.order.patch_components() - 1) * self.patches
-                    + (p - 1) * self.voxels
-            }
+            _ => self.zones() + (self.order.patch_components() - 1) * self.patches + (p - 1) * self.voxels,
         }
     }
 
@@ -306,8 +303,7 @@ impl<'a> SpectralOperator<'a> {
             // Bands with equal extinctions and strengths share a product.
             let same = |c: &Band| {
                 *c == b
-                    || (self.group[*c] == self.group[b]
-                        && self.all(s, |x| x[*c].to_bits() == x[b].to_bits()))
+                    || (self.group[*c] == self.group[b] && self.all(s, |x| x[*c].to_bits() == x[b].to_bits()))
             };
             let of: Vec<Band> = Band::all().filter(|c| *c >= b && !done[*c]).filter(same).collect();
             of.iter().for_each(|&c| done[c] = true);

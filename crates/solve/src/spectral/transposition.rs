@@ -75,7 +75,9 @@ impl Transposition<'_> {
             match r == rank {
                 // Own planes of own blocks stay here.
                 true => [0, 0],
-                false => [blocks * own.len() * self.piece, own_blocks * self.planes(r, round).len() * self.piece],
+                false => {
+                    [blocks * own.len() * self.piece, own_blocks * self.planes(r, round).len() * self.piece]
+                }
             }
         };
         let all: Vec<[usize; 2]> = (0..self.slabs.ranks()).map(of).collect();
@@ -83,7 +85,7 @@ impl Transposition<'_> {
     }
 
     /// Fills component `p` of the spectrum of the own blocks. `transform` writes the spectra of some own planes, numbered among these, to their slots.
-    pub(super) fn to_frequencies(
+    pub(super) fn bring_to_frequencies(
         &self,
         p: usize,
         buffers: &mut ExchangeBuffers,
@@ -129,7 +131,7 @@ impl Transposition<'_> {
     }
 
     /// The opposite way: `transform` receives the spectra of some own planes, numbered among these, in all blocks in their order.
-    pub(super) fn to_planes(
+    pub(super) fn bring_to_planes(
         &self,
         p: usize,
         buffers: &mut ExchangeBuffers,
@@ -169,11 +171,7 @@ impl Transposition<'_> {
     }
 
     /// The pieces of each of `planes` planes in `blocks`.
-    fn slots<'b>(
-        &self,
-        blocks: impl Iterator<Item = &'b mut [Complex64]>,
-        planes: usize,
-    ) -> PlaneSlots<'b> {
+    fn slots<'b>(&self, blocks: impl Iterator<Item = &'b mut [Complex64]>, planes: usize) -> PlaneSlots<'b> {
         let mut slots: PlaneSlots =
             (0..planes).map(|_| Vec::with_capacity(self.slabs.block_count())).collect();
         for block in blocks {

@@ -24,9 +24,9 @@ use super::kernels::GridKernels;
 use super::line_exchange::{
     WallPairLines, ZERO, add_product, exchange, receive, send, times_i, times_minus_i, unfold,
 };
-use super::slabs::Slabs;
+use super::slabs::{FREQUENCIES_PER_BLOCK, Slabs};
 use super::transposition::Transposition;
-use super::wall_sums::{Wall, WallSumLayout, WallSums};
+use super::wall_sums::{BoxWall, WallSumLayout, WallSums};
 use crate::distribution::ExchangeBuffers;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -34,9 +34,6 @@ use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
 use std::sync::{Arc, Mutex};
 use zonal_math::simd;
-
-/// Frequencies along y of a block.
-pub(crate) const FREQUENCIES_PER_BLOCK: usize = 16;
 
 /// Spectra of two opposite walls, low and high, each by `[component][f_c][f_b]`.
 pub(crate) type WallSpectra = [Vec<Complex64>; 2];
@@ -99,7 +96,7 @@ impl<'a> VolumeConvolution<'a> {
         k: &GridKernels,
         values: &mut [f64],
         walls: &[Option<WallSpectra>; 3],
-    ) -> Vec<(Wall, Vec<Complex64>)> {
+    ) -> Vec<(BoxWall, Vec<Complex64>)> {
         let ([_, n1, n2], parts, layout) = (self.grid.cells, self.order.voxel_components(), self.wall_sums());
         let (blocks, planes): (Vec<usize>, _) = (self.slabs.blocks().collect(), self.slabs.planes());
         let size = self.component_size();
@@ -112,7 +109,7 @@ impl<'a> VolumeConvolution<'a> {
         let count = (planes.len() * n1 * n2).max(1);
         for p in 0..parts {
             let own = values.chunks(count).nth(p).unwrap_or_default();
-            transposition.to_frequencies(p, messages, spectrum, |planes, slots| {
+            transposition.bring_to_frequencies(p, messages, spectrum, |planes, slots| {
                 self.transform_planes(&own[planes.start * n1 * n2..planes.end * n1 * n2], slots);
             });
         }
@@ -126,7 +123,7 @@ impl<'a> VolumeConvolution<'a> {
         );
         for p in 0..parts {
             let own = values.chunks_mut(count).nth(p).unwrap_or_default();
-            transposition.to_planes(p, messages, spectrum, |planes, blocks| {
+            transposition.bring_to_planes(p, messages, spectrum, |planes, blocks| {
                 let out = &mut own[planes.start * n1 * n2..planes.end * n1 * n2];
                 self.inverse_transform_planes(blocks, out);
             });

@@ -11,9 +11,9 @@
 use super::basis::BasisOrder;
 use super::grid::BoxGrid;
 use super::line_exchange::ZERO;
+use super::slabs::FREQUENCIES_PER_BLOCK;
 use super::slabs::Slabs;
-use super::volume::FREQUENCIES_PER_BLOCK;
-use crate::fixed_tree::{self, TreeNode};
+use crate::fixed_tree::{self, SubtreeRoot};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use std::borrow::Cow;
@@ -24,7 +24,7 @@ use zonal_math::simd::{complex_bytes, complex_bytes_mut};
 const NUMBERS_PER_TASK: usize = 1 << 12;
 
 /// One of the walls: the axis that it stands across, and its side, 0 for the low one.
-pub(crate) type Wall = (usize, usize);
+pub(crate) type BoxWall = (usize, usize);
 
 /// Sums of a block of frequencies for the walls; empty across periodic axes.
 pub(super) struct WallSums {
@@ -56,7 +56,7 @@ pub(super) struct WallSumLayout<'a> {
 }
 
 /// The walls of a grid, in the order of their axes, low ones first.
-pub(super) fn walls(grid: &BoxGrid) -> Vec<Wall> {
+pub(super) fn walls(grid: &BoxGrid) -> Vec<BoxWall> {
     grid.walled().flat_map(|a| [(a, 0), (a, 1)]).collect()
 }
 
@@ -87,7 +87,7 @@ impl WallSumLayout<'_> {
 
     /// The spectra of the walls that this rank completes, from the sums of its blocks and those of the others: across the first two axes times the weight of
     /// f₂, across the third half of a sum of which twice the real part counts. The sums are changed.
-    pub(super) fn complete(&self, own: &mut [WallSums]) -> Vec<(Wall, Vec<Complex64>)> {
+    pub(super) fn complete(&self, own: &mut [WallSums]) -> Vec<(BoxWall, Vec<Complex64>)> {
         let (rank, ranks) = (self.slabs.rank(), self.slabs.ranks());
         if !self.grid.periodic[1] {
             self.sum_subtrees(own);
@@ -105,7 +105,7 @@ impl WallSumLayout<'_> {
         let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
         let mut out = Vec::new();
         for (_, &wall) in all.iter().enumerate().filter(|(w, _)| w % ranks == rank) {
-            let mut parts: BTreeMap<TreeNode, Cow<[Complex64]>> = BTreeMap::new();
+            let mut parts: BTreeMap<SubtreeRoot, Cow<[Complex64]>> = BTreeMap::new();
             parts.extend(self.own_parts(own, wall).into_iter().map(|(b, p)| (b, Cow::Borrowed(p))));
             for other in (0..ranks).filter(|r| *r != rank) {
                 for node in self.parts_of(other, wall.0) {
@@ -129,7 +129,8 @@ impl WallSumLayout<'_> {
             let (of_run, further) = rest.split_at_mut(run.len());
             fixed_tree::sum_subtrees_in_place(of_run, run, count, |lower, upper| {
                 for (lower, upper) in lower.y.iter_mut().zip(&upper.y) {
-                    let pairs = lower.par_chunks_mut(NUMBERS_PER_TASK).zip(upper.par_chunks(NUMBERS_PER_TASK));
+                    let pairs =
+                        lower.par_chunks_mut(NUMBERS_PER_TASK).zip(upper.par_chunks(NUMBERS_PER_TASK));
                     pairs.for_each(|(l, u)| l.iter_mut().zip(u).for_each(|(l, u)| *l += u));
                 }
             });
@@ -138,19 +139,27 @@ impl WallSumLayout<'_> {
     }
 
     /// What a rank has of a wall across `axis`: subtrees of blocks, or single blocks.
-    fn parts_of(&self, rank: usize, axis: usize) -> Vec<TreeNode> {
-        if axis == 1 { self.slabs.subtrees_of(rank) } else { self.slabs.blocks_of(rank).map(|b| (0, b)).collect() }
+    fn parts_of(&self, rank: usize, axis: usize) -> Vec<SubtreeRoot> {
+        if axis == 1 {
+            self.slabs.subtrees_of(rank)
+        } else {
+            self.slabs.blocks_of(rank).map(|b| (0, b)).collect()
+        }
     }
 
     /// The parts of a wall that this rank has.
-    fn own_parts<'a>(&self, own: &'a [WallSums], (axis, side): Wall) -> Vec<(TreeNode, &'a [Complex64])> {
+    fn own_parts<'a>(
+        &self,
+        own: &'a [WallSums],
+        (axis, side): BoxWall,
+    ) -> Vec<(SubtreeRoot, &'a [Complex64])> {
         let place = |block: usize| self.slabs.blocks().position(|b| b == block).unwrap_or(0);
-        let of = |node: TreeNode| (node, &own[place(node.1 << node.0)].of_axis(axis)[side][..]);
+        let of = |node: SubtreeRoot| (node, &own[place(node.1 << node.0)].of_axis(axis)[side][..]);
         self.parts_of(self.slabs.rank(), axis).into_iter().map(of).collect()
     }
 
     /// The spectrum of a wall across `axis` from its parts.
-    fn join(&self, axis: usize, mut parts: BTreeMap<TreeNode, Cow<[Complex64]>>) -> Vec<Complex64> {
+    fn join(&self, axis: usize, mut parts: BTreeMap<SubtreeRoot, Cow<[Complex64]>>) -> Vec<Complex64> {
         let ([l0, l1, _], h2, components) =
             (self.grid.lengths(), self.grid.halves()[2], self.order.patch_components());
         if axis == 1 {

@@ -16,7 +16,7 @@ use super::kernels::GridKernels;
 use super::line_exchange::{times_i, times_minus_i};
 use super::slabs::{Slabs, part_of};
 use super::volume::WallSpectra;
-use super::wall_sums::{Wall, walls};
+use super::wall_sums::{BoxWall, walls};
 use crate::distribution::Blocks;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
@@ -144,10 +144,10 @@ impl<'a> WallConvolution<'a> {
         &self,
         k: &GridKernels,
         (faces, sent): (&WallValues, &[Option<WallSpectra>; 3]),
-        from_voxels: Vec<(Wall, Vec<Complex64>)>,
+        from_voxels: Vec<(BoxWall, Vec<Complex64>)>,
     ) -> WallValues {
         let communicator = self.slabs.communicator;
-        let one = |((a, side), mut spectra): (Wall, Vec<Complex64>)| {
+        let one = |((a, side), mut spectra): (BoxWall, Vec<Complex64>)| {
             self.add_opposite(k, (a, side), sent, &mut spectra);
             let size = self.spectrum_length(a);
             let mut face = vec![0.0; self.order.patch_components() * self.grid.patches(a)];
@@ -188,7 +188,7 @@ impl<'a> WallConvolution<'a> {
     fn add_opposite(
         &self,
         k: &GridKernels,
-        (a, side): Wall,
+        (a, side): BoxWall,
         sent: &[Option<WallSpectra>; 3],
         met: &mut [Complex64],
     ) {
@@ -261,11 +261,7 @@ impl<'a> WallConvolution<'a> {
     }
 
     /// The own frequencies of the walls of all edges by edge and component, from all frequencies of the walls that this rank has transformed.
-    fn to_frequencies(
-        &self,
-        edges: &[(usize, usize)],
-        spectra: Vec<Vec<Complex64>>,
-    ) -> Vec<Vec<Complex64>> {
+    fn to_frequencies(&self, edges: &[(usize, usize)], spectra: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
         let (ranks, parts) = (self.slabs.ranks(), self.order.patch_components());
         if ranks == 1 {
             return spectra;

@@ -9,15 +9,15 @@ use super::boundary_conditions::set_emissive_powers;
 use super::heat_table::{self, ZoneSums};
 use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
-use crate::sum_order::SharedZones;
-use crate::errors::estimate::error_estimate;
 use crate::errors::consistency;
+use crate::errors::estimate::error_estimate;
 use crate::report::energy_balance::balance_zones;
+use crate::sum_order::SharedZones;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{
-    Band, Bands, Diagnostic, EnergyBalance, Fields, HeatReport, LightGroup, Report, Scene,
-    ThermalCondition, ThermalFields, Zones,
+    Band, Bands, Diagnostic, EnergyBalance, Fields, HeatReport, LightGroup, Report, Scene, ThermalCondition,
+    ThermalFields, Zones,
 };
 
 /// Residual of the balance, over the absorbed and the net powers of all zones, that rounding leaves.
@@ -88,7 +88,9 @@ fn estimate_errors(own: &mut SolvedTriple) {
     let (zones, fields) = (&*own.zones, &*own.fields);
     own.report.estimate = error_estimate(SharedZones::alone(zones), fields, own.report.estimate.grade);
     own.report.energy_error =
-        consistency::power_errors(SharedZones::alone(zones), &own.report.energy, fields, |i| fields.total_error(i));
+        consistency::power_errors(SharedZones::alone(zones), &own.report.energy, fields, |i| {
+            fields.total_error(i)
+        });
 }
 
 /// Sunlight that every zone absorbs, W/m² or W/m³; 0 without.

@@ -12,7 +12,7 @@ pub trait ChunkEvaluator: Sync {
 
 /// The threads of this process.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct OneProcess;
+pub(crate) struct OneProcess;
 
 impl ChunkEvaluator for OneProcess {
     fn is_alone(&self) -> bool {

@@ -31,12 +31,13 @@ mod table;
 mod voxel_block;
 mod wall_table;
 
-pub use chunk_evaluator::{ChunkEvaluator, OneProcess};
+pub use chunk_evaluator::ChunkEvaluator;
+pub(crate) use chunk_evaluator::OneProcess;
+pub use grid_tables::GridTables;
 pub use offset_family::MethodCounts;
 pub use offset_table::OffsetTable;
 pub use pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
 pub use voxel_block::{VoxelBlock, voxel_block};
-pub use grid_tables::GridTables;
 pub use wall_table::WallTable;
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 //! `gaussian_sums.rs` computes it for any extinction at a cost that does not depend on the number of images. The images of a cell whose period
 //! is one cell are the cells of a row.
 
-use super::gaussian_sums::{RELATIVE_RADIUS, step_error};
 use super::chunk_evaluator::ChunkEvaluator;
+use super::gaussian_sums::{RELATIVE_RADIUS, step_error};
 use super::offset_family::MethodCounts;
 use super::offset_index::OffsetIndex;
 use super::pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};

@@ -11,7 +11,7 @@ use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::MEDIUM;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, SceneError, ThermalCondition, VoxelGrid, limits::MAX_CELLS};
+use zonal_scene::{Bands, SceneError, ThermalCondition, VoxelGrid, limits::MAX_UNIFORM_CELLS};
 
 /// Reads `[medium]`.
 pub(super) fn read_medium(
@@ -66,7 +66,7 @@ fn read_grid(
     let dims = read_dims(t, max - min)?;
     let count = dims.iter().fold(1usize, |n, d| n.saturating_mul(*d));
     let limit = reader.context.max_cells;
-    if count > limit && count <= MAX_CELLS {
+    if count > limit && count <= MAX_UNIFORM_CELLS {
         let message = format!("{count} cells are more than the {limit} that are read here; use fewer");
         return Err(reader.source.scene_error(&SceneError::new("medium.cells", message)));
     }

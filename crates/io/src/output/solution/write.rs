@@ -66,8 +66,13 @@ pub fn collect_solution(s: &Solution, collect: &CollectZones) {
 /// Gives the values of all zones for those of this process.
 pub type CollectZones<'c> = dyn for<'a> Fn(&'a [Bands]) -> Cow<'a, [Bands]> + 'c;
 
+/// One field of a solution.
+type FieldOf = fn(&Fields) -> &Vec<Bands>;
+/// One quantity of a light group.
+type ValuesOf = fn(&LightGroup) -> &ZoneValues;
+
 /// The fields of zones, in the order of the file.
-const ZONE_FIELDS: [(&str, fn(&Fields) -> &Vec<Bands>); 6] = [
+const ZONE_FIELDS: [(&str, FieldOf); 6] = [
     ("radiosity", |f| &f.radiosity),
     ("incident", |f| &f.incident),
     ("direct", |f| &f.direct),
@@ -81,7 +86,7 @@ const ZONE_FIELDS: [(&str, fn(&Fields) -> &Vec<Bands>); 6] = [
 struct GroupValues {
     group: usize,
     name: &'static str,
-    of: fn(&LightGroup) -> &ZoneValues,
+    of: ValuesOf,
 }
 
 impl GroupValues {
@@ -92,7 +97,7 @@ impl GroupValues {
 
 /// The quantities of a light group, in the order of the file.
 fn group_values(group: usize) -> [GroupValues; 4] {
-    let list: [(&str, fn(&LightGroup) -> &ZoneValues); 4] = [
+    let list: [(&str, ValuesOf); 4] = [
         ("incident", |g| &g.incident),
         ("direct", |g| &g.direct),
         ("error", |g| &g.error),

@@ -1,6 +1,6 @@
-use crate::sum_order::SumOrder;
 use super::*;
 use crate::operator::ExchangeOperator;
+use crate::sum_order::SumOrder;
 use zonal_scene::{NoCheckpoints, NoProgress};
 
 /// Factors by rows, not necessarily symmetric.

@@ -1,14 +1,15 @@
-use crate::sum_order::SumOrder;
 use super::*;
 use crate::iteration::test_operators::{MemoryStore, forty_zones, two_walls};
 use crate::operator::ExchangeOperator;
+use crate::sum_order::SumOrder;
 use zonal_scene::{NoCheckpoints, NoProgress};
 
 #[test]
 fn orders_are_partial_sums_of_the_series() {
     let (rho, weights) = (0.8, [Bands::splat(0.8); 2]);
     let g = two_walls();
-    let system = LinearSystem { operator: &g, weights: &weights, targets: &[1.0; 2], sums: SumOrder::plain() };
+    let system =
+        LinearSystem { operator: &g, weights: &weights, targets: &[1.0; 2], sums: SumOrder::plain() };
     for n in 1..7 {
         let e = solve(&system, &[vec![Bands::ONE, Bands::ZERO]], n, &NoCheckpoints, &NoProgress);
         let arriving = g.apply(&e[0].strengths)[1].first();

@@ -13,8 +13,8 @@ use crate::engine::selection::EngineChoice;
 use crate::spectral::sent_bytes_of_product;
 use zonal_scene::{Band, Engine, Zones};
 
-/// Bytes a second that a process sends, as measured between two processes of one machine of 2023; fast networks of clusters reach as much.
-const MESSAGE_BYTES_PER_SECOND: f64 = 2e9;
+/// Bytes a second that a process sends, as measured between two processes of one machine of 2023; networks of clusters reach as much.
+const MESSAGE_BYTES_PER_SECOND: f64 = 1.1e9;
 
 /// Bytes of a value of all bands.
 const VALUE_BYTES: u64 = 24;
@@ -29,12 +29,12 @@ pub struct Traffic {
 }
 
 impl Traffic {
-    /// Expected traffic of `products` products of `columns` light groups; none of one process.
+    /// Expected traffic of `products` products, those of all light groups; none of one process.
     pub(super) fn expected(
         choice: &EngineChoice,
         zones: &Zones,
         ranks: usize,
-        [products, columns]: [f64; 2],
+        products: f64,
     ) -> Option<Traffic> {
         if ranks == 1 {
             return None;
@@ -55,7 +55,7 @@ impl Traffic {
             Engine::Dense => 2 * 8 * Band::count() as u64 * pairs / ranks as u64 * others / ranks as u64,
             _ => 0,
         };
-        let total = rows + (product as f64 * kinds as f64 * products * columns) as u64;
+        let total = rows + (product as f64 * kinds as f64 * products) as u64;
         Some(Traffic { product, total })
     }
 

@@ -103,10 +103,13 @@ impl CostEstimate {
     /// # Errors
     /// If the solve would be refused.
     pub fn new(input: &CostModelInput, clock: &dyn Fn() -> f64) -> Result<CostEstimate, SceneError> {
-        let CostModelInput { scene, zones, transport, size, pair_settings, memory_limit, threads, ranks } = *input;
-        let choice = selection::select_engine(scene, zones, transport, size, (pair_settings, memory_limit), ranks)?;
+        let CostModelInput { scene, zones, transport, size, pair_settings, memory_limit, threads, ranks } =
+            *input;
+        let choice =
+            selection::select_engine(scene, zones, transport, size, (pair_settings, memory_limit), ranks)?;
         let (engine, reason) = (choice.engine, choice.reason.clone());
         let (_, light) = problem_size::direct_light_cost(scene, zones, transport, threads);
+        let products = EXPECTED_PRODUCTS * light_groups::select_groups(scene, zones).0.len() as f64;
         let mut parts = vec![("direct light".to_string(), light)];
         if !selection::knows_escaping_power(engine, scene)
             && (engine != Engine::Hierarchical || !rays_measure_escape(scene, zones))
@@ -121,20 +124,15 @@ impl CostEstimate {
             bytes: [0; 2],
             notes: Vec::new(),
             has_slopes: false,
-            traffic: None,
+            traffic: Traffic::expected(&choice, zones, ranks, products),
         };
-        let columns = light_groups::select_groups(scene, zones).0.len() as f64;
-        out.traffic = Traffic::expected(&choice, zones, ranks, [EXPECTED_PRODUCTS, columns]);
         let more = match engine {
             Engine::Hierarchical => out.hierarchical(input, clock),
             Engine::Spectral => out.spectral(input, choice),
             Engine::Layered => out.layered(input, choice),
             Engine::Dense | Engine::Auto => out.dense(input, clock),
         };
-        // Processes share all of these phases.
-        let more = more / ranks as f64;
-        out.parts.iter_mut().for_each(|(_, seconds)| *seconds /= ranks as f64);
-        out.parts.extend(out.traffic.map(|t| ("messages".to_string(), t.seconds())));
+        let more = out.share_among(ranks, more);
         let heat = crate::thermal::memory_bytes(scene, zones);
         let smaller = if discretization::is_requested(scene) {
             discretization::refined_zone_count(scene, zones, out.basis())
@@ -153,6 +151,13 @@ impl CostEstimate {
             .extend((second_solve > 0.0).then(|| (format!("the same on {word} zones"), second_solve * sum)));
         out.seconds = [sum, sum + more].map(|s| (1.0 + second_solve) * s);
         Ok(out)
+    }
+
+    /// Divides all phases, and the seconds `more` of an upper bound, among processes, which exchange messages.
+    fn share_among(&mut self, ranks: usize, more: f64) -> f64 {
+        self.parts.iter_mut().for_each(|(_, seconds)| *seconds /= ranks as f64);
+        self.parts.extend(self.traffic.map(|t| ("messages".to_string(), t.seconds())));
+        more / ranks as f64
     }
 
     /// Phases of the spectral engine.
@@ -179,8 +184,8 @@ impl CostEstimate {
             "fields".into(),
             input.zones.len() as f64 * 0.2 * FIELD_MICROSECONDS * columns * 1e-6 / threads,
         ));
-        self.bytes =
-            [spectral_solve_bytes(input.scene, input.zones, input.size, (e, *order), input.ranks) + PROGRAM_BYTES; 2];
+        self.bytes = [spectral_solve_bytes(input.scene, input.zones, input.size, (e, *order), input.ranks)
+            + PROGRAM_BYTES; 2];
         0.0
     }
 
@@ -209,8 +214,10 @@ impl CostEstimate {
         let products =
             EXPECTED_PRODUCTS * columns * Band::count() as f64 * PRODUCT_NANOSECONDS * 1e-9 * f.pairs as f64;
         self.parts.push(("solving".into(), products / input.threads.max(1) as f64));
-        let bytes =
-            (DENSE_MEMORY_FACTOR * f.bytes as f64 / input.ranks as f64) as u64 + f.zone_bytes + f.field_bytes + PROGRAM_BYTES;
+        let bytes = (DENSE_MEMORY_FACTOR * f.bytes as f64 / input.ranks as f64) as u64
+            + f.zone_bytes
+            + f.field_bytes
+            + PROGRAM_BYTES;
         self.bytes = [bytes; 2];
         0.0
     }

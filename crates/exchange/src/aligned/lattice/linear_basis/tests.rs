@@ -1,7 +1,6 @@
 use super::super::chunk_evaluator::OneProcess;
 use super::super::grid_tables::GridTables;
 use super::super::pair_layout::PeriodicGrid;
-use super::super::wall_table::WallTable;
 use super::*;
 use AxisRelation::{Extended, OffWall, OppositeWalls};
 
@@ -133,7 +132,8 @@ fn periodic_linear_tables_equal_sums_over_longer_grid() {
     let images = PeriodicGrid::new([Some(4), Some(3), None], edges, kappa);
     let terms = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [2, 0, 0], [0, 1, 1]];
     let counts = [3, 2, 5];
-    let got = LinearBasisPairs { edges, counts, along: [Extended; 3], kappa, images: &images }.tables(&terms, &OneProcess);
+    let got = LinearBasisPairs { edges, counts, along: [Extended; 3], kappa, images: &images }
+        .tables(&terms, &OneProcess);
     let plain = tables(edges, [14, 15, 5], [Extended; 3], kappa, &terms);
     for (t, term) in terms.iter().enumerate() {
         for (i, got) in got[t].iter().enumerate() {
