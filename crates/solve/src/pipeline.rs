@@ -290,19 +290,12 @@ fn prepare(
     check_interrupted(settings.progress)?;
     // Select the engine.
     let size = ProblemSize::new(scene, zones, transport).with_images(mirrored.map(|m| &m.images));
-    let (pair_settings, ranks) = (settings.pair_settings, settings.communicator.size());
-    let choice = selection::select_engine(
-        scene,
-        zones,
-        transport,
-        &size,
-        (pair_settings, settings.memory_limit),
-        ranks,
-    )?;
+    let (limits, ranks) = ((settings.pair_settings, settings.memory_limit), settings.communicator.size());
+    let choice = selection::select_engine(scene, zones, transport, &size, limits, ranks)?;
     let (engine, reason) = (choice.engine, choice.reason.clone());
     // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
     let shadow_rays = |l: usize| illuminate_triple(triple, l, settings);
-    let emitters = EmitterExchange::of(scene, zones, engine, pair_settings);
+    let emitters = EmitterExchange::of(scene, zones, engine, settings.pair_settings);
     let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
     let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
@@ -550,22 +543,21 @@ fn balance_and_report(
     thickness: f64,
 ) -> Report {
     let (scene, zones, direct) = (context.scene, context.zones, context.direct);
+    let shared = context.shared_zones();
     let mut energy = EnergyBalance::default();
     groups.iter().for_each(|g| energy.add(&g.energy));
     let mut lost = propagation::escaped_power_error(zones, exterior, results);
     lost = direct_error::light_power_errors(direct).into_iter().fold(lost, Bands::hypot);
     // Heat is balanced after the temperatures are recovered.
     if scene.thermal().is_none() && scene.options().scattering_orders.is_none() {
-        consistency::widen_by_balance(context.shared_zones(), &energy, lost, fields);
+        consistency::widen_by_balance(shared, &energy, lost, fields);
     }
     let mut report = summary::summarize(context, built, exterior, (fields, energy), results, thickness);
     report.energy_error = match scene.thermal() {
         Some(_) => EnergyBalance { escaped: lost, ..EnergyBalance::default() },
         None => {
-            let mut error = consistency::power_errors(context.shared_zones(), &report.energy, fields, |i| {
-                fields.error[i]
-            });
-            direct_error::add_to_power_errors(context.shared_zones(), &report.energy, direct, &mut error);
+            let mut error = consistency::power_errors(shared, &report.energy, fields, |i| fields.error[i]);
+            direct_error::add_to_power_errors(shared, &report.energy, direct, &mut error);
             error
         }
     };

@@ -400,7 +400,7 @@ fn saved_factors_serve_other_reflectances() {
         impl CheckpointStore for Read<'_> {
             fn load(&self, stage: &str) -> Option<Vec<u8>> {
                 let found = self.0.load(stage);
-                assert!(found.is_some() || stage == "state-krylov", "{stage} would be computed");
+                assert!(found.is_some() || stage.starts_with("state-krylov"), "{stage} would be computed");
                 found
             }
             fn save(&self, _: &str, _: &[u8]) {}

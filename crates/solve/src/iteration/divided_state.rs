@@ -58,11 +58,11 @@ fn load_own<E: VectorEntry, S>(
     (sums, n): (SumOrder, usize),
     decode: impl Fn(&[u8], usize) -> Option<PartialState<E, S>>,
 ) -> Option<PartialState<E, S>> {
-    let parts = store.load(&parts_stage(stage)).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
     let whole = || if sums.is_divided() { None } else { store.load(stage) };
     if let Some(bytes) = whole() {
         return decode(&bytes, n);
     }
+    let parts = store.load(&parts_stage(stage)).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
     let parts = parts.unwrap_or(1) as usize;
     let own = sums.own_planes();
     let mut state: Option<PartialState<E, S>> = None;
