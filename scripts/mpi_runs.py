@@ -177,6 +177,41 @@ def compare_ranks(runs, quick):
     return failed
 
 
+FLIGHT = """frames_per_second = 4
+exposure = 1
+[[key]]
+time = 0
+origin = [0.2, 0.3, 0.5]
+target = [1, 1, 0.4]
+[[key]]
+time = 1
+origin = [0.5, 0.3, 0.5]
+target = [1, 1, 0.4]
+"""
+
+
+def compare_animation(runs):
+    """Frames that three ranks draw, against those of one process."""
+    scene, flight, run = (f"{runs.folder}/{name}" for name in ("box.toml", "flight.toml", "one.npz"))
+    pathlib.Path(scene).write_text(f'name = "box"\n{SCENES["box"]}')
+    pathlib.Path(flight).write_text(FLIGHT)
+    runs.one(scene, run)
+    words = ["--quiet", "render", run, "--animate", flight, "--size", "48x36", "-o"]
+    starts = [[runs.zonal], [*runs.mpirun, "-n", "3", runs.mpi]]
+    frames = []
+    for start, folder in zip(starts, ("one", "many")):
+        done = subprocess.run(
+            [*start, *words, f"{runs.folder}/{folder}"], capture_output=True, text=True, timeout=LIMIT, env=runs.environment
+        )
+        if done.returncode:
+            print(f"animation: fails: {last_line(done.stderr)}")
+            return 1
+        frames.append([p.read_bytes() for p in sorted(pathlib.Path(runs.folder, folder).glob("*.png"))])
+    same = frames[0] == frames[1] and len(frames[0]) == 5
+    print(f"animation: {'the same' if same else 'other'} frames on 3 ranks")
+    return int(not same)
+
+
 def kill_ranks(runs, scene, times, seed):
     dice, failed, killed = random.Random(seed), 0, 0
     begin = time.monotonic()
@@ -236,7 +271,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="zonal-mpi-") as folder:
         runs = Runs(arguments, folder)
         if arguments.what == "ranks":
-            failed = compare_ranks(runs, arguments.quick)
+            failed = compare_ranks(runs, arguments.quick) + compare_animation(runs)
         else:
             scene = arguments.scene or f"{folder}/box.toml"
             if not arguments.scene:

@@ -1,4 +1,4 @@
-//! The command `zonal-mpi`: solves shared by the processes of MPI.
+//! The command `zonal-mpi`: solves and animations shared by the processes of MPI.
 //!
 //! ```text
 //! mpirun -n 4 zonal-mpi solve scene.toml -o run.npz
@@ -15,11 +15,11 @@ use mpi::Threading;
 use mpi::traits::Communicator as _;
 use std::process::ExitCode;
 use zonal_cli::commands::context::Context;
-use zonal_cli::commands::solve;
+use zonal_cli::commands::{render, solve};
 use zonal_report::{Failure, note};
 use zonal_solve::distribution::{Communicator, CountedRanks, SentMessages};
 
-/// Solve scenes on several processes by MPI. Start it by mpirun or srun; solutions are those of the command `zonal`, to the bit, on any number of ranks.
+/// Solve scenes, and draw animations, on several processes by MPI. Start it by mpirun or srun; solutions are those of the command `zonal`, to the bit, on any number of ranks.
 #[derive(Parser, Debug)]
 #[command(name = "zonal-mpi", version)]
 struct Cli {
@@ -46,6 +46,8 @@ struct Cli {
 enum Command {
     /// Solve a scene and write the solution (.npz).
     Solve(solve::Args),
+    /// Draw the frames of an animation (--animate), each rank some of them.
+    Render(render::Args),
 }
 
 /// Exit code where MPI cannot be used.
@@ -53,8 +55,8 @@ const MPI_FAILURE_CODE: u8 = 2;
 
 fn main() -> ExitCode {
     let cli = Cli::try_parse();
-    if let Ok(Cli { command: Command::Solve(arguments), .. }) = &cli {
-        stop::report_stops(hint(arguments));
+    if let Ok(cli) = &cli {
+        stop::report_stops(hint(&cli.command));
     }
     let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else {
         eprintln!("error: MPI cannot be initialized; start the command by mpirun or srun");
@@ -95,16 +97,15 @@ fn run(cli: Cli, ranks: &mpi_ranks::MpiRanks) -> Result<(), Failure> {
     let quiet = cli.quiet || ranks.rank() > 0;
     zonal_cli::commands::start_threads(Some(placement::threads(ranks, cli.threads)))?;
     let context = Context { json: cli.json, quiet, strict: cli.strict };
+    let counted = CountedRanks::new(ranks);
     match cli.command {
-        Command::Solve(arguments) => {
-            let counted = CountedRanks::new(ranks);
-            solve::run_on_ranks(&arguments, context, &counted)?;
-            if cli.traffic {
-                report_traffic(ranks, counted.sent());
-            }
-            Ok(())
-        }
+        Command::Solve(arguments) => solve::run_on_ranks(&arguments, context, &counted)?,
+        Command::Render(arguments) => render::run_on_ranks(&arguments, context, &counted)?,
     }
+    if cli.traffic {
+        report_traffic(ranks, counted.sent());
+    }
+    Ok(())
 }
 
 /// Prints bytes, calls and seconds of the messages of all ranks on the first one.
@@ -124,9 +125,13 @@ fn report_traffic(ranks: &mpi_ranks::MpiRanks, sent: SentMessages) {
 }
 
 /// How a stopped solve goes on.
-fn hint(arguments: &solve::Args) -> String {
-    match arguments.checkpoint.is_some() || arguments.resume {
-        true => "--resume continues from its checkpoint, on any number of ranks".into(),
-        false => "with --checkpoint it could be resumed".into(),
-    }
+fn hint(command: &Command) -> String {
+    let hint = match command {
+        Command::Solve(arguments) if arguments.checkpoint.is_some() || arguments.resume => {
+            "--resume continues from its checkpoint, on any number of ranks"
+        }
+        Command::Solve(_) => "with --checkpoint it could be resumed",
+        Command::Render(_) => "the same command draws the frames that are missing",
+    };
+    hint.into()
 }

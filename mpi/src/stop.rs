@@ -40,7 +40,7 @@ fn is_first_of_siblings() -> bool {
 pub(crate) fn report_stops(hint: String) {
     let handler = move || {
         if is_first_of_siblings() {
-            eprintln!("error: the solve was stopped, by a signal or because a rank died; {hint}");
+            eprintln!("error: the command was stopped, by a signal or because a rank died; {hint}");
         }
         sleep(END_DELAY);
         std::process::exit(STOPPED_CODE);

@@ -17,6 +17,7 @@ use zonal_math::low_discrepancy;
 use zonal_render::RenderOptions;
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::{Bands, NoProgress, Progress, Solution};
+use zonal_solve::distribution::{Communicator, SingleProcess};
 use zonal_solve::relight;
 
 /// Keyword of the fingerprint in a PNG.
@@ -47,10 +48,38 @@ struct FrameSettings {
 /// # Errors
 /// As `zonal render`, and for key frames that are not valid.
 pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
-    let settings = FrameArguments::from_args(args)?;
-    let solution = read_picture_solution(&args.run)?;
-    let summary = write((args, path), settings, &solution, &context.progress())?;
-    if context.json { summary.print_json(args) } else { summary.print_text(args) }
+    run_on_ranks(args, path, context, &SingleProcess)
+}
+
+/// Draws the frames on several processes, each some of them; the first one makes the video and prints.
+///
+/// # Errors
+/// As [`run`], on all processes alike.
+pub fn run_on_ranks(
+    args: &Args,
+    path: &Path,
+    context: Context,
+    communicator: &dyn Communicator,
+) -> Result<(), Failure> {
+    let read = || Ok((FrameArguments::from_args(args)?, read_picture_solution(&args.run)?));
+    let (settings, solution) = agreed(read(), communicator)?;
+    let summary = write((args, path), settings, &solution, &context.progress(), communicator)?;
+    match (communicator.rank(), context.json) {
+        (0, true) => summary.print_json(args),
+        (0, false) => summary.print_text(args),
+        _ => Ok(()),
+    }
+}
+
+/// The own result if all processes succeeded, else the failure of one.
+fn agreed<T>(own: Result<T, Failure>, communicator: &dyn Communicator) -> Result<T, Failure> {
+    let message = own.as_ref().err().map(ToString::to_string).unwrap_or_default();
+    let all = communicator.all_gather(message.into_bytes());
+    let own = own?;
+    match all.iter().find(|message| !message.is_empty()) {
+        Some(message) => Err(Failure::new(String::from_utf8_lossy(message))),
+        None => Ok(own),
+    }
 }
 
 /// Size and style of the frames, from arguments that were checked.
@@ -67,12 +96,14 @@ impl FrameArguments {
     }
 }
 
-/// Draws the frames that are missing, of a solution that pictures show, and the video; `path` has the key frames.
+/// Draws the frames that are missing, of a solution that pictures show, and the video; `path` has the key frames. Processes draw some frames each, and the first
+/// one makes the video.
 pub(super) fn write(
     (args, path): (&Args, &Path),
     FrameArguments { size, style }: FrameArguments,
     solution: &Solution,
     progress: &dyn Progress,
+    communicator: &dyn Communicator,
 ) -> Result<AnimationSummary, Failure> {
     let options = render_options(args, size);
     let keys = read_keys(path, solution)?;
@@ -84,16 +115,23 @@ pub(super) fn write(
     }
     // Draw the frames that are missing.
     let exposure = keys.exposure.map_or_else(|| common_exposure(solution, &keys, &options), Ok)?;
-    std::fs::create_dir_all(&args.output).map_err(|e| {
+    let folder = std::fs::create_dir_all(&args.output).map_err(|e| {
         Failure::new(format!("{}: the folder cannot be created ({e}); choose another", args.output.display()))
-    })?;
+    });
+    agreed(folder, communicator)?;
     let settings = FrameSettings { exposure, options, style };
     let files = frame_files(frames, solution, &settings, &args.output);
-    let drawn = draw_missing(solution, &files, &settings, progress)?;
-    output::remove_stale_temporaries(&args.output);
-    // Encode the video.
-    let video = encode_video(&args.output, keys.frames_per_second, files.len());
-    Ok(AnimationSummary { size, exposure, frames: files.len(), drawn, video })
+    let (rank, ranks, count) = (communicator.rank(), communicator.size(), files.len());
+    let own: Vec<FrameFile> = files.into_iter().skip(rank).step_by(ranks).collect();
+    let drawn = agreed(draw_missing(solution, &own, &settings, progress), communicator)?;
+    let drawn = drawn.of_all(communicator);
+    let mut video = Ok(None);
+    if rank == 0 {
+        output::remove_stale_temporaries(&args.output);
+        // Encode the video.
+        video = encode_video(&args.output, keys.frames_per_second, count);
+    }
+    Ok(AnimationSummary { size, exposure, frames: count, drawn, video })
 }
 
 /// Result of an animation.
@@ -235,6 +273,18 @@ fn fingerprint(text: &str) -> String {
 struct DrawnFrames {
     frames: usize,
     clipped: usize,
+}
+
+impl DrawnFrames {
+    /// The counts of all processes.
+    fn of_all(self, communicator: &dyn Communicator) -> DrawnFrames {
+        let own = [self.frames, self.clipped].map(|n| n as u64);
+        let all = communicator.all_gather(own.iter().flat_map(|n| n.to_le_bytes()).collect());
+        let at =
+            |bytes: &Vec<u8>, k: usize| bytes.as_chunks::<8>().0.get(k).map_or(0, |n| u64::from_le_bytes(*n));
+        let [frames, clipped] = [0, 1].map(|k| all.iter().map(|bytes| at(bytes, k) as usize).sum());
+        DrawnFrames { frames, clipped }
+    }
 }
 
 /// Draws the missing frames, those with the same light groups together.

@@ -12,6 +12,7 @@ use super::context::{Context, check_picture};
 use std::path::PathBuf;
 use zonal_report::Failure;
 use zonal_scene::{Progress, Solution};
+use zonal_solve::distribution::{Communicator, SingleProcess};
 
 /// Draws a solution in memory as [`run`] draws that of a file; returns the path of the picture or of the folder of frames.
 ///
@@ -26,7 +27,7 @@ pub fn write(args: &Args, solution: &Solution, progress: &dyn Progress) -> Resul
         (None, Some(path)) => {
             let settings = animation::FrameArguments::from_args(args)?;
             check_picture(&args.run, solution)?;
-            animation::write((args, path), settings, solution, progress)?;
+            animation::write((args, path), settings, solution, progress, &SingleProcess)?;
         }
         (None, None) => {
             let settings = picture::PictureArguments::from_args(args)?;
@@ -35,6 +36,19 @@ pub fn write(args: &Args, solution: &Solution, progress: &dyn Progress) -> Resul
         }
     }
     Ok(args.output.clone())
+}
+
+/// Draws the frames of an animation on several processes.
+///
+/// # Errors
+/// As [`run`], and without an animation: one picture is not shared.
+pub fn run_on_ranks(args: &Args, context: Context, communicator: &dyn Communicator) -> Result<(), Failure> {
+    match (args.show, &args.animate) {
+        (None, Some(path)) => animation::run_on_ranks(args, path, context, communicator),
+        _ => Err(Failure::new(
+            "processes share the frames of an animation (--animate); draw one picture by `zonal render`",
+        )),
+    }
 }
 
 /// Runs the command.

@@ -6,7 +6,7 @@
 //! | dense | 1/R of the exchange areas, all fields | one sum of rows, 24 n (R − 1) bytes |
 //! | hierarchical | 1/R of the stored rays, all fields | its zones' values, 24 n/R (R − 1) bytes |
 //!
-//! Messages within a machine or between machines go at some gigabytes a second; the model takes [`MESSAGE_BYTES_PER_SECOND`], and knows neither the delay of single
+//! Messages within a machine or between machines go at some gigabytes a second; the model takes 1.1 GB/s, and knows neither the delay of single
 //! messages nor the shape of a network.
 
 use crate::engine::selection::EngineChoice;
