@@ -11,7 +11,8 @@ if ! command -v mpicc >/dev/null || ! command -v mpirun >/dev/null; then
     exit
 fi
 
-cargo clippy --quiet --locked --package zonal-mpi --all-targets -- -D warnings
-cargo test --quiet --locked --package zonal-mpi
-cargo build --quiet --locked --package zonal-mpi
+# The packages of the other steps are named with it, so that crates have the same features and are not compiled again.
+cargo clippy --quiet --locked --workspace --bin zonal-mpi -- -D warnings
+cargo test --quiet --locked --workspace --exclude zonal-python --bin zonal-mpi
+cargo build --quiet --locked --workspace --exclude zonal-python --bin zonal-mpi
 python3 scripts/mpi_runs.py ranks --quick --zonal "$zonal" --mpi "$(dirname "$zonal")/zonal-mpi"
