@@ -5,13 +5,15 @@
 //! zones keep all zones on each process: thermal mode, mirrors, the discretization error, lights by shadow rays, warm starts.
 
 use crate::direct_light::emitter_exchange::EmitterExchange;
-use crate::distribution::Communicator;
+use crate::distribution::{Communicator, ExchangeBuffers};
 use crate::engine::engine_memory::divides_zones;
 use crate::engine::selection::select_engine;
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::settings::SolveSettings;
 use crate::spectral::slabs::part_of;
+use rustfft::num_complex::Complex64;
 use std::borrow::Cow;
+use zonal_math::simd::{complex_parts, complex_parts_mut};
 use zonal_scene::{Bands, Engine, Scene, SceneError, Solution, Zones};
 use zonal_transport::Transport;
 
@@ -64,23 +66,36 @@ pub fn collect<'a>(
         return Cow::Borrowed(own);
     }
     let patches = zones.patches.len().min(own.len());
-    let mut out = if communicator.rank() == 0 { own[..patches].to_vec() } else { Vec::new() };
     let voxels = &own[patches..];
+    let (rank, ranks) = (communicator.rank(), communicator.size());
     let lengths = communicator.all_gather((voxels.len() as u64).to_le_bytes().to_vec());
     let length = |bytes: &Vec<u8>| bytes.as_slice().try_into().map_or(0, u64::from_le_bytes) as usize;
+    let lengths: Vec<usize> = lengths.iter().map(length).collect();
+    let mut out = Vec::new();
+    if rank == 0 {
+        out.reserve_exact(patches + lengths.iter().sum::<usize>());
+        out.extend_from_slice(own);
+    }
     let per_message = MESSAGE_BYTES / size_of::<Bands>();
-    for (rank, length) in lengths.iter().map(length).enumerate() {
+    let mut buffers = ExchangeBuffers::default();
+    for (sender, length) in lengths.into_iter().enumerate().skip(1) {
         for first in (0..length).step_by(per_message) {
-            let mut messages = vec![Vec::new(); communicator.size()];
-            if rank == communicator.rank() {
-                let part = &voxels[first..(first + per_message).min(length)];
-                messages[0] = part.iter().flat_map(Bands::iter).flat_map(|x| x.to_le_bytes()).collect();
+            let values = per_message.min(length - first);
+            let numbers = (3 * values).div_ceil(2);
+            let of = |from: usize, to: usize| {
+                (0..ranks).map(move |r| if rank == from && r == to { numbers } else { 0 })
+            };
+            buffers.sent_lengths = of(sender, 0).collect();
+            buffers.received_lengths = of(0, sender).collect();
+            buffers.sent.resize(buffers.sent_lengths.iter().sum(), Complex64::default());
+            buffers.received.resize(buffers.received_lengths.iter().sum(), Complex64::default());
+            if rank == sender {
+                let places = complex_parts_mut(&mut buffers.sent).chunks_exact_mut(3);
+                places.zip(&voxels[first..first + values]).for_each(|(x, v)| x.copy_from_slice(&v.to_rgb()));
             }
-            let received = communicator.all_to_all(messages);
-            let mut numbers =
-                received[rank].chunks_exact(8).map(|x| x.try_into().map_or(0.0, f64::from_le_bytes));
-            let mut next = || numbers.next().unwrap_or_default();
-            out.extend((0..received[rank].len() / size_of::<Bands>()).map(|_| Bands::from_fn(|_| next())));
+            buffers = communicator.exchange(buffers);
+            let received = complex_parts(&buffers.received).as_chunks::<3>().0;
+            out.extend(received.iter().take(values).map(|x| Bands::from_rgb(*x)));
         }
     }
     Cow::Owned(out)
