@@ -8,7 +8,7 @@ pub(crate) const MIN_PLATE_AREA: f64 = 1e-24;
 pub(crate) const MIN_CELL_EDGE: f64 = 1e-9;
 /// Largest number of cells of a voxel grid whose values differ from cell to cell: at 100 bytes per cell, the memory of a large machine.
 pub const MAX_CELLS: usize = 1 << 25;
-/// Largest number of cells of a voxel grid with the same values in all cells, which take no memory: 512³ twice.
+/// Largest number of cells of a voxel grid with the same values in all cells, which take no memory: twice those of 512³.
 pub const MAX_UNIFORM_CELLS: usize = 1 << 28;
 /// Largest extinction, 1/m.
 pub const MAX_EXTINCTION: f64 = 1e8;

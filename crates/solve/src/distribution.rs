@@ -85,7 +85,7 @@ impl Communicator for SingleProcess {
     }
 }
 
-/// What a process has sent.
+/// Bytes and calls by which a process has sent messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SentMessages {
     /// Bytes to other processes; the same bytes to several count several times.

@@ -5,7 +5,7 @@
 //! zones keep all zones on each process: thermal mode, mirrors, the discretization error, lights by shadow rays, warm starts.
 
 use crate::direct_light::emitter_exchange::EmitterExchange;
-use crate::distribution::{Communicator, ExchangeBuffers};
+use crate::distribution::{Communicator, ExchangeBuffers, Message};
 use crate::engine::engine_memory::divides_zones;
 use crate::engine::selection::select_engine;
 use crate::report::cost_estimate::problem_size::ProblemSize;
@@ -69,8 +69,7 @@ pub fn collect<'a>(
     let voxels = &own[patches..];
     let (rank, ranks) = (communicator.rank(), communicator.size());
     let lengths = communicator.all_gather((voxels.len() as u64).to_le_bytes().to_vec());
-    let length = |bytes: &Vec<u8>| bytes.as_slice().try_into().map_or(0, u64::from_le_bytes) as usize;
-    let lengths: Vec<usize> = lengths.iter().map(length).collect();
+    let lengths: Vec<usize> = lengths.iter().map(|bytes| u64::get(bytes) as usize).collect();
     let mut out = Vec::new();
     if rank == 0 {
         out.reserve_exact(patches + lengths.iter().sum::<usize>());

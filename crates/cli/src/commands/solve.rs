@@ -1,7 +1,7 @@
 //! `zonal solve`: reads a scene, solves it, writes the solution.
 
 use super::context::{Context, memory_limit, option_failure};
-use super::solving::{checkpoint_keys, path_beside, solve_and_hash};
+use super::solving::{checkpoint_keys, if_all_succeeded, path_beside, solve_and_hash};
 use super::voxel_factors::VoxelFactors;
 use crate::table;
 use std::borrow::Cow;
@@ -186,12 +186,7 @@ fn shared_checkpoint(
         0 => resume_or_begin_checkpoint(scene, args),
         _ => Ok(checkpoint_folder(scene, args)),
     };
-    let failure = folder.as_ref().err().map(ToString::to_string).unwrap_or_default();
-    let failures = communicator.all_gather(failure.into_bytes());
-    match failures[0].is_empty() {
-        true => folder,
-        false => Err(Failure::new(String::from_utf8_lossy(&failures[0]))),
-    }
+    if_all_succeeded(folder, communicator)
 }
 
 /// The stages of a checkpoint for one rank: it saves the rows that it owns, the first rank also what all ranks have.

@@ -6,6 +6,7 @@ use zonal_io::output::{self, CheckpointKeys};
 use zonal_report::Failure;
 use zonal_scene::{Scene, Solution};
 use zonal_solve::SolveSettings;
+use zonal_solve::distribution::Communicator;
 
 /// Solves a scene and sets the hash of the scene in the solution.
 ///
@@ -37,4 +38,18 @@ pub fn path_beside(output: &Path, extension: &str) -> PathBuf {
     let mut name = output.as_os_str().to_owned();
     name.push(format!(".{extension}"));
     PathBuf::from(name)
+}
+
+/// The own result if all processes succeeded, else the failure of one.
+///
+/// # Errors
+/// On all processes, where one failed.
+pub fn if_all_succeeded<T>(own: Result<T, Failure>, communicator: &dyn Communicator) -> Result<T, Failure> {
+    let message = own.as_ref().err().map(ToString::to_string).unwrap_or_default();
+    let all = communicator.all_gather(message.into_bytes());
+    let own = own?;
+    match all.iter().find(|message| !message.is_empty()) {
+        Some(message) => Err(Failure::new(String::from_utf8_lossy(message))),
+        None => Ok(own),
+    }
 }

@@ -11,8 +11,7 @@
 use super::basis::BasisOrder;
 use super::grid::BoxGrid;
 use super::line_exchange::ZERO;
-use super::slabs::FREQUENCIES_PER_BLOCK;
-use super::slabs::Slabs;
+use super::slabs::{FREQUENCIES_PER_BLOCK, Slabs};
 use crate::fixed_tree::{self, SubtreeRoot};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
@@ -138,7 +137,7 @@ impl WallSumLayout<'_> {
         }
     }
 
-    /// What a rank has of a wall across `axis`: subtrees of blocks, or single blocks.
+    /// The parts of a wall across `axis` that a rank has: subtrees of blocks, or single blocks.
     fn parts_of(&self, rank: usize, axis: usize) -> Vec<SubtreeRoot> {
         if axis == 1 {
             self.slabs.subtrees_of(rank)

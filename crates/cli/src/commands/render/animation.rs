@@ -7,6 +7,7 @@ use super::args::{Args, parse_size, render_options};
 use super::style::PictureStyle;
 use crate::camera_animation::{AnimationFrame, animation_frames};
 use crate::commands::context::{Context, read_picture_solution};
+use crate::commands::solving::if_all_succeeded;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -62,23 +63,12 @@ pub fn run_on_ranks(
     communicator: &dyn Communicator,
 ) -> Result<(), Failure> {
     let read = || Ok((FrameArguments::from_args(args)?, read_picture_solution(&args.run)?));
-    let (settings, solution) = agreed(read(), communicator)?;
+    let (settings, solution) = if_all_succeeded(read(), communicator)?;
     let summary = write((args, path), settings, &solution, &context.progress(), communicator)?;
     match (communicator.rank(), context.json) {
         (0, true) => summary.print_json(args),
         (0, false) => summary.print_text(args),
         _ => Ok(()),
-    }
-}
-
-/// The own result if all processes succeeded, else the failure of one.
-fn agreed<T>(own: Result<T, Failure>, communicator: &dyn Communicator) -> Result<T, Failure> {
-    let message = own.as_ref().err().map(ToString::to_string).unwrap_or_default();
-    let all = communicator.all_gather(message.into_bytes());
-    let own = own?;
-    match all.iter().find(|message| !message.is_empty()) {
-        Some(message) => Err(Failure::new(String::from_utf8_lossy(message))),
-        None => Ok(own),
     }
 }
 
@@ -118,12 +108,12 @@ pub(super) fn write(
     let folder = std::fs::create_dir_all(&args.output).map_err(|e| {
         Failure::new(format!("{}: the folder cannot be created ({e}); choose another", args.output.display()))
     });
-    agreed(folder, communicator)?;
+    if_all_succeeded(folder, communicator)?;
     let settings = FrameSettings { exposure, options, style };
     let files = frame_files(frames, solution, &settings, &args.output);
     let (rank, ranks, count) = (communicator.rank(), communicator.size(), files.len());
     let own: Vec<FrameFile> = files.into_iter().skip(rank).step_by(ranks).collect();
-    let drawn = agreed(draw_missing(solution, &own, &settings, progress), communicator)?;
+    let drawn = if_all_succeeded(draw_missing(solution, &own, &settings, progress), communicator)?;
     let drawn = drawn.of_all(communicator);
     let mut video = Ok(None);
     if rank == 0 {

@@ -19,7 +19,7 @@ const MESSAGE_BYTES_PER_SECOND: f64 = 1.1e9;
 /// Bytes of a value of all bands.
 const VALUE_BYTES: u64 = 24;
 
-/// What the first of several processes sends.
+/// Bytes that the first of several processes sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Traffic {
     /// Bytes for each product with the exchange areas, a band and light group of the spectral engine, all bands of the others.

@@ -72,7 +72,7 @@ pub struct CostEstimate {
     pub notes: Vec<Diagnostic>,
     /// True if the radiosity has slopes inside zones.
     pub has_slopes: bool,
-    /// What the first of several processes sends; none of one process.
+    /// Bytes that the first of several processes sends; none of one process.
     pub traffic: Option<Traffic>,
 }
 
