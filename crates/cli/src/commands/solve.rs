@@ -1,7 +1,7 @@
 //! `zonal solve`: reads a scene, solves it, writes the solution.
 
 use super::context::{Context, memory_limit, option_failure};
-use super::solving::{checkpoint_keys, if_all_succeeded, path_beside, solve_and_hash};
+use super::solving::{checkpoint_keys, if_all_succeeded, path_beside};
 use super::voxel_factors::VoxelFactors;
 use crate::table;
 use std::borrow::Cow;
@@ -87,7 +87,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 pub fn run_on_ranks(args: &Args, context: Context, communicator: &dyn Communicator) -> Result<(), Failure> {
     let is_first = communicator.rank() == 0;
     // Check the arguments and read the scene.
-    let (scene, memory_limit) = agreed(read_scene(args), communicator)?;
+    let AgreedScene { scene, hash, memory_limit } = agreed(read_scene(args), communicator)?;
     let uses_checkpoint = args.checkpoint.is_some() || args.resume || args.keep_factors;
     let folder = uses_checkpoint.then(|| shared_checkpoint(&scene, args, communicator)).transpose()?;
     // Solve it.
@@ -99,11 +99,12 @@ pub fn run_on_ranks(args: &Args, context: Context, communicator: &dyn Communicat
         communicator,
         ..SolveSettings::new(memory_limit, &progress)
     };
-    let solution = solve_and_hash(scene, &settings).map_err(|e| {
+    let solved = zonal_solve::solve_with_settings(scene, &settings).map_err(|e| {
         // A refused solve leaves nothing to resume.
         folder.iter().filter(|_| is_first).for_each(CheckpointFolder::remove);
         Failure::in_file(&args.scene, e)
     })?;
+    let solution = Solution { scene_hash: hash, ..solved };
     // Write the solution, then remove the checkpoint. The first rank writes, and collects the fields of the others.
     let collected = Cell::new(0);
     let collect: &output::CollectZones = &|own| {
@@ -142,18 +143,29 @@ fn read_scene(args: &Args) -> Result<(Scene, u64), Failure> {
     Ok((with_options(scene, args)?, memory_limit))
 }
 
+/// What every rank read.
+struct AgreedScene {
+    scene: Scene,
+    /// Hash of the scene.
+    hash: String,
+    /// Memory limit, bytes.
+    memory_limit: u64,
+}
+
 /// What every rank read, if all could read the same scene with the same version.
 fn agreed(
     read: Result<(Scene, u64), Failure>,
     communicator: &dyn Communicator,
-) -> Result<(Scene, u64), Failure> {
+) -> Result<AgreedScene, Failure> {
+    let read = read.map(|(scene, memory_limit)| {
+        let hash = output::scene_hash(&scene);
+        AgreedScene { scene, hash, memory_limit }
+    });
     if communicator.size() == 1 {
         return read;
     }
     let own = match &read {
-        Ok((scene, memory)) => {
-            format!("{} {} {memory}", env!("CARGO_PKG_VERSION"), output::scene_hash(scene))
-        }
+        Ok(read) => format!("{} {} {}", env!("CARGO_PKG_VERSION"), read.hash, read.memory_limit),
         Err(e) => format!("{FAILED}{e}"),
     };
     let all = communicator.all_gather(own.into_bytes());
