@@ -63,6 +63,31 @@ fn samples_equal_single_solves() {
 }
 
 #[test]
+fn discretization_errors_are_those_of_single_solves() {
+    let f = Folder::new();
+    f.put("furnace.toml", FURNACE);
+    dataset(&f, &["-n", "2", "-o", "set.npz", "--discretization-error"]);
+    let (shape, errors) = array(&f, "set.npz", "named_power_discretization_error");
+    assert_eq!(shape[0], 2);
+    assert!(errors.iter().any(|e| *e > 0.0) && errors.iter().all(|e| e.is_finite()), "{errors:?}");
+    // In light mode, powers by surface, medium and panes.
+    f.put("room.toml", "[solve]\npatch_size = 0.5\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\nreflectance = 0.5\nfaces.z1 = { emission = 1 }\n");
+    let vary = ["--vary", "surface.room.reflectance=0.5:0.5"];
+    f.done(
+        &[&["dataset", "room.toml", "-n", "1", "-o", "room.npz", "--discretization-error"], &vary[..]]
+            .concat(),
+    );
+    let (shape, absorbed) = array(&f, "room.npz", "absorbed_power");
+    assert_eq!(shape, [1, 8, 1]);
+    assert!((absorbed.iter().sum::<f64>() - 1.0).abs() < 1e-6, "{absorbed:?}");
+    let report = f.done(&["solve", "room.toml", "-o", "one.npz", "--discretization-error", "true", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let one = report["discretization_error"]["energy"]["absorbed_surfaces"][0][1][0].as_f64().unwrap();
+    let set = array(&f, "room.npz", "absorbed_power_discretization_error").1;
+    assert!(one > 0.0 && (set[0] - one).abs() <= 1e-12 * one, "{one} {set:?}");
+}
+
+#[test]
 fn larger_sets_begin_with_smaller_ones_and_interrupted_runs_continue() {
     let f = Folder::new();
     f.put("furnace.toml", FURNACE);

@@ -1,6 +1,6 @@
 //! One sample of a data set: the numbers of a solution that a data set keeps, and their arrays over all samples.
 
-use zonal_scene::{Solution, SolveStatus, Zones};
+use zonal_scene::{Bands, EnergyBalance, Solution, SolveStatus, Zones};
 
 /// How a sample ended, as the number in the array `status`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,16 +82,41 @@ impl Sample {
                 add("named_temperature", vec![rows.len()], "K", of(&|r| kelvin(r.temperature)));
                 add("named_temperature_error", vec![rows.len()], "K", of(&|r| kelvin(r.temperature_error)));
                 names = rows.iter().map(|r| r.name.clone()).collect();
+                if solution.scene.options().discretization_error == Some(true) {
+                    // Unknown errors are infinite.
+                    let errors = solution.report.discretization_error.as_ref().map(|d| &d.heat);
+                    let of = |r: usize| errors.and_then(|e| e.get(r)).copied().unwrap_or([f64::INFINITY; 2]);
+                    let column = |k: usize| (0..rows.len()).map(|r| of(r)[k]).collect::<Vec<_>>();
+                    add("named_temperature_discretization_error", vec![rows.len()], "K", column(0));
+                    add("named_power_discretization_error", vec![rows.len()], "W", column(1));
+                }
             }
             _ => {
                 let bands = solution.scene.bands().count();
-                let of = |value: &dyn Fn(&Solution, usize) -> zonal_scene::Bands| {
+                let of = |value: &dyn Fn(&Solution, usize) -> Bands| {
                     (0..n).flat_map(|i| solution.all_bands(|s| value(s, i))).collect::<Vec<_>>()
                 };
                 let shape = || vec![n, bands];
                 add("radiosity", shape(), "W/m2", of(&|s, i| s.fields.radiosity[i]));
                 add("incident", shape(), "W/m2", of(&|s, i| s.fields.incident[i] + s.fields.direct_light(i)));
                 add("incident_error", shape(), "W/m2", of(&|s, i| s.fields.total_error(i)));
+                let named = absorbed_powers(&solution.report.energy);
+                let powers = |value: &dyn Fn(&Solution, usize) -> Bands| {
+                    (0..named.len()).flat_map(|r| solution.all_bands(|s| value(s, r))).collect::<Vec<_>>()
+                };
+                let shape = || vec![named.len(), bands];
+                let absorbed = powers(&|s, r| absorbed_powers(&s.report.energy)[r].1);
+                add("absorbed_power", shape(), "W", absorbed);
+                if solution.scene.options().discretization_error == Some(true) {
+                    // Unknown errors are infinite.
+                    let unknown = Bands::splat(f64::INFINITY);
+                    let of = |s: &Solution, r: usize| {
+                        let errors = s.report.discretization_error.as_ref();
+                        errors.map_or(unknown, |d| absorbed_powers(&d.energy)[r].1)
+                    };
+                    add("absorbed_power_discretization_error", shape(), "W", powers(&of));
+                }
+                names = named.into_iter().map(|(name, _)| name.to_string()).collect();
             }
         }
         let converged =
@@ -99,6 +124,12 @@ impl Sample {
         let status = if converged { SampleStatus::Converged } else { SampleStatus::NotConverged };
         (Sample { status, energy_residual: energy_residual(solution), numbers }, Layout { arrays, names })
     }
+}
+
+/// Absorbed powers by name: the surfaces, the medium and the panes, W.
+fn absorbed_powers(energy: &EnergyBalance) -> Vec<(&str, Bands)> {
+    let surfaces = energy.absorbed_surfaces.iter().map(|(name, power)| (name.as_str(), *power));
+    surfaces.chain([("medium", energy.absorbed_volumes), ("panes", energy.absorbed_panes)]).collect()
 }
 
 /// The power that the balance of a solution misses, over the power exchanged.
