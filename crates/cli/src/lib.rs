@@ -7,6 +7,7 @@
 //! | [`camera_animation`] | cameras, exposure and lights between key frames |
 //! | [`colour_scale`], [`legend`] | false colours and their legend |
 //! | [`table`] | reports as text tables |
+//! | [`scene_proposal`] | a scene for a mesh file |
 //! | [`progress`] | progress bars |
 //! | [`viewer`] | a solution as a web page, and its server |
 
@@ -16,5 +17,6 @@ pub mod command_line;
 pub mod commands;
 pub mod legend;
 pub mod progress;
+pub mod scene_proposal;
 pub mod table;
 pub mod viewer;

@@ -81,10 +81,17 @@ impl Camera {
     /// assert!(camera.check().is_ok());
     /// assert_eq!(camera.target, Vec3::splat(0.5));
     /// ```
-    pub fn overview((low, high): (Vec3, Vec3), aspect: f64) -> Camera {
+    pub fn overview(bounds: (Vec3, Vec3), aspect: f64) -> Camera {
+        Camera::framing(bounds, vec3(-1.0, -1.4, -0.8), aspect).name("overview")
+    }
+
+    /// A view of a whole box (lower and upper corner, m) along a direction that is not vertical, as large as it fits into a picture of the given aspect ratio
+    /// (width over height).
+    #[must_use]
+    pub fn framing((low, high): (Vec3, Vec3), direction: Vec3, aspect: f64) -> Camera {
         let centre = (low + high) * 0.5;
         let up = vec3(0.0, 0.0, 1.0);
-        let forward = vec3(-1.0, -1.4, -0.8).normalized();
+        let forward = direction.normalized();
         let right = forward.cross(up).normalized();
         let above = right.cross(forward);
         let half = OVERVIEW_FILL_FRACTION * (0.5 * OVERVIEW_FOV_DEGREES).to_radians().tan();
@@ -97,7 +104,7 @@ impl Camera {
         let distance =
             (0..8).map(corner_distance).fold(MIN_OVERVIEW_DISTANCE * (high - low).length(), f64::max);
         Camera {
-            name: "overview".into(),
+            name: "camera".into(),
             origin: centre - forward * distance,
             target: centre,
             up,

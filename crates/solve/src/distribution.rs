@@ -297,13 +297,13 @@ impl Blocks {
     }
 
     /// The lists `f` of every item, each of any length and computed on its rank by all threads.
-    pub(crate) fn map_unequal_lists(
+    pub(crate) fn map_unequal_lists<T: Message + Clone>(
         &self,
         communicator: &dyn Communicator,
-        f: &(dyn Fn(usize) -> Vec<f64> + Sync),
-    ) -> Vec<Vec<f64>> {
+        f: &(dyn Fn(usize) -> Vec<T> + Sync),
+    ) -> Vec<Vec<T>> {
         let items: Vec<usize> = self.own_items().collect();
-        let own: Vec<Vec<f64>> = items.into_par_iter().with_max_len(1).map(f).collect();
+        let own: Vec<Vec<T>> = items.into_par_iter().with_max_len(1).map(f).collect();
         let lengths = self.gather(communicator, own.iter().map(|list| list.len() as u64).collect());
         self.gather_lists(communicator, |i| lengths[i] as usize, own)
     }

@@ -36,7 +36,7 @@ use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError,
     Solution, Zones,
 };
-use zonal_transport::{Transport, build_zones};
+use zonal_transport::Transport;
 
 /// Solves a scene within a memory limit in bytes.
 ///
@@ -83,7 +83,7 @@ fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scene
 fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
     // Divide the scene into zones.
     let transport = Transport::new(&scene);
-    let zones = build_zones(&scene, &transport)?;
+    let zones = zone_division::shared_zones(&scene, &transport, settings.communicator)?;
     let excluded = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
     let zones = zone_division::divide(&scene, &transport, zones, settings)?;
     // Solve for the fields.
@@ -138,7 +138,7 @@ fn solve_on_zones(
     let others: Vec<Transport> = scene.triples().skip(1).map(Transport::new).collect();
     let mut zones = vec![zones];
     for (scene, transport) in scene.triples().skip(1).zip(&others) {
-        zones.push(build_zones(scene, transport)?);
+        zones.push(zone_division::shared_zones(scene, transport, settings.communicator)?);
     }
     let transports: Vec<&Transport> = std::iter::once(&transport).chain(&others).collect();
     thermal::emissivity::solve(scene, zones, settings, |zones, settings| {

@@ -5,7 +5,7 @@
 //! zones keep all zones on each process: thermal mode, mirrors, the discretization error, lights by shadow rays, warm starts.
 
 use crate::direct_light::emitter_exchange::EmitterExchange;
-use crate::distribution::{Communicator, ExchangeBuffers, Message};
+use crate::distribution::{Blocks, Communicator, ExchangeBuffers, Message};
 use crate::engine::engine_memory::divides_zones;
 use crate::engine::selection::select_engine;
 use crate::report::cost_estimate::problem_size::ProblemSize;
@@ -15,10 +15,33 @@ use rustfft::num_complex::Complex64;
 use std::borrow::Cow;
 use zonal_math::simd::{complex_parts, complex_parts_mut};
 use zonal_scene::{Bands, Engine, Scene, SceneError, Solution, Zones};
-use zonal_transport::Transport;
+use zonal_transport::{Transport, WorkSharing, build_shared_zones};
 
 /// Bytes of one message of a field.
 const MESSAGE_BYTES: usize = 1 << 23;
+
+/// Processes that cut a scene into zones together.
+struct SharedZoning<'a>(&'a dyn Communicator);
+
+impl WorkSharing for SharedZoning<'_> {
+    fn map_lists(&self, items: usize, list: &(dyn Fn(usize) -> Vec<u64> + Sync)) -> Vec<Vec<u64>> {
+        Blocks::new(self.0, items, 1).map_unequal_lists(self.0, list)
+    }
+}
+
+/// All zones of a scene, which the processes find together.
+///
+/// # Errors
+/// As [`zonal_transport::build_zones`].
+pub(crate) fn shared_zones(
+    scene: &Scene,
+    transport: &Transport,
+    communicator: &dyn Communicator,
+) -> Result<Zones, SceneError> {
+    let sharing = SharedZoning(communicator);
+    let sharing = (communicator.size() > 1).then_some(&sharing as &dyn WorkSharing);
+    build_shared_zones(scene, transport, sharing)
+}
 
 /// The zones of this process, of all zones of a scene.
 ///
@@ -98,4 +121,29 @@ pub fn collect<'a>(
         }
     }
     Cow::Owned(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::distribution::tests::on_ranks;
+    use zonal_scene::{Medium, Mesh};
+
+    /// Walls cut cells into parts, of which one process resolves some.
+    #[test]
+    fn shared_zones_are_those_of_one_process() {
+        let corners = [[0.1, 0.2, 0.3], [0.9, 0.3, 0.2], [0.5, 0.8, 0.9], [0.2, 0.7, 0.1]];
+        let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+        let medium = Medium::grid([0.0; 3], [1.0; 3], [16; 3]).extinction(0.5);
+        let wall = Mesh::from_arrays(&corners, &faces).unwrap().reflectance(0.5);
+        let scene = Scene::builder().surface(wall).medium(medium).build().unwrap();
+        let transport = Transport::new(&scene);
+        let whole = zonal_transport::build_zones(&scene, &transport).unwrap();
+        assert!(whole.voxels.iter().filter(|v| !v.samples.is_empty()).count() > 100);
+        for size in [2, 3, 7] {
+            for found in on_ranks(size, |c| shared_zones(&scene, &transport, c).unwrap()) {
+                assert_eq!(found, whole, "{size} processes");
+            }
+        }
+    }
 }

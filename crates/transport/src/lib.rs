@@ -43,4 +43,4 @@ pub mod zoning;
 
 pub use shaft_culling::ShaftEnd;
 pub use transport::{Hit, PaneHit, Transport};
-pub use zoning::build_zones;
+pub use zoning::{WorkSharing, build_shared_zones, build_zones};

@@ -11,6 +11,7 @@ pub mod export;
 pub mod factors;
 pub mod former_flags;
 pub mod gas;
+pub mod init;
 pub mod keys;
 pub mod migrate;
 pub mod relight;
@@ -57,6 +58,8 @@ pub struct Cli {
 pub enum Command {
     /// Solve and draw a built-in scene with stained glass and dusty air.
     Demo(demo::Args),
+    /// Write a scene file for a mesh file: materials, patches, light and cameras, ready to solve.
+    Init(init::Args),
     /// Validate a scene; count its zones; estimate time and memory of a solve.
     Check(check::Args),
     /// Solve a scene and write the solution (.npz).
@@ -100,6 +103,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
     let context = Context { json: cli.json, quiet: cli.quiet, strict: cli.strict };
     match cli.command {
         Command::Demo(a) => demo::run(&a, context),
+        Command::Init(a) => init::run(&a, context),
         Command::Check(a) => check::run(&a, context),
         Command::Solve(a) => solve::run(&a, context),
         Command::Relight(a) => relight::run(&a, context),

@@ -10,9 +10,8 @@
 //! | `scene_text` | a whole scene from its text |
 //! | `scene_template` | scenes whose numbers are replaced, for data sets |
 //! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
-//! | `facets` | a mesh as a list of polygons, without a scene |
+//! | `facets`, `model_survey` | a mesh without a scene: as a list of polygons; what it contains |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
-//! | `obj`, `gltf`, `vtk` | mesh formats |
 //! | `memory_arrays` | arrays in place of files |
 //! | `obj`, `stl`, `gltf`, `vtk` | mesh formats |
 //! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
@@ -32,6 +31,7 @@ mod gltf;
 mod images;
 mod memory_arrays;
 mod mesh;
+mod model_survey;
 mod notes;
 mod npy;
 mod obj;
@@ -57,6 +57,7 @@ pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_
 pub use error::InputError;
 pub use facets::{FacetFile, read_facets};
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
+pub use model_survey::{ModelSurvey, PartCounts, SurveyedGlass, SurveyedMaterial, survey_model};
 pub use scene_template::SceneTemplate;
 pub use stl::{StlFacet, StlFile, read_stl};
 pub use table::{Quantity, RowKeys, ValueTable, read_values};

@@ -73,7 +73,7 @@ impl GatherSums {
         (before, wanted): (&[usize], &[usize]),
     ) {
         let (width, is_new) = (2 * self.quantities, |i: usize| wanted[i] > before[i]);
-        let (mut received, escape) = (Vec::new(), &self.escape);
+        let (mut zones, mut received, escape) = (Vec::new(), Vec::new(), &self.escape);
         let bytes_of_sums = 4 * width * SampleSums::ENCODED_WORDS;
         let put = |i: usize, out: &mut Vec<u8>| {
             if is_new(i) {
@@ -85,13 +85,14 @@ impl GatherSums {
         let take = |i: usize, bytes: &[u8]| {
             let length = if is_new(i) { bytes_of_sums + escape.row_bytes(i) } else { 0 };
             if length > 0 {
-                received.push((i, bytes[..length].to_vec()));
+                zones.push((i, received.len()));
+                received.extend_from_slice(&bytes[..length]);
             }
             length
         };
         blocks.exchange(communicator, put, take);
-        for (i, bytes) in received {
-            let (sums, row) = bytes.split_at(bytes_of_sums);
+        for (i, first) in zones {
+            let (sums, row) = received[first..].split_at(bytes_of_sums);
             let values = sums.chunks_exact(4 * SampleSums::ENCODED_WORDS).map(<[u32; 6]>::get);
             let own = &mut self.sums[width * i..width * (i + 1)];
             own.iter_mut().zip(values).for_each(|(own, w)| *own = SampleSums::from_words(w));

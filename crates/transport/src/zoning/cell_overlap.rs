@@ -4,6 +4,7 @@
 //! cross product of an edge with a box's axis (separating axis theorem; Akenine-Möller 2001). A facet in a face of a cell touches
 //! the closed box but not one that is smaller by 10⁻⁹ of its size; it does not intersect the cell.
 
+use super::work_sharing::{WorkSharing, decode_contact, encode_contact};
 use crate::transport::Transport;
 use rayon::prelude::*;
 use zonal_math::{Vec3, vec3};
@@ -11,6 +12,17 @@ use zonal_scene::{Plate, PlateKind, SUBCELLS, Scene, VoxelGrid};
 
 /// Fraction of a cell by which boxes are shrunk or grown.
 const SKIN_SHARE_OF_CELL: f64 = 1e-9;
+
+/// Facets whose contacts one process finds together.
+const FACETS_PER_BLOCK: usize = 256;
+
+/// The contact of one facet with one cell.
+pub(super) struct FacetContact {
+    pub(super) cell: u32,
+    pub(super) facet: u32,
+    /// True if the facet intersects the interior of the cell.
+    pub(super) intersects: bool,
+}
 
 /// Contact of a cell with facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,24 +36,17 @@ pub(super) enum CellContact {
 }
 
 /// The contact of each cell, and the (cell, facet) pairs of the intersected cells in ascending order. `slack` (m) grows the boxes.
-pub(super) fn overlaps(scene: &Scene, grid: &VoxelGrid, slack: f64) -> (Vec<CellContact>, Vec<(u32, u32)>) {
+pub(super) fn overlaps(
+    scene: &Scene,
+    grid: &VoxelGrid,
+    slack: f64,
+    sharing: Option<&dyn WorkSharing>,
+) -> (Vec<CellContact>, Vec<(u32, u32)>) {
     let mut contact = vec![CellContact::Separate; grid.len()];
-    let found: Vec<(u32, u32, bool)> = scene
-        .facets()
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(k, f)| {
-            let mut out = Vec::new();
-            visit_cells(grid, &f.plate, slack, |cell, cuts| {
-                out.push((cell as u32, k as u32, cuts));
-            });
-            out
-        })
-        .collect();
     let mut pairs = Vec::new();
-    for (cell, facet, cuts) in found {
+    for FacetContact { cell, facet, intersects } in facet_contacts(scene, grid, slack, sharing) {
         let m = &mut contact[cell as usize];
-        if cuts {
+        if intersects {
             *m = CellContact::Intersected;
             pairs.push((cell, facet));
         } else if *m == CellContact::Separate {
@@ -52,10 +57,36 @@ pub(super) fn overlaps(scene: &Scene, grid: &VoxelGrid, slack: f64) -> (Vec<Cell
     (contact, pairs)
 }
 
+/// The contacts of all facets, by ascending facet.
+fn facet_contacts(
+    scene: &Scene,
+    grid: &VoxelGrid,
+    slack: f64,
+    sharing: Option<&dyn WorkSharing>,
+) -> Vec<FacetContact> {
+    let of_facet = |k: usize| {
+        let mut out = Vec::new();
+        visit_cells(grid, &scene.facets()[k].plate, slack, |cell, intersects| {
+            out.push(FacetContact { cell: cell as u32, facet: k as u32, intersects });
+        });
+        out
+    };
+    let count = scene.facets().len();
+    let Some(sharing) = sharing else {
+        return (0..count).into_par_iter().flat_map_iter(of_facet).collect();
+    };
+    let of_block = |b: usize| {
+        let facets = b * FACETS_PER_BLOCK..((b + 1) * FACETS_PER_BLOCK).min(count);
+        facets.flat_map(of_facet).map(|c| encode_contact(&c)).collect()
+    };
+    let words = sharing.map_lists(count.div_ceil(FACETS_PER_BLOCK), &of_block);
+    words.into_iter().flatten().map(decode_contact).collect()
+}
+
 /// The cells of the voxel grid whose interior facets cross, in ascending order.
 pub fn crossed_cells(scene: &Scene, grid: &VoxelGrid) -> Vec<usize> {
     let mut cells: Vec<usize> =
-        overlaps(scene, grid, 0.0).1.into_iter().map(|(cell, _)| cell as usize).collect();
+        overlaps(scene, grid, 0.0, None).1.into_iter().map(|(cell, _)| cell as usize).collect();
     cells.dedup();
     cells
 }

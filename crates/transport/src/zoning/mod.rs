@@ -9,6 +9,7 @@
 //! | `cell_lattice` | sample lattice of a cell and its crossings with facets |
 //! | `cell_parts` | free parts of a cell that facets intersect |
 //! | `voxel_zones` | volume zones |
+//! | `work_sharing` | zoning by several processes |
 //! | `exclusions` | surfaces and medium without zones |
 //!
 //! The result does not depend on the number of threads.
@@ -21,12 +22,14 @@ mod patches;
 mod plate_subdivision;
 mod voxel_zones;
 mod wall_splitting;
+mod work_sharing;
 
 pub use cell_overlap::{crossed_cells, crossed_subcells};
 pub use exclusions::excluded_parts;
+pub use work_sharing::WorkSharing;
 
 use crate::transport::Transport;
-use zonal_scene::{EvenExtension, PlateKind, Scene, SceneError, VoxelZones, Zones};
+use zonal_scene::{EvenExtension, Facet, PlateKind, Scene, SceneError, Sides, VoxelZones, Zones};
 
 /// A face longer than this fraction of the scene's diagonal counts as a wall of an enclosure.
 const MIN_WALL_LENGTH_SHARE: f64 = 1e-2;
@@ -54,23 +57,50 @@ const MIN_WALL_WIDTH_SHARE: f64 = 2e-9;
 ///
 /// When the patch size leads to more patches than supported, or a wall is too narrow for the scene's size.
 pub fn build_zones(scene: &Scene, transport: &Transport) -> Result<Zones, SceneError> {
-    // A scene with mirrors has the zones of its part of the even extension, where walls and solids continue behind the mirrors.
-    if let Some(extension) = EvenExtension::of(scene)? {
-        let all = zones_without_mirrors(&extension.scene, &Transport::new(&extension.scene))?;
-        return Ok(extension.zones_of_part(&all));
-    }
-    zones_without_mirrors(scene, transport)
+    build_shared_zones(scene, transport, None)
 }
 
-fn zones_without_mirrors(scene: &Scene, transport: &Transport) -> Result<Zones, SceneError> {
+/// The zones of [`build_zones`], which several processes find together.
+///
+/// # Errors
+/// As [`build_zones`], on all processes alike.
+pub fn build_shared_zones(
+    scene: &Scene,
+    transport: &Transport,
+    sharing: Option<&dyn WorkSharing>,
+) -> Result<Zones, SceneError> {
+    // A scene with mirrors has the zones of its part of the even extension, where walls and solids continue behind the mirrors.
+    if let Some(extension) = EvenExtension::of(scene)? {
+        let all = zones_without_mirrors(&extension.scene, &Transport::new(&extension.scene), sharing)?;
+        return Ok(extension.zones_of_part(&all));
+    }
+    zones_without_mirrors(scene, transport, sharing)
+}
+
+fn zones_without_mirrors(
+    scene: &Scene,
+    transport: &Transport,
+    sharing: Option<&dyn WorkSharing>,
+) -> Result<Zones, SceneError> {
     check_resolved(scene)?;
     let patches = patches::patches(scene, transport)?;
     let panes = patches::panes(scene)?;
     let voxels = match scene.voxel_grid() {
-        Some(grid) => voxel_zones::voxel_zones(scene, grid, transport),
+        Some(grid) => voxel_zones::voxel_zones(scene, grid, transport, sharing),
         None => VoxelZones::default(),
     };
     Ok(Zones { patches, voxels, panes, own_reflectances: Vec::new() })
+}
+
+/// Expected number of patches of a scene for patches of a size in metres: exact to a factor of two, without the cuts along walls.
+#[must_use]
+pub fn expected_patches(scene: &Scene, size: f64) -> f64 {
+    let of_facet = |f: &Facet| {
+        let s = &scene.surfaces()[f.surface];
+        let sides = if s.sides == Sides::Both && !s.solid { 2.0 } else { 1.0 };
+        sides * plate_subdivision::estimate_count(&f.plate, size, scene.options().patch_rule)
+    };
+    scene.facets().iter().map(of_facet).sum()
 }
 
 /// Refuses enclosures so thin that rays leave them: long rectangles of too small a width. Exempt are periodic scenes, whose enclosure

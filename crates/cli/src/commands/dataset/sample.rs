@@ -67,7 +67,8 @@ impl Sample {
             arrays.push(ArrayLayout { name, shape, unit });
             numbers.extend(values);
         };
-        let (n, mut names) = (solution.zones.len(), Vec::new());
+        let (n, names);
+        n = solution.zones.len();
         match (&solution.fields.heat, &solution.report.heat) {
             (Some(heat), Some(report)) => {
                 add("temperature", vec![n], "K", heat.temperature.clone());

@@ -7,10 +7,12 @@
 //! |---|---|
 //! | `container`, `accessors` | GLB chunks and URIs; buffers and accessors with checked bounds |
 //! | `document`, `nodes`, `primitives` | the validated JSON; the node tree; faces |
+//! | `cameras` | perspective cameras |
 //! | `materials`, `texture_mapping` | materials as surfaces and panes; texture coordinates |
 //! | `volume` | the volume materials of a file |
 
 mod accessors;
+mod cameras;
 mod container;
 mod document;
 mod materials;
@@ -35,10 +37,12 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     let mut mesh = MeshData::default();
     let materials = materials::read_materials(&document, files, path, &buffers, &mut mesh)?;
     let mut reader = PrimitiveReader { buffers: &buffers, materials, mesh, skipped: 0, shown: 0 };
-    for instance in nodes::mesh_instances(file, &document)? {
+    for instance in nodes::node_instances(file, &document)? {
         reader.read_node(&document, &instance)?;
+        reader.mesh.cameras.extend(cameras::camera_of_node(&document, &instance));
     }
     let mut mesh = reader.mesh;
+    cameras::name_uniquely(&mut mesh.cameras);
     if reader.skipped > 0 {
         let n = reader.skipped;
         mesh.notes.push(format!("{file}: {n} primitives of points or lines were left out"));

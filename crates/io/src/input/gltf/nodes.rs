@@ -1,20 +1,22 @@
-//! The node tree of a glTF document: which nodes show a mesh, and their transformations to the file's world.
+//! The node tree of a glTF document: its nodes with their transformations to the file's world.
 
 use crate::input::error::FileFault;
 use gltf::Document;
 use zonal_math::{Vec3, vec3};
 
-/// A node that shows a mesh, and its transformation to the file's world: x ↦ linear x + translation.
-pub(super) struct MeshInstance {
+/// A node of the scene, and its transformation to the file's world: x ↦ linear x + translation.
+pub(super) struct NodeInstance {
     pub(super) node: usize,
-    pub(super) mesh: usize,
+    /// The mesh that it shows.
+    pub(super) mesh: Option<usize>,
     /// Images of the unit vectors.
     linear: [Vec3; 3],
     translation: Vec3,
 }
 
-impl MeshInstance {
-    fn vector(&self, v: Vec3) -> Vec3 {
+impl NodeInstance {
+    /// The image of a direction.
+    pub(super) fn vector(&self, v: Vec3) -> Vec3 {
         self.linear[0] * v.x + self.linear[1] * v.y + self.linear[2] * v.z
     }
     /// The image of a point.
@@ -34,8 +36,8 @@ impl MeshInstance {
     }
 }
 
-/// The nodes of the default scene (or the first) that show a mesh. Each node is visited at most once, so that cycles end.
-pub(super) fn mesh_instances(file: &str, document: &Document) -> Result<Vec<MeshInstance>, FileFault> {
+/// The nodes of the default scene (or the first). Each node is visited at most once, so that cycles end.
+pub(super) fn node_instances(file: &str, document: &Document) -> Result<Vec<NodeInstance>, FileFault> {
     let root = document.as_json();
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let is_tree = scene.is_some();
@@ -59,7 +61,7 @@ pub(super) fn mesh_instances(file: &str, document: &Document) -> Result<Vec<Mesh
             return Err(FileFault::new(file, format!("node {index}"), message));
         }
         let c = node.transform().matrix().map(|c| c.map(f64::from));
-        let parent = MeshInstance { node: index, mesh: 0, linear: pm, translation: pt };
+        let parent = NodeInstance { node: index, mesh: None, linear: pm, translation: pt };
         let column = |k: usize| parent.vector(vec3(c[k][0], c[k][1], c[k][2]));
         let m = [column(0), column(1), column(2)];
         let t = column(3) + pt;
@@ -67,9 +69,8 @@ pub(super) fn mesh_instances(file: &str, document: &Document) -> Result<Vec<Mesh
             let message = "this node's transformation is not finite; export the file again";
             return Err(FileFault::new(file, format!("node {index}"), message));
         }
-        if let Some(mesh) = node.mesh() {
-            out.push(MeshInstance { node: index, mesh: mesh.index(), linear: m, translation: t });
-        }
+        let mesh = node.mesh().map(|mesh| mesh.index());
+        out.push(NodeInstance { node: index, mesh, linear: m, translation: t });
         let children: Vec<usize> = node.children().map(|c| c.index()).collect();
         stack.extend(children.iter().rev().map(|c| (*c, m, t)));
     }

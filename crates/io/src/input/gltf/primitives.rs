@@ -2,7 +2,7 @@
 
 use super::accessors::Buffers;
 use super::materials::MaterialTable;
-use super::nodes::MeshInstance;
+use super::nodes::NodeInstance;
 use crate::input::error::FileFault;
 use crate::input::mesh::model::{MeshData, MeshFace};
 use crate::input::mesh::polygon::push_polygon;
@@ -26,13 +26,14 @@ pub(super) struct PrimitiveReader<'a> {
 }
 
 impl PrimitiveReader<'_> {
-    /// Adds the mesh of a node.
-    pub(super) fn read_node(&mut self, document: &Document, at: &MeshInstance) -> Result<(), FileFault> {
-        let Some(mesh) = document.as_json().meshes.get(at.mesh) else {
+    /// Adds the mesh of a node that shows one.
+    pub(super) fn read_node(&mut self, document: &Document, at: &NodeInstance) -> Result<(), FileFault> {
+        let meshes = &document.as_json().meshes;
+        let Some((index, mesh)) = at.mesh.and_then(|i| Some((i, meshes.get(i)?))) else {
             return Ok(());
         };
         for (p, primitive) in mesh.primitives.iter().enumerate() {
-            let place = format!("mesh {} primitive {p} of node {}", at.mesh, at.node);
+            let place = format!("mesh {index} primitive {p} of node {}", at.node);
             match primitive.mode {
                 Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => {
                     self.read_primitive(primitive, mode, at, &place)?;
@@ -83,7 +84,7 @@ impl PrimitiveReader<'_> {
         &mut self,
         primitive: &Primitive,
         mode: Mode,
-        at: &MeshInstance,
+        at: &NodeInstance,
         place: &str,
     ) -> Result<(), FileFault> {
         let fault = |message: String| FileFault::new(self.buffers.file, place, message);

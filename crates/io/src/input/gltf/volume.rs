@@ -3,7 +3,7 @@
 use super::container::{MAX_GLTF_FILE_BYTES, split_chunks};
 use super::document::parse_document;
 use super::materials::absorption_coefficient;
-use super::nodes::{MeshInstance, mesh_instances};
+use super::nodes::{NodeInstance, node_instances};
 use crate::files;
 use crate::input::error::{FileFault, InputError};
 use std::path::Path;
@@ -54,7 +54,7 @@ fn read(path: &Path, file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
 fn parse(bytes: &[u8], file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
     let (json, _) = split_chunks(file, bytes)?;
     let document = parse_document(file, json)?;
-    let instances = mesh_instances(file, &document)?;
+    let instances = node_instances(file, &document)?;
     let meshes = &document.as_json().meshes;
     let mut out = Vec::new();
     for (i, m) in document.materials().enumerate() {
@@ -69,8 +69,8 @@ fn parse(bytes: &[u8], file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
                 of.any(|m| m.value() == i)
             })
         };
-        let shown = instances.iter().filter(|n| shows(n.mesh));
-        let mut node_scales: Vec<f64> = shown.map(MeshInstance::scale).collect();
+        let shown = instances.iter().filter(|n| n.mesh.is_some_and(shows));
+        let mut node_scales: Vec<f64> = shown.map(NodeInstance::scale).collect();
         node_scales.sort_by(f64::total_cmp);
         node_scales.dedup();
         out.push(VolumeMaterial {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::rc::Rc;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Plate};
+use zonal_scene::{Bands, Camera, Plate};
 
 /// A mesh file as read.
 #[derive(Default)]
@@ -12,6 +12,8 @@ pub(crate) struct MeshData {
     pub(crate) faces: Vec<MeshFace>,
     /// Number of polygons of the file.
     pub(crate) face_count: usize,
+    /// The cameras of the file.
+    pub(crate) cameras: Vec<Camera>,
     /// Repairs and ignored contents.
     pub(crate) notes: Vec<String>,
 }

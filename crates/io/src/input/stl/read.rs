@@ -46,6 +46,7 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
         faces: stl.facets.iter().map(face).collect(),
         face_count: stl.facet_count,
         notes: stl.notes,
+        ..MeshData::default()
     })
 }
 

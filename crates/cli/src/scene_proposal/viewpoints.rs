@@ -1,0 +1,190 @@
+//! Where to look at a model from: points inside it with free space around, found by rays.
+//!
+//! Candidates lie on a lattice in the bounding box. From each a set of directions, evenly spread over the sphere, is followed to the first surface. A candidate is *inside*
+//! if most rays hit something, and free if none hits close by. Its spaciousness is the mean distance of the horizontal hits. The first camera stands at the end of the
+//! longest free run through the most spacious point and looks along it; the second looks at that point from the free point farthest from the first camera; the third
+//! looks down on it from below the ceiling. A model without an inside is seen from outside, from three directions.
+
+use zonal_math::{Vec3, vec3};
+use zonal_scene::{Camera, Scene};
+use zonal_transport::Transport;
+
+/// Candidates along each axis of the bounding box.
+const CANDIDATES_PER_AXIS: [usize; 3] = [9, 9, 5];
+/// Directions of each candidate.
+const DIRECTION_COUNT: usize = 96;
+/// Fraction of rays that hit something inside.
+const MIN_HIT_FRACTION: f64 = 0.6;
+/// Fraction of the clear candidates that are inside, from which the model has an inside.
+const MIN_INSIDE_FRACTION: f64 = 0.2;
+/// Distance of a free point to the nearest surface over the smallest extent.
+const MIN_CLEARANCE: f64 = 0.05;
+/// Height of the eye above the floor, m, and its largest fraction of the height of the room.
+const EYE_HEIGHT: f64 = 1.6;
+const MAX_EYE_FRACTION: f64 = 0.45;
+/// Fraction of the free run that a camera steps back.
+const STEP_BACK: f64 = 0.85;
+/// Angle of view, degrees.
+const INSIDE_FOV: f64 = 75.0;
+/// Largest sine of the elevation of a horizontal direction.
+const MAX_HORIZONTAL_SINE: f64 = 0.25;
+/// Width over height of the pictures for which views from outside fit.
+const PICTURE_ASPECT: f64 = 4.0 / 3.0;
+
+/// A point with free space around.
+#[derive(Clone, Copy, Debug)]
+struct FreePoint {
+    at: Vec3,
+    /// Mean distance of the horizontal hits, m.
+    spaciousness: f64,
+    /// Fraction of the upward rays that leave the model.
+    open_sky: f64,
+}
+
+/// The inside of a model.
+#[derive(Clone, Debug)]
+pub(super) struct ModelInside {
+    points: Vec<FreePoint>,
+    /// The point with most space around it.
+    centre: FreePoint,
+}
+
+impl ModelInside {
+    /// Free points inside the model.
+    pub(super) fn points(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.points.iter().map(|p| p.at)
+    }
+    /// The point with most space around it.
+    pub(super) fn centre(&self) -> Vec3 {
+        self.centre.at
+    }
+    /// Fraction of the upward rays from inside that leave the model.
+    pub(super) fn open_sky(&self) -> f64 {
+        self.points.iter().map(|p| p.open_sky).sum::<f64>() / self.points.len().max(1) as f64
+    }
+}
+
+/// Evenly spread directions: a spherical Fibonacci lattice.
+fn directions() -> impl Iterator<Item = Vec3> {
+    let golden = std::f64::consts::TAU * (0.5 * (5f64.sqrt() - 1.0));
+    (0..DIRECTION_COUNT).map(move |i| {
+        let z = 1.0 - (2 * i + 1) as f64 / DIRECTION_COUNT as f64;
+        let (r, phi) = ((1.0 - z * z).sqrt(), golden * i as f64);
+        vec3(r * phi.cos(), r * phi.sin(), z)
+    })
+}
+
+/// Distance to the first surface, m.
+pub(super) fn free_distance(transport: &Transport, from: Vec3, towards: Vec3) -> Option<f64> {
+    transport.closest_hit(from, towards, 0.0, f64::INFINITY).map(|hit| hit.t)
+}
+
+/// The inside of a scene; `None` of a body that is seen from outside.
+pub(super) fn find_inside(scene: &Scene, transport: &Transport) -> Option<ModelInside> {
+    let (low, high) = scene.bounds();
+    let size = high - low;
+    let clearance = MIN_CLEARANCE * size.x.min(size.y).min(size.z);
+    let (mut clear, mut points) = (0usize, Vec::new());
+    let [nx, ny, nz] = CANDIDATES_PER_AXIS;
+    for k in 0..nx * ny * nz {
+        let [i, j, l] = [k / (ny * nz), k / nz % ny, k % nz];
+        let fraction =
+            vec3((i as f64 + 0.5) / nx as f64, (j as f64 + 0.5) / ny as f64, (l as f64 + 0.5) / nz as f64);
+        let at = low + size.scale(fraction);
+        if transport.inside_solid(at) {
+            continue;
+        }
+        let Some((point, hits)) = explore(transport, at, clearance) else { continue };
+        clear += 1;
+        if hits >= MIN_HIT_FRACTION {
+            points.push(point);
+        }
+    }
+    let is_inside = points.len() as f64 > MIN_INSIDE_FRACTION * clear as f64;
+    let centre = points.iter().copied().max_by(|a, b| a.spaciousness.total_cmp(&b.spaciousness))?;
+    is_inside.then_some(ModelInside { points, centre })
+}
+
+/// A candidate and the fraction of its rays that hit something; `None` close to a surface.
+fn explore(transport: &Transport, at: Vec3, clearance: f64) -> Option<(FreePoint, f64)> {
+    let (mut hits, mut up, mut sky) = (0usize, 0usize, 0usize);
+    let (mut horizontal, mut sum) = (0usize, 0.0);
+    for d in directions() {
+        let distance = free_distance(transport, at, d);
+        up += usize::from(d.z > 0.0);
+        let Some(t) = distance else {
+            sky += usize::from(d.z > 0.0);
+            continue;
+        };
+        if t < clearance {
+            return None;
+        }
+        hits += 1;
+        if d.z.abs() < MAX_HORIZONTAL_SINE {
+            horizontal += 1;
+            sum += t;
+        }
+    }
+    let spaciousness = sum / horizontal.max(1) as f64;
+    let open_sky = sky as f64 / up.max(1) as f64;
+    Some((FreePoint { at, spaciousness, open_sky }, hits as f64 / DIRECTION_COUNT as f64))
+}
+
+/// Three cameras for a scene with this inside, or for a body.
+pub(super) fn cameras(scene: &Scene, transport: &Transport, inside: Option<&ModelInside>) -> Vec<Camera> {
+    match inside {
+        Some(inside) => cameras_inside(transport, inside),
+        None => {
+            let view = |name: &str, forward: Vec3| {
+                Camera::framing(scene.bounds(), forward, PICTURE_ASPECT).name(name)
+            };
+            vec![
+                view("corner", vec3(-1.0, 1.4, -0.8)),
+                view("front", vec3(0.0, 1.0, -0.15)),
+                view("side", vec3(-1.0, 0.0, -0.15)),
+            ]
+        }
+    }
+}
+
+fn cameras_inside(transport: &Transport, inside: &ModelInside) -> Vec<Camera> {
+    let centre = at_eye_height(transport, inside.centre.at);
+    let run = |d: Vec3| free_distance(transport, centre, d).unwrap_or(inside.centre.spaciousness);
+    // The longest free run through the point, forwards and backwards.
+    let level = (0..16).map(|k| {
+        let (s, c) = (std::f64::consts::TAU * k as f64 / 16.0).sin_cos();
+        vec3(c, s, 0.0)
+    });
+    let length = |d: &Vec3| run(*d) + run(*d * -1.0);
+    let along = level.max_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(vec3(0.0, 1.0, 0.0));
+    let along = if run(along) < run(along * -1.0) { along * -1.0 } else { along };
+    let stand = centre - along * (STEP_BACK * run(along * -1.0));
+    let first = Camera::look_at(stand.array(), (stand + along).array()).name("along");
+    // The free point farthest from there that sees the centre.
+    let sees = |p: &Vec3| !transport.occluded(*p, centre);
+    let eyes = inside.points().map(|p| at_eye_height(transport, p)).filter(sees);
+    let farthest = eyes.max_by(|a, b| (*a - stand).length2().total_cmp(&(*b - stand).length2()));
+    let across = farthest.filter(|p| (*p - centre).length() > 0.1 * inside.centre.spaciousness);
+    let second = across.unwrap_or(centre + along * (STEP_BACK * run(along)));
+    let second = Camera::look_at(second.array(), centre.array()).name("across");
+    // From below the ceiling.
+    let rise = free_distance(transport, stand, vec3(0.0, 0.0, 1.0)).unwrap_or(inside.centre.spaciousness);
+    let top = stand + vec3(0.0, 0.0, STEP_BACK * rise);
+    let floor = centre + along * (0.3 * run(along)) - vec3(0.0, 0.0, 0.5 * EYE_HEIGHT.min(rise));
+    let third = Camera::look_at(top.array(), floor.array()).name("above");
+    [first, second, third].map(|c| c.field_of_view_degrees(INSIDE_FOV)).into()
+}
+
+/// The point at the height of the eye above the floor below it.
+fn at_eye_height(transport: &Transport, p: Vec3) -> Vec3 {
+    let down = free_distance(transport, p, vec3(0.0, 0.0, -1.0));
+    let up = free_distance(transport, p, vec3(0.0, 0.0, 1.0));
+    match (down, up) {
+        (Some(down), Some(up)) => {
+            let eye = EYE_HEIGHT.min(MAX_EYE_FRACTION * (down + up));
+            p + vec3(0.0, 0.0, eye - down)
+        }
+        (Some(down), None) => p + vec3(0.0, 0.0, EYE_HEIGHT.min(down) - down),
+        _ => p,
+    }
+}

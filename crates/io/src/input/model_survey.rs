@@ -1,0 +1,216 @@
+//! What a mesh file contains, before a scene exists: extent, materials, closed and open parts, doubled faces, cameras.
+//!
+//! Everything is in the unit and the axes of the file. [`ModelSurvey::axis_areas`] sums the area of the faces seen along each axis, Σ A |n_k|: in buildings floors
+//! and ceilings make it largest along the vertical.
+
+use super::error::{FileFault, InputError};
+use super::mesh::model::{GlassProperties, MeshData, MeshMaterial};
+use super::mesh::read_mesh_file;
+use super::mesh::shells::{ShellKind, Shells, find_shells};
+use crate::files::FileSource;
+use std::collections::HashMap;
+use std::path::Path;
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Camera, Plate};
+
+/// Steps of the grid on which corners of doubled faces are compared, over the extent of the mesh.
+const EXTENT_OVER_CORNER_STEP: f64 = 1e6;
+
+/// What a mesh file contains.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ModelSurvey {
+    /// Lower and upper corner.
+    pub bounds: (Vec3, Vec3),
+    /// Number of polygons.
+    pub faces: usize,
+    /// The materials that faces have, those of large areas first.
+    pub materials: Vec<SurveyedMaterial>,
+    /// Σ A |n_k| along the axes, in squares of the file's unit.
+    pub axis_areas: [f64; 3],
+    /// Open and closed parts of the opaque faces.
+    pub parts: PartCounts,
+    /// Number of faces with the corners of another.
+    pub doubled_faces: usize,
+    /// The cameras of the file.
+    pub cameras: Vec<Camera>,
+    /// Repairs and ignored contents.
+    pub notes: Vec<String>,
+}
+
+/// A material of a mesh file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurveyedMaterial {
+    /// Name.
+    pub name: String,
+    /// Number of faces, and their area in squares of the file's unit.
+    pub faces: usize,
+    /// Area of its faces in squares of the file's unit.
+    pub area: f64,
+    /// Reflectance; `None` if the file has none.
+    pub reflectance: Option<Bands>,
+    /// True if an image gives the reflectance of points.
+    pub is_textured: bool,
+    /// Emission in W/m², 0 without.
+    pub emission: Bands,
+    /// Glass, and whether its thickness is known; `None` of an opaque material.
+    pub glass: Option<SurveyedGlass>,
+    /// True if the file says that both sides are seen, false if the front only; `None` if it does not say.
+    pub double_sided: Option<bool>,
+    /// Transparency of the file that is not read, as a message.
+    pub unread_transparency: Option<String>,
+}
+
+/// The glass of a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SurveyedGlass {
+    /// True if the file gives its thickness.
+    pub has_thickness: bool,
+    /// True if its faces are closed bodies, so that light passes two of them.
+    pub is_closed: bool,
+}
+
+/// Connected parts of the opaque faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PartCounts {
+    /// Parts with an edge that belongs to one face only, or without volume.
+    pub open: usize,
+    /// Closed parts whose normals point outward.
+    pub solids: usize,
+    /// Closed parts whose normals point inward: rooms, or bodies that are turned inside out.
+    pub rooms: usize,
+    /// Closed parts with outward normals that contain most of the model: rooms that are turned inside out.
+    pub inverted_rooms: usize,
+    /// Closed parts with inward normals that are small: bodies that are turned inside out.
+    pub inverted_solids: usize,
+    /// Edges whose two faces have opposite orientations.
+    pub flipped_edges: usize,
+    /// Area of the open parts over that of all.
+    pub open_area_fraction: f64,
+}
+
+/// Reads a mesh file by its extension and reports what it contains.
+///
+/// # Errors
+/// The file cannot be read or is not a mesh.
+///
+/// ```
+/// let path = std::env::temp_dir().join(format!("zonal-doc-survey-{}.obj", std::process::id()));
+/// std::fs::write(&path, "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+/// let survey = zonal_io::input::survey_model(&path)?;
+/// assert_eq!((survey.faces, survey.parts.open, survey.materials[0].area), (1, 1, 2.0));
+/// # std::fs::remove_file(&path).unwrap();
+/// # Ok::<(), zonal_io::input::InputError>(())
+/// ```
+pub fn survey_model(path: &Path) -> Result<ModelSurvey, InputError> {
+    let file = path.display().to_string();
+    let mesh = read_mesh_file(FileSource::Disk, path, &file).map_err(FileFault::into_error)?;
+    Ok(ModelSurvey::of(mesh))
+}
+
+impl ModelSurvey {
+    fn of(mesh: MeshData) -> ModelSurvey {
+        let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).filter(|p| p.area() > 0.0).collect();
+        let bounds = bounds_of(&plates);
+        let mut axis_areas = [0.0; 3];
+        for p in &plates {
+            let (area, normal) = (p.area(), p.normal());
+            (0..3).for_each(|k| axis_areas[k] += area * normal[k].abs());
+        }
+        let of_material = |m: usize| -> Vec<Plate> {
+            mesh.faces.iter().filter(|f| f.material == m).map(|f| f.plate).collect()
+        };
+        let used = mesh.materials.iter().enumerate().map(|(m, material)| (material, of_material(m)));
+        let used = used.filter(|(_, plates)| !plates.is_empty());
+        let materials = used.map(|(material, plates)| SurveyedMaterial::of(material, &plates));
+        let mut materials: Vec<SurveyedMaterial> = materials.collect();
+        materials.sort_by(|a, b| b.area.total_cmp(&a.area));
+        let is_opaque = |f: &&crate::input::mesh::model::MeshFace| mesh.materials[f.material].glass.is_none();
+        let opaque: Vec<Plate> = mesh.faces.iter().filter(is_opaque).map(|f| f.plate).collect();
+        ModelSurvey {
+            bounds,
+            faces: mesh.face_count,
+            materials,
+            axis_areas,
+            parts: PartCounts::of(&find_shells(&opaque), bounds),
+            doubled_faces: doubled_faces(&plates, bounds),
+            cameras: mesh.cameras,
+            notes: mesh.notes,
+        }
+    }
+}
+
+impl SurveyedMaterial {
+    fn of(m: &MeshMaterial, plates: &[Plate]) -> SurveyedMaterial {
+        let glass = m.glass.map(|g: GlassProperties| {
+            let shells = find_shells(plates);
+            let is_closed = (0..plates.len()).any(|i| shells.of(i) != ShellKind::Open);
+            SurveyedGlass { has_thickness: g.thickness.is_some(), is_closed }
+        });
+        SurveyedMaterial {
+            name: m.name.clone(),
+            faces: plates.len(),
+            area: plates.iter().map(Plate::area).sum(),
+            reflectance: m.reflectance,
+            is_textured: m.texture.is_some(),
+            emission: m.emission,
+            glass,
+            double_sided: m.double_sided,
+            unread_transparency: m.opaque_warning.clone(),
+        }
+    }
+}
+
+/// Volume of a closed part over that of the bounding box of the model, above which it contains most of the model.
+const MIN_ROOM_VOLUME_FRACTION: f64 = 0.4;
+/// The same, below which a closed part with inward normals is a body and no room.
+const MAX_BODY_VOLUME_FRACTION: f64 = 0.02;
+
+impl PartCounts {
+    fn of(shells: &Shells, (low, high): (Vec3, Vec3)) -> PartCounts {
+        let all = (high - low).product();
+        let mut out = PartCounts::default();
+        let (mut open_area, mut area) = (0.0, 0.0);
+        for s in shells.shells() {
+            area += s.area;
+            out.flipped_edges += s.flipped_edges;
+            match s.kind {
+                ShellKind::Open => {
+                    open_area += s.area;
+                    out.open += 1;
+                }
+                ShellKind::Solid
+                    if shells.shells().len() > 1 && s.volume > MIN_ROOM_VOLUME_FRACTION * all =>
+                {
+                    out.inverted_rooms += 1;
+                }
+                ShellKind::Solid => out.solids += 1,
+                ShellKind::Enclosure if -s.volume < MAX_BODY_VOLUME_FRACTION * all => {
+                    out.inverted_solids += 1;
+                }
+                ShellKind::Enclosure => out.rooms += 1,
+            }
+        }
+        out.open_area_fraction = if area > 0.0 { open_area / area } else { 0.0 };
+        out
+    }
+}
+
+fn bounds_of(plates: &[Plate]) -> (Vec3, Vec3) {
+    let corners = plates.iter().map(Plate::bounds);
+    corners.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default()
+}
+
+/// Number of plates that have the corners of an earlier one, in any order.
+fn doubled_faces(plates: &[Plate], (low, high): (Vec3, Vec3)) -> usize {
+    let step = (high - low).max_abs() / EXTENT_OVER_CORNER_STEP;
+    let key = |p: &Plate| {
+        let (corners, count) = p.corners();
+        let place = |c: Vec3| [0, 1, 2].map(|k| ((c[k] - low[k]) / step).round() as i64);
+        let mut places: Vec<[i64; 3]> = corners[..count].iter().map(|c| place(*c)).collect();
+        places.sort_unstable();
+        places
+    };
+    let mut seen: HashMap<Vec<[i64; 3]>, usize> = HashMap::new();
+    plates.iter().for_each(|p| *seen.entry(key(p)).or_default() += 1);
+    seen.values().map(|n| n - 1).sum()
+}
