@@ -9,8 +9,9 @@ use pyo3::types::PyBytes;
 use std::path::Path;
 use zonal_cli::colour_scale::ColourScale;
 use zonal_cli::commands::context::check_picture;
-use zonal_cli::commands::render::args::{FieldQuantity, find_camera};
-use zonal_cli::commands::render::false_colours::{check_slice, select_camera};
+use zonal_cli::commands::render::args::FieldQuantity;
+use zonal_cli::commands::render::camera_choice::select_camera;
+use zonal_cli::commands::render::false_colours::check_slice;
 use zonal_io::output::{self, ColourMap, ToneMapping};
 use zonal_math::Vec3;
 use zonal_render::{ItemBuffer, PaneVisibility, RenderOptions};
@@ -88,10 +89,7 @@ impl CameraChoice {
                 lens: Lens::default(),
                 ..Camera::look_at(*origin, *target)
             },
-            None if self.name.as_deref() == Some("overview") || s.scene.cameras().is_empty() => {
-                select_camera(s, self.name.as_deref(), size).map_err(CameraFault::Failure)?
-            }
-            None => find_camera(s, self.name.as_deref()).map_err(CameraFault::Failure)?.clone(),
+            None => select_camera(s, self.name.as_deref(), size).map_err(CameraFault::Failure)?,
         };
         camera.lens.aperture = self.aperture.unwrap_or(camera.lens.aperture);
         camera.lens.focus = self.focus.or(camera.lens.focus);

@@ -1,6 +1,7 @@
 //! `zonal check`: validates a scene and estimates the cost of a solve.
 
 use super::context::{Context, memory_limit, option_failure};
+use super::quality::Quality;
 use std::path::PathBuf;
 use std::time::Instant;
 use zonal_exchange::pair::PairSettings;
@@ -17,6 +18,9 @@ use zonal_transport::{Transport, build_zones};
 pub struct Args {
     /// Scene file (.toml).
     pub scene: PathBuf,
+    /// Quality of the estimated solve.
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: Quality,
     /// Relative tolerance of the estimated solve, 0 < T < 1 [default: that of the scene, else 0.01].
     #[arg(long, value_name = "T")]
     pub tolerance: Option<f64>,
@@ -114,7 +118,7 @@ fn with_check<T>(
 
 /// The scene with the options of the command line.
 fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
-    let mut o = scene.options().clone();
+    let mut o = args.quality.of_solve(&scene);
     o.tolerance = args.tolerance.unwrap_or(o.tolerance);
     o.engine = args.engine.unwrap_or(o.engine);
     scene.with_options(o).map_err(|e| option_failure(&e))

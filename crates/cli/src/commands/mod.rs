@@ -14,6 +14,7 @@ pub mod gas;
 pub mod init;
 pub mod keys;
 pub mod migrate;
+pub mod quality;
 pub mod relight;
 pub mod render;
 pub mod reproduce;

@@ -1,6 +1,7 @@
 //! `zonal solve`: reads a scene, solves it, writes the solution.
 
 use super::context::{Context, memory_limit, option_failure};
+use super::quality::Quality;
 use super::solving::{checkpoint_keys, if_all_succeeded, path_beside};
 use super::voxel_factors::VoxelFactors;
 use crate::table;
@@ -24,6 +25,9 @@ pub struct Args {
     /// Solution to write (.npz). numpy.load opens it.
     #[arg(long, short, value_name = "RUN.npz")]
     pub output: PathBuf,
+    /// Tolerance and patch size at once: draft is a first look, fine halves the patches and takes a third of the tolerance.
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: Quality,
     /// Relative tolerance of the exchange areas, 0 < T < 1 [default: that of the scene, else 0.01].
     #[arg(long, value_name = "T")]
     pub tolerance: Option<f64>,
@@ -223,7 +227,7 @@ impl CheckpointStore for RankCheckpoints<'_> {
 
 /// The scene with the options of the command line.
 fn with_options(scene: Scene, args: &Args) -> Result<Scene, Failure> {
-    let mut o = scene.options().clone();
+    let mut o = args.quality.of_solve(&scene);
     o.tolerance = args.tolerance.unwrap_or(o.tolerance);
     o.restore_closure = args.closure.map(|c| c == ClosureMode::Restore).or(o.restore_closure);
     o.engine = args.engine.unwrap_or(o.engine);

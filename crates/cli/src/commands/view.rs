@@ -1,23 +1,43 @@
-//! `zonal view`: shows a solution in the browser.
+//! `zonal view`: shows a solution, a scene or a model in the browser.
 
-use super::context::{Context, read_uniform_light_solution, shown_bands};
+use super::context::{
+    Context, check_uniform_light, memory_limit, option_failure, shown_bands, with_shown_bands,
+};
+use super::init::ModelArgs;
+use super::quality::Quality;
+use super::solving::solve_and_hash;
+use crate::scene_proposal::propose;
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use crate::viewer::server::{Route, Server};
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use zonal_report::{Failure, say};
+use zonal_scene::Solution;
+use zonal_solve::SolveSettings;
 
-/// Show a solution in a browser on this machine.
+/// Show a solution, a scene or a model in a browser on this machine.
 ///
-/// Bakes the solution onto triangles and serves a page that draws it with WebGL 2: walk or orbit, scale lights and exposure, probe values under the
+/// A scene (.toml) is solved first, a mesh file gets a scene as `zonal init` writes it. Bakes the solution onto triangles and serves a page that draws it with WebGL 2: walk or orbit, scale lights and exposure, probe values under the
 /// pointer, show irradiance, radiosity and error in false colours. The server listens on the loopback address only; Ctrl-C ends it.
 /// `zonal export RUN.npz -o page.html` writes the same page as one file that needs no server.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Example:\n  zonal demo --size small\n  zonal view zonal-demo/chapel.npz --open")]
+#[command(
+    after_help = "Examples:\n  zonal demo --size small\n  zonal view zonal-demo/chapel.npz --open\n  zonal view hall.glb --open"
+)]
 pub struct Args {
-    /// Solution (.npz).
-    pub run: PathBuf,
+    /// Solution (.npz), scene (.toml) or mesh file.
+    #[arg(value_name = "RUN.npz|SCENE.toml|MODEL")]
+    pub input: PathBuf,
+    /// Quality of the solve of a scene or model.
+    #[arg(long, value_enum, default_value_t = Quality::Draft)]
+    pub quality: Quality,
+    /// What a model is and becomes.
+    #[command(flatten)]
+    pub model: ModelArgs,
+    /// Memory limit of the solve of a scene or model, GB.
+    #[arg(long, default_value_t = 12.0, value_name = "GB")]
+    pub max_memory: f64,
     /// Port on the loopback address; 0 takes any free port [default: 8765, or any free port if that is taken].
     #[arg(long)]
     pub port: Option<u16>,
@@ -40,7 +60,8 @@ const DEFAULT_PORT: u16 = 8765;
 /// # Errors
 /// If the solution cannot be read or the port is taken.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let solution = read_uniform_light_solution(&args.run, args.first_band as usize)?;
+    let solution = with_shown_bands(read_or_solve(args, context)?, args.first_band as usize)?;
+    check_uniform_light(&args.input, &solution)?;
     let detail = PackageDetail { max_vertices: args.vertices as usize };
     let bytes = package(&solution, &detail, &context.progress())?;
     let size = bytes.len();
@@ -67,6 +88,22 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     server.run();
     if context.json { Ok(()) } else { say("stopped") }
+}
+
+/// The solution of a file, or that of a scene or model.
+fn read_or_solve(args: &Args, context: Context) -> Result<Solution, Failure> {
+    let memory_limit = memory_limit(args.max_memory)?;
+    let extension = args.input.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let scene = match extension.as_deref() {
+        Some("npz") => return Ok(zonal_io::output::read_solution(&args.input)?),
+        Some("toml") => zonal_io::input::read_scene(&args.input)?,
+        _ => propose(&args.input, Path::new(""), &args.model.options())?.scene,
+    };
+    let options = args.quality.of_solve(&scene);
+    let scene = scene.with_options(options).map_err(|e| option_failure(&e))?;
+    let progress = context.progress();
+    let settings = SolveSettings::new(memory_limit, &progress);
+    solve_and_hash(scene, &settings)
 }
 
 /// Listens on the given port; without one on the default port, or on any free port.

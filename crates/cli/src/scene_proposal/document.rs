@@ -76,7 +76,7 @@ impl SceneDocument<'_> {
             "name = {}\n\n[solve]\ntolerance = 0.05      # relative; smaller takes longer",
             quoted(self.name)
         )?;
-        writeln!(out, "patch_rule = \"area\"")?;
+        writeln!(out, "patch_rule = \"area\"\nclosure = \"restore\"")?;
         if let Some((size, zones)) = self.patches {
             writeln!(out, "patch_size = {size}      # m; about {zones:.0} patches")?;
         }

@@ -19,11 +19,12 @@
 //! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
 //! | `images` | PNG and JPEG textures |
-//! | `camera_path` | key frames of a camera, a file of its own |
+//! | `camera_file`, `camera_path` | cameras, and key frames of a camera, in files of their own |
 //! | `error`, `suggestion` | errors with place and remedy; suggestions for misspelt words |
 //!
 //! No input makes a reader panic: indices are checked, and sizes are compared with the length of the file before memory is allocated.
 
+mod camera_file;
 mod camera_path;
 mod error;
 mod facets;
@@ -53,6 +54,7 @@ mod vtk;
 
 pub use crate::files::FilesInMemory;
 pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
+pub use camera_file::read_cameras;
 pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
 pub use error::InputError;
 pub use facets::{FacetFile, read_facets};

@@ -4,6 +4,7 @@
 //! solution ([`zonal_solve::relight`]), without a solve.
 
 use super::args::{Args, parse_size, render_options};
+use super::camera_choice::turntable;
 use super::style::PictureStyle;
 use crate::camera_animation::{AnimationFrame, animation_frames};
 use crate::commands::context::{Context, read_picture_solution};
@@ -17,7 +18,7 @@ use zonal_io::output::{self, ToneMapping};
 use zonal_math::low_discrepancy;
 use zonal_render::RenderOptions;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Bands, NoProgress, Progress, Solution};
+use zonal_scene::{Bands, NoProgress, Progress, SceneError, Solution};
 use zonal_solve::distribution::{Communicator, SingleProcess};
 use zonal_solve::relight;
 
@@ -44,12 +45,37 @@ struct FrameSettings {
     style: PictureStyle,
 }
 
+/// Where key frames come from.
+#[derive(Clone, Copy, Debug)]
+pub enum KeySource<'a> {
+    /// A file.
+    File(&'a Path),
+    /// The chosen camera goes around its target in this number of frames.
+    Turntable(u32),
+}
+
+impl<'a> KeySource<'a> {
+    /// That of the arguments; `None` for a single picture.
+    pub(super) fn of(args: &'a Args) -> Option<KeySource<'a>> {
+        args.animate.as_deref().map(KeySource::File).or(args.turntable.map(KeySource::Turntable))
+    }
+    /// The failure of a frame whose camera is not valid.
+    fn failure(&self, e: &SceneError) -> Failure {
+        match self {
+            KeySource::File(path) => Failure::in_file(path, format!("{e}; move the keys around this time")),
+            KeySource::Turntable(_) => {
+                Failure::new(format!("--turntable: {e}; give a camera that does not look straight down"))
+            }
+        }
+    }
+}
+
 /// Draws the frames and the video.
 ///
 /// # Errors
 /// As `zonal render`, and for key frames that are not valid.
-pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
-    run_on_ranks(args, path, context, &SingleProcess)
+pub fn run(args: &Args, keys: KeySource<'_>, context: Context) -> Result<(), Failure> {
+    run_on_ranks(args, keys, context, &SingleProcess)
 }
 
 /// Draws the frames on several processes, each some of them; the first one makes the video and prints.
@@ -58,13 +84,13 @@ pub fn run(args: &Args, path: &Path, context: Context) -> Result<(), Failure> {
 /// As [`run`], on all processes alike.
 pub fn run_on_ranks(
     args: &Args,
-    path: &Path,
+    keys: KeySource<'_>,
     context: Context,
     communicator: &dyn Communicator,
 ) -> Result<(), Failure> {
     let read = || Ok((FrameArguments::from_args(args)?, read_picture_solution(&args.run)?));
     let (settings, solution) = if_all_succeeded(read(), communicator)?;
-    let summary = write((args, path), settings, &solution, &context.progress(), communicator)?;
+    let summary = write((args, keys), settings, &solution, &context.progress(), communicator)?;
     match (communicator.rank(), context.json) {
         (0, true) => summary.print_json(args),
         (0, false) => summary.print_text(args),
@@ -86,22 +112,25 @@ impl FrameArguments {
     }
 }
 
-/// Draws the frames that are missing, of a solution that pictures show, and the video; `path` has the key frames. Processes draw some frames each, and the first
+/// Draws the frames that are missing, of a solution that pictures show, and the video. Processes draw some frames each, and the first
 /// one makes the video.
 pub(super) fn write(
-    (args, path): (&Args, &Path),
+    (args, source): (&Args, KeySource<'_>),
     FrameArguments { size, style }: FrameArguments,
     solution: &Solution,
     progress: &dyn Progress,
     communicator: &dyn Communicator,
 ) -> Result<AnimationSummary, Failure> {
     let options = render_options(args, size);
-    let keys = read_keys(path, solution)?;
+    let keys = match source {
+        KeySource::File(path) => read_keys(path, solution)?,
+        KeySource::Turntable(count) => {
+            turntable(&args.view.select(solution, size)?, count, solution.groups.len())
+        }
+    };
     let frames = animation_frames(&keys);
     for f in &frames {
-        f.camera
-            .check()
-            .map_err(|e| Failure::in_file(path, format!("{e}; move the keys around this time")))?;
+        f.camera.check().map_err(|e| source.failure(&e))?;
     }
     // Draw the frames that are missing.
     let exposure = keys.exposure.map_or_else(|| common_exposure(solution, &keys, &options), Ok)?;
@@ -164,12 +193,12 @@ impl AnimationSummary {
 /// Refuses a folder that cannot be created or written, before any work.
 fn check_folder(path: &Path) -> Result<(), Failure> {
     if path.exists() && !path.is_dir() {
-        let reason = "is a file; with --animate name a folder for the frames";
+        let reason = "is a file; with --animate and --turntable name a folder for the frames";
         return Err(Failure::new(format!("{}: {reason}", path.display())));
     }
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     if ["png", "exr", "mp4"].contains(&extension.as_str()) {
-        let reason = "with --animate the output is a folder for the frames; name one without this extension";
+        let reason = "with --animate and --turntable the output is a folder for the frames; name one without this extension";
         return Err(Failure::new(format!("{}: {reason}", path.display())));
     }
     let inside = if path.is_dir() { path.join("frame.png") } else { path.with_extension("png") };

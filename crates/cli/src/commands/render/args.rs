@@ -1,12 +1,15 @@
 //! Arguments of `zonal render`, and their values: size, camera, sampling.
 
+use super::camera_choice::ViewArgs;
+use crate::commands::quality::Quality;
 use std::path::{Path, PathBuf};
 use zonal_render::RenderOptions;
 use zonal_report::Failure;
-use zonal_scene::{Camera, Solution};
 
 const EXAMPLES: &str = "Examples:
   zonal render church.npz -o nave.png                                    first camera of the scene
+  zonal render church.npz --from 0,8,1.7 --look-at 0,30,4 --fov 70 -o nave.png
+  zonal render church.npz --camera overview --turntable 48 -o turn        frames around the scene
   zonal render church.npz --camera rose --size 1920x1080 -o rose.png --bloom 0.1 --contrast 1.3
   zonal render church.npz --aperture 0.05 --focus 6 --samples 64 -o near.png
   zonal render church.npz -o nave.exr                                    linear radiance, W/(m2 sr)
@@ -33,23 +36,25 @@ const FALSE_COLOURS_HEADING: &str = "False colours";
 pub struct Args {
     /// Solution (.npz).
     pub run: PathBuf,
-    /// Name of a camera of the scene [default: the first]. With --show there is also `overview`, which sees the whole scene from an upper corner; it is the
-    /// default of a scene without a camera.
-    #[arg(long, value_name = "NAME")]
-    pub camera: Option<String>,
+    /// The camera.
+    #[command(flatten)]
+    pub view: ViewArgs,
     /// Pixels across and down. With --show the scale is drawn beside them.
     #[arg(long, default_value = "640x480", value_name = "WxH")]
     pub size: String,
     /// Picture to write: .png (exposed, tone-mapped, 8 bits, dithered) or .exr (linear radiance, W/(m2 sr)). With --animate: a folder.
     #[arg(long, short, value_name = "PICTURE")]
     pub output: PathBuf,
-    /// Rays per pixel, 1 to 4096 [default: adaptive, one to nine where neighbouring pixels differ; about twelve times as fast as 9].
+    /// Rays at once: draft takes one in each pixel, fine 16 and a final gather of 64.
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: Quality,
+    /// Rays per pixel, 1 to 4096 [default: that of --quality; normal is adaptive, one to nine where neighbouring pixels differ; about twelve times as fast as 9].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub samples: Option<u32>,
     /// Final gather: N rays from each visible point for the indirect light of surfaces, in place of interpolation between patches; 0 is off. Sharp creases and
-    /// contact shadows, slow: 64 is grainy, 256 is smooth.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
-    pub gather: u32,
+    /// contact shadows, slow: 64 is grainy, 256 is smooth [default: that of --quality; normal is 0].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
+    pub gather: Option<u32>,
     /// Exposure of a .png relative to the automatic one, stops, -30 to 30 [default: 0].
     #[arg(long, allow_hyphen_values = true)]
     pub stops: Option<f64>,
@@ -60,14 +65,17 @@ pub struct Args {
     #[arg(long, default_value_t = 0.0, value_name = "FRACTION")]
     pub bloom: f64,
     /// Diameter of the lens, m, for depth of field; 0 is a pinhole [default: that of the camera]. A pixel then has 64 rays, or --samples.
-    #[arg(long, value_name = "METRES", conflicts_with = "animate")]
+    #[arg(long, value_name = "METRES", conflicts_with_all = ["animate", "turntable"])]
     pub aperture: Option<f64>,
     /// Distance in focus, m [default: that of the camera, else that of the object in the centre of the picture].
-    #[arg(long, value_name = "METRES", conflicts_with = "animate")]
+    #[arg(long, value_name = "METRES", conflicts_with_all = ["animate", "turntable"])]
     pub focus: Option<f64>,
     /// Draw the frames of these key frames (.toml) into the folder --output, and a video if ffmpeg is installed. Existing frames are kept.
-    #[arg(long, value_name = "KEYS.toml", conflicts_with = "camera")]
+    #[arg(long, value_name = "KEYS.toml")]
     pub animate: Option<PathBuf>,
+    /// Draw N frames into the folder --output, in which the camera goes once around the vertical through its target, and a video if ffmpeg is installed.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=9999), conflicts_with_all = ["animate", "show"])]
+    pub turntable: Option<u32>,
     /// Draw false colours in place of light: each zone has the colour of its value. A ray ends at the first surface or pane that has the quantity; it passes
     /// through the medium (except a --slice) and the backs of one-sided surfaces. Grey zones have no value. A .png has a scale, an .exr holds the values.
     #[arg(long, value_name = "QUANTITY", value_enum, help_heading = FALSE_COLOURS_HEADING)]
@@ -121,28 +129,13 @@ pub fn parse_size(text: &str) -> Result<(usize, usize), Failure> {
     Ok((w, h))
 }
 
-/// The camera of a name, or the first of the scene.
-///
-/// # Errors
-/// If there is no such camera.
-pub fn find_camera<'a>(solution: &'a Solution, name: Option<&str>) -> Result<&'a Camera, Failure> {
-    let cameras = solution.scene.cameras();
-    let names = || cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-    match name {
-        None => cameras.first().ok_or_else(|| {
-            Failure::new("--camera: the scene has no camera; add a [[camera]] and solve again")
-        }),
-        Some(n) => cameras.iter().find(|c| c.name == n).ok_or_else(|| {
-            Failure::new(format!("--camera: there is no camera '{n}'; the scene has: {}", names()))
-        }),
-    }
-}
-
 /// Options of the renderer for a picture of this size.
 #[must_use]
 pub fn render_options(args: &Args, (width, height): (usize, usize)) -> RenderOptions {
-    let samples = args.samples.unwrap_or(ADAPTIVE_SAMPLES) as usize;
-    RenderOptions { width, height, samples, gather: args.gather as usize, ..RenderOptions::default() }
+    let [samples, gather] = args.quality.of_picture();
+    let samples = args.samples.unwrap_or(samples) as usize;
+    let gather = args.gather.unwrap_or(gather) as usize;
+    RenderOptions { width, height, samples, gather, ..RenderOptions::default() }
 }
 
 /// True if a picture holds linear values: its extension is `.exr`.

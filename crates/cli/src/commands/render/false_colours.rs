@@ -2,7 +2,7 @@
 //!
 //! Every pixel has the value of the zone that its central ray meets first; values are not interpolated.
 
-use super::args::{Args, FieldQuantity, find_camera, is_linear, parse_size};
+use super::args::{Args, FieldQuantity, is_linear, parse_size};
 use crate::colour_scale::{ColourScale, finite_range};
 use crate::commands::context::Context;
 use crate::legend::{Legend, beside};
@@ -131,7 +131,7 @@ impl FieldPictureSettings {
 fn refuse_light_options(args: &Args) -> Result<(), Failure> {
     for (flag, given) in [
         ("--animate", args.animate.is_some()),
-        ("--gather", args.gather != 0),
+        ("--gather", args.gather.is_some_and(|n| n != 0)),
         ("--samples", args.samples.is_some()),
         ("--stops", args.stops.is_some()),
         ("--contrast", args.contrast.is_some()),
@@ -195,27 +195,6 @@ pub fn check_slice(s: &Solution, (axis, coordinate): (usize, f64)) -> Result<(),
     Ok(())
 }
 
-/// The camera of a name, or the first. Every scene has the camera `overview`; it is the first of a scene without a camera.
-///
-/// # Errors
-/// If there is no camera of this name.
-pub fn select_camera(
-    s: &Solution,
-    name: Option<&str>,
-    (width, height): (usize, usize),
-) -> Result<Camera, Failure> {
-    let overview = Camera::overview(s.scene.bounds(), width as f64 / height as f64);
-    let cameras = s.scene.cameras();
-    match name {
-        None => Ok(cameras.first().cloned().unwrap_or(overview)),
-        Some("overview") if !cameras.iter().any(|c| c.name == "overview") => Ok(overview),
-        Some(n) if cameras.is_empty() => Err(Failure::new(format!(
-            "--camera: there is no camera '{n}'; the scene has only 'overview', add a [[camera]] and solve again"
-        ))),
-        name => find_camera(s, name).cloned(),
-    }
-}
-
 /// Visible values of a picture.
 struct VisibleValues {
     /// The value of each pixel; NaN if the pixel has no zone or the zone no value.
@@ -251,7 +230,7 @@ pub(super) fn write(
     if let Some(slice) = settings.slice {
         check_slice(solution, slice)?;
     }
-    let camera = select_camera(solution, args.camera.as_deref(), settings.size)?;
+    let camera = args.view.select(solution, settings.size)?;
     // Find the zone of each pixel.
     let panes = if quantity.is_thermal() { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
     let view = ItemBuffer::new(solution, &camera, settings.size, panes);

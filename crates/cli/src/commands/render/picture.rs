@@ -1,6 +1,6 @@
 //! A picture of light.
 
-use super::args::{Args, find_camera, is_linear, parse_size, render_options};
+use super::args::{Args, is_linear, parse_size, render_options};
 use super::style::PictureStyle;
 use crate::commands::context::{Context, read_picture_solution};
 use std::path::Path;
@@ -52,7 +52,7 @@ pub(super) fn write(
     solution: &Solution,
     progress: &dyn Progress,
 ) -> Result<(Camera, SavedPicture), Failure> {
-    let camera = camera_with_lens(args, solution)?;
+    let camera = camera_with_lens(args, solution, settings.size)?;
     let image = zonal_render::render(solution, &camera, &render_options(args, settings.size), progress);
     let saved = save(&args.output, image, &settings.style)?;
     Ok((camera, saved))
@@ -82,8 +82,8 @@ fn check_picture_output(args: &Args) -> Result<(), Failure> {
 }
 
 /// The selected camera, with the lens of the arguments.
-fn camera_with_lens(args: &Args, solution: &Solution) -> Result<Camera, Failure> {
-    let mut camera = find_camera(solution, args.camera.as_deref())?.clone();
+fn camera_with_lens(args: &Args, solution: &Solution, size: (usize, usize)) -> Result<Camera, Failure> {
+    let mut camera = args.view.select(solution, size)?;
     camera.lens.aperture = args.aperture.unwrap_or(camera.lens.aperture);
     camera.lens.focus = args.focus.or(camera.lens.focus);
     if args.focus.is_some() && camera.lens.aperture == 0.0 {

@@ -23,7 +23,7 @@ pub(crate) fn read_aperture(n: TomlNode<'_>) -> Result<f64, InputError> {
 }
 
 /// Reads entry `index` of `[[camera]]`.
-pub(super) fn read_camera(node: &TomlNode<'_>, index: usize) -> Result<Camera, InputError> {
+pub(crate) fn read_camera(node: &TomlNode<'_>, index: usize) -> Result<Camera, InputError> {
     let (name, mut t) = node.named_table("camera", index)?;
     t.check(CAMERA)?;
     t.key = format!("camera '{name}'");

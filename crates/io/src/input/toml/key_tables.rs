@@ -495,6 +495,8 @@ const VIEW_KEYS: &[KeySpec] = &[
 /// `[[camera]]`.
 pub(crate) const CAMERA: KeyGroups = &[&[key("name", "text", "", "camera1, …", "unique name")], VIEW_KEYS];
 
+/// A file of cameras.
+pub(crate) const CAMERA_FILE: KeyGroups = &[&[key("camera", "list of tables", "", "required", "cameras")]];
 /// A camera path.
 pub(crate) const CAMERA_PATH: KeyGroups = &[&[
     key("frames_per_second", "number in (0, 1000]", "1/s", "24", "frame rate"),

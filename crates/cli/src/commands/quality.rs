@@ -1,0 +1,65 @@
+//! `--quality`: one word for tolerance, patch size and sampling.
+//!
+//! | | draft | normal | fine |
+//! |---|---|---|---|
+//! | tolerance of a solve | 0.3, or that of the scene if larger | that of the scene | a third of it |
+//! | patch size | twice that of the scene | that of the scene | half of it |
+//! | rays of a picture | one in each pixel | adaptive | 16 in each pixel, 64 for the indirect light of each |
+
+use super::render::args::ADAPTIVE_SAMPLES;
+use zonal_scene::{Scene, SolveOptions};
+
+/// Accuracy against time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Quality {
+    /// A first look: larger patches, a tolerance of 0.3, one ray in each pixel.
+    Draft,
+    /// The scene as it is.
+    #[default]
+    Normal,
+    /// Patches of half the size, a third of the tolerance, many rays.
+    Fine,
+}
+
+/// Tolerance of a draft.
+const DRAFT_TOLERANCE: f64 = 0.3;
+/// Patch size of a draft over that of the scene.
+const DRAFT_PATCH_FACTOR: f64 = 2.0;
+/// Tolerance and patch size of a fine solve over those of the scene.
+const FINE_TOLERANCE_FACTOR: f64 = 1.0 / 3.0;
+const FINE_PATCH_FACTOR: f64 = 0.5;
+/// Rays of a pixel of a fine picture, and rays for the indirect light of a point.
+const FINE_SAMPLES: u32 = 16;
+const FINE_GATHER_RAYS: u32 = 64;
+
+impl Quality {
+    /// The settings of a scene at this quality.
+    #[must_use]
+    pub fn of_solve(self, scene: &Scene) -> SolveOptions {
+        let o = scene.options().clone();
+        let resized = |factor: f64| Some(factor * scene.patch_size());
+        match self {
+            Quality::Draft => SolveOptions {
+                tolerance: o.tolerance.max(DRAFT_TOLERANCE),
+                patch_size: resized(DRAFT_PATCH_FACTOR),
+                ..o
+            },
+            Quality::Normal => o,
+            Quality::Fine => SolveOptions {
+                tolerance: FINE_TOLERANCE_FACTOR * o.tolerance,
+                patch_size: resized(FINE_PATCH_FACTOR),
+                ..o
+            },
+        }
+    }
+
+    /// Rays of a pixel, and rays for the indirect light of a point.
+    #[must_use]
+    pub fn of_picture(self) -> [u32; 2] {
+        match self {
+            Quality::Draft => [1, 0],
+            Quality::Normal => [ADAPTIVE_SAMPLES, 0],
+            Quality::Fine => [FINE_SAMPLES, FINE_GATHER_RAYS],
+        }
+    }
+}
