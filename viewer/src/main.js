@@ -1,6 +1,7 @@
 // Entry point: loads the data with a progress bar, then starts the viewer or shows the reason of a failure.
 
 import { UnusableError, download, fromBase64, inflate, parse } from './data_package.js';
+import { describe, follow, isSameScene, waitForData } from './live.js';
 import { Scene } from './scene.js';
 import { Viewer } from './viewer.js';
 
@@ -28,15 +29,33 @@ function context(canvas) {
   return gl;
 }
 
-/** Reads the data package: from the page itself, or from the server. */
+/** Reads the data package: from the page itself, or from the server, which may still have to compute it. Returns also the progress of the server. */
 async function loadData() {
   const embedded = $('data');
   const report = (fraction) => showStatus('Loading', 'Reading the solution…', 0.8 * fraction);
+  const progress = embedded ? null : await waitForData((p) => showStatus('Solving', describe(p), p.fraction));
+  if (progress?.version === 0) throw new UnusableError(progress.error);
   const chunks = embedded ? fromBase64(embedded.textContent.trim(), report) : await download('scene.bin', report);
   embedded?.remove();
   showStatus('Loading', 'Decompressing…', 0.82);
   await yieldToBrowser();
-  return parse(await inflate(chunks));
+  return { data: parse(await inflate(chunks)), progress };
+}
+
+/** Follows the solve behind the page: shows its progress, and new data in place of the old ones. */
+function followSolve(viewer, version, small) {
+  const show = (line) => {
+    $('solving').textContent = line;
+    $('solving').hidden = !line;
+  };
+  const replace = async () => {
+    const data = parse(await inflate(await download('scene.bin')));
+    // The address keeps the view across a reload.
+    if (!isSameScene(viewer.data, data)) return location.reload();
+    viewer.replace(data, await Scene.load(viewer.gl, data, () => {}, small));
+    viewer.version = (viewer.version ?? version) + 1;
+  };
+  follow(version, show, replace).catch((e) => show(e.message || String(e)));
 }
 
 /** Starts the viewer. */
@@ -45,7 +64,7 @@ async function start() {
   const started = performance.now();
   try {
     const gl = context(canvas);
-    const data = await loadData();
+    const { data, progress } = await loadData();
     showStatus('Loading', `Preparing ${data.name}…`, 0.88);
     await yieldToBrowser();
     const small = matchMedia('(pointer: coarse)').matches;
@@ -61,6 +80,7 @@ async function start() {
     });
     viewer.loaded = performance.now() - started;
     window.zonal = viewer;
+    if (progress?.live) followSolve(viewer, progress.version, small);
   } catch (e) {
     if (!(e instanceof UnusableError)) console.error(e);
     showStatus(e instanceof UnusableError ? 'The solution cannot be shown' : 'Unexpected error', e.message || String(e));

@@ -76,6 +76,7 @@ export class Panel {
   }
 
   report({ counts, report }) {
+    for (const id of ['report', 'warnings']) $(id).replaceChildren();
     const row = (name, value) => {
       $('report').append(Object.assign(document.createElement('dt'), { textContent: name }), Object.assign(document.createElement('dd'), { textContent: value }));
     };

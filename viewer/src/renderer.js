@@ -15,7 +15,6 @@ const OUTPUT = { picture: 0, map: 1, linear: 2 };
 export class Renderer {
   constructor(gl, scene) {
     this.gl = gl;
-    this.scene = scene;
     this.programs = {
       mesh: createProgram(gl, MESH),
       pane: createProgram(gl, PANE),
@@ -29,6 +28,12 @@ export class Renderer {
     this.samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
     this.screen = gl.createVertexArray();
     this.cached = null;
+    this.show(scene);
+  }
+
+  /** Draws this scene from now on. */
+  show(scene) {
+    this.scene = scene;
     const { bounds } = scene.data;
     this.diagonal = Math.hypot(...bounds[1].map((x, k) => x - bounds[0][k]));
   }

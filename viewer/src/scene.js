@@ -84,21 +84,22 @@ function createMesh(gl, scene) {
   const ids = weld(arrays.position);
   const array = gl.createVertexArray();
   gl.bindVertexArray(array);
-  attribute(gl, 0, arrays.position, 3, gl.FLOAT);
-  attribute(gl, 1, arrays.uv, 2, gl.FLOAT);
-  attribute(gl, 2, arrays.surface, 1, gl.UNSIGNED_SHORT, true);
   const light = attribute(gl, 3, new Float32Array(arrays.position.length), 3, gl.FLOAT);
-  attribute(gl, 4, normals(arrays), 4, gl.BYTE, false);
+  const buffers = [
+    attribute(gl, 0, arrays.position, 3, gl.FLOAT), attribute(gl, 1, arrays.uv, 2, gl.FLOAT),
+    attribute(gl, 2, arrays.surface, 1, gl.UNSIGNED_SHORT, true), light, attribute(gl, 4, normals(arrays), 4, gl.BYTE, false),
+  ];
   const triangles = groupByTexture(scene);
   const edges = crackLines(triangles, ids, arrays.position);
   const lists = [[triangles.order, triangles.runs], [edges.lines, edges.runs]].map(([data, runs]) => {
     const buffer = gl.createBuffer();
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.STATIC_DRAW);
+    buffers.push(buffer);
     return { buffer, runs };
   });
   gl.bindVertexArray(null);
-  return { array, light, triangles: lists[0], cracks: lists[1] };
+  return { array, light, buffers, triangles: lists[0], cracks: lists[1] };
 }
 
 function createPanes(gl, scene) {
@@ -106,11 +107,12 @@ function createPanes(gl, scene) {
   if (!paneIndex?.length) return null;
   const array = gl.createVertexArray();
   gl.bindVertexArray(array);
-  attribute(gl, 0, panePosition, 3, gl.FLOAT);
-  attribute(gl, 1, paneNormal, 3, gl.FLOAT);
-  attribute(gl, 2, paneOf, 1, gl.UNSIGNED_SHORT, true);
   const light = attribute(gl, 3, new Float32Array(panePosition.length), 3, gl.FLOAT);
   const order = gl.createBuffer();
+  const buffers = [
+    attribute(gl, 0, panePosition, 3, gl.FLOAT), attribute(gl, 1, paneNormal, 3, gl.FLOAT),
+    attribute(gl, 2, paneOf, 1, gl.UNSIGNED_SHORT, true), light, order,
+  ];
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, order);
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, paneIndex, gl.DYNAMIC_DRAW);
   gl.bindVertexArray(null);
@@ -122,7 +124,7 @@ function createPanes(gl, scene) {
     }
   }
   const depths = createTable(gl, scene.panes.map((p) => [[...p.depth, 0]]), 1);
-  return { array, light, order, count, centres, index: paneIndex, table: depths, sortedFrom: null };
+  return { array, light, order, buffers, count, centres, index: paneIndex, table: depths, sortedFrom: null };
 }
 
 /** Halves the resolution of a grid of three values a cell by means over eight cells. */
@@ -188,6 +190,17 @@ export class Scene {
     s.panes = createPanes(gl, data);
     s.volume = createVolume(gl, data, Math.min(gl.getParameter(gl.MAX_3D_TEXTURE_SIZE), small ? 96 : 256));
     return s;
+  }
+
+  /** Frees all resources. */
+  free() {
+    const { gl } = this;
+    for (const part of [this.mesh, this.panes].filter(Boolean)) {
+      gl.deleteVertexArray(part.array);
+      part.buffers.forEach((b) => gl.deleteBuffer(b));
+    }
+    const textures = [...this.textures, this.white, this.surfaces, this.panes?.table, this.volume?.extinction, this.volume?.radiosity];
+    textures.forEach((t) => t && gl.deleteTexture(t));
   }
 
   /** Sums the light of all groups; `field` is the vertex field of the mesh: irradiance, or the error estimate. */

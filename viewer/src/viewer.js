@@ -40,6 +40,18 @@ export class Viewer {
     this.changed();
   }
 
+  /** Shows other data of the same scene with the same settings. */
+  replace(data, scene) {
+    this.scene.free();
+    Object.assign(this, { data, scene, ends: null });
+    this.renderer.show(scene);
+    this.panel.report(data);
+    this.relit.field = null;
+    this.relight();
+    this.base = this.automaticExposure();
+    this.changed();
+  }
+
   initialCamera() {
     const c = this.data.cameras[0];
     return c ? cameras.fromScene(c) : cameras.overview(this.data.bounds, this.aspect());

@@ -10,6 +10,7 @@ mod faces;
 mod false_colours;
 mod final_gather;
 mod fuzz_replay;
+mod init;
 mod many_bands;
 mod mirrors;
 mod refused_arguments;

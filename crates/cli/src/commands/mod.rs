@@ -13,6 +13,7 @@ pub mod former_flags;
 pub mod gas;
 pub mod init;
 pub mod keys;
+mod live_view;
 pub mod migrate;
 pub mod quality;
 pub mod relight;

@@ -1,24 +1,25 @@
 //! `zonal view`: shows a solution, a scene or a model in the browser.
 
-use super::context::{
-    Context, check_uniform_light, memory_limit, option_failure, shown_bands, with_shown_bands,
-};
+use super::context::{Context, memory_limit, read_uniform_light_solution, shown_bands};
 use super::init::ModelArgs;
+use super::live_view::LiveInput;
 use super::quality::Quality;
-use super::solving::solve_and_hash;
-use crate::scene_proposal::propose;
+use crate::viewer::live::LivePage;
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
 use crate::viewer::server::{Route, Server};
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use zonal_report::{Failure, say};
-use zonal_scene::Solution;
-use zonal_solve::SolveSettings;
 
 /// Show a solution, a scene or a model in a browser on this machine.
 ///
-/// A scene (.toml) is solved first, a mesh file gets a scene as `zonal init` writes it. Bakes the solution onto triangles and serves a page that draws it with WebGL 2: walk or orbit, scale lights and exposure, probe values under the
+/// The page of a scene (.toml) or mesh file opens at once and shows a draft, then the solution of the scene's own tolerance; changes of the file are picked up.
+/// A mesh file gets a scene as `zonal init` writes it.
+///
+/// Bakes the solution onto triangles and serves a page that draws it with WebGL 2: walk or orbit, scale lights and exposure, probe values under the
 /// pointer, show irradiance, radiosity and error in false colours. The server listens on the loopback address only; Ctrl-C ends it.
 /// `zonal export RUN.npz -o page.html` writes the same page as one file that needs no server.
 #[derive(clap::Args, Debug)]
@@ -29,8 +30,8 @@ pub struct Args {
     /// Solution (.npz), scene (.toml) or mesh file.
     #[arg(value_name = "RUN.npz|SCENE.toml|MODEL")]
     pub input: PathBuf,
-    /// Quality of the solve of a scene or model.
-    #[arg(long, value_enum, default_value_t = Quality::Draft)]
+    /// Quality of the solve of a scene or model, after the draft.
+    #[arg(long, value_enum, default_value_t)]
     pub quality: Quality,
     /// What a model is and becomes.
     #[command(flatten)]
@@ -52,25 +53,36 @@ pub struct Args {
     pub first_band: u32,
 }
 
+impl Args {
+    fn detail(&self) -> PackageDetail {
+        PackageDetail { max_vertices: self.vertices as usize }
+    }
+}
+
 /// Port if none is given.
 const DEFAULT_PORT: u16 = 8765;
 
 /// Runs the command until Ctrl-C.
 ///
 /// # Errors
-/// If the solution cannot be read or the port is taken.
+/// If the input cannot be read or the port is taken.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    let solution = with_shown_bands(read_or_solve(args, context)?, args.first_band as usize)?;
-    check_uniform_light(&args.input, &solution)?;
-    let detail = PackageDetail { max_vertices: args.vertices as usize };
-    let bytes = package(&solution, &detail, &context.progress())?;
+    match LiveInput::is_solved_first(&args.input) {
+        true => run_live(args, context),
+        false => run_solution(args, context),
+    }
+}
+
+/// Shows a solution.
+fn run_solution(args: &Args, context: Context) -> Result<(), Failure> {
+    let solution = read_uniform_light_solution(&args.input, args.first_band as usize)?;
+    let bytes = package(&solution, &args.detail(), &context.progress())?;
     let size = bytes.len();
     if let Some(shown) = shown_bands(&solution).filter(|_| !context.json) {
         say(&shown)?;
     }
     let server = bind(args.port, page::routes(bytes))?;
-    ctrlc::set_handler(server.stopper())
-        .map_err(|e| Failure::new(format!("the handler of Ctrl-C cannot be installed ({e})")))?;
+    stop_on_signal(server.stopper())?;
     let url = format!("http://{}/", server.address());
     if context.json {
         say(&serde_json::json!({ "url": url, "zones": solution.zones.len(), "bytes": size }).to_string())?;
@@ -83,27 +95,54 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         ))?;
     }
     drop(solution);
-    if args.open {
-        open_browser(&url);
-    }
-    server.run();
+    serve(args, &server, &url);
     if context.json { Ok(()) } else { say("stopped") }
 }
 
-/// The solution of a file, or that of a scene or model.
-fn read_or_solve(args: &Args, context: Context) -> Result<Solution, Failure> {
-    let memory_limit = memory_limit(args.max_memory)?;
-    let extension = args.input.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let scene = match extension.as_deref() {
-        Some("npz") => return Ok(zonal_io::output::read_solution(&args.input)?),
-        Some("toml") => zonal_io::input::read_scene(&args.input)?,
-        _ => propose(&args.input, Path::new(""), &args.model.options())?.scene,
+/// Solves a scene or a model while its page is open.
+fn run_live(args: &Args, context: Context) -> Result<(), Failure> {
+    let input = LiveInput {
+        path: args.input.clone(),
+        model: args.model,
+        quality: args.quality,
+        memory_limit: memory_limit(args.max_memory)?,
+        detail: args.detail(),
+        first_band: args.first_band as usize,
+        json: context.json,
     };
-    let options = args.quality.of_solve(&scene);
-    let scene = scene.with_options(options).map_err(|e| option_failure(&e))?;
-    let progress = context.progress();
-    let settings = SolveSettings::new(memory_limit, &progress);
-    solve_and_hash(scene, &settings)
+    let scene = input.read()?;
+    let page = Arc::new(LivePage::default());
+    let server = bind(args.port, page::live_routes(&page))?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let (ended, stopper) = (stop.clone(), server.stopper());
+    stop_on_signal(move || {
+        ended.store(true, Ordering::SeqCst);
+        stopper();
+    })?;
+    let url = format!("http://{}/", server.address());
+    if context.json {
+        say(&serde_json::json!({ "url": url }).to_string())?;
+    } else {
+        say(&format!("{}: {url}\nCtrl-C ends the server", scene.name()))?;
+    }
+    std::thread::scope(|scope| {
+        scope.spawn(|| input.keep_solving(scene, &page, &stop));
+        serve(args, &server, &url);
+    });
+    if context.json { Ok(()) } else { say("stopped") }
+}
+
+/// Serves until stopped.
+fn serve(args: &Args, server: &Server, url: &str) {
+    if args.open {
+        open_browser(url);
+    }
+    server.run();
+}
+
+fn stop_on_signal(stopper: impl Fn() + Send + 'static) -> Result<(), Failure> {
+    ctrlc::set_handler(stopper)
+        .map_err(|e| Failure::new(format!("the handler of Ctrl-C cannot be installed ({e})")))
 }
 
 /// Listens on the given port; without one on the default port, or on any free port.

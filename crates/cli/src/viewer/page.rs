@@ -1,9 +1,10 @@
 //! The page, built by npm from `viewer/` into `crates/cli/viewer` and embedded.
 //!
-//! The server offers it as four routes with a content security policy in each answer. As one file it contains style, script and data, and a policy that allows
+//! The server offers it as five routes with a content security policy in each answer. As one file it contains style, script and data, and a policy that allows
 //! no connection.
 
-use super::server::Route;
+use super::live::{LivePage, finished_progress};
+use super::server::{Route, RouteBody};
 use std::sync::Arc;
 
 const PAGE: &str = include_str!("../../viewer/index.html");
@@ -17,18 +18,30 @@ style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'no
 /// The page and its data as routes of a server.
 #[must_use]
 pub fn routes(package: Vec<u8>) -> Vec<Route> {
+    routes_with(RouteBody::Fixed(package.into()), RouteBody::Fixed(finished_progress().into()))
+}
+
+/// The page and its changing data as routes of a server.
+#[must_use]
+pub fn live_routes(page: &Arc<LivePage>) -> Vec<Route> {
+    routes_with(page.package_body(), page.progress_body())
+}
+
+fn routes_with(package: RouteBody, progress: RouteBody) -> Vec<Route> {
     let page = assemble([
         ("POLICY", ""),
         ("STYLE", "<link rel=\"stylesheet\" href=\"viewer.css\">"),
         ("DATA", ""),
         ("SCRIPT", "<script src=\"viewer.js\"></script>"),
     ]);
-    let route = |target, media_type, body: Vec<u8>| Route { target, media_type, body: Arc::from(body) };
+    let fixed = |text: &str| RouteBody::Fixed(Arc::from(text.as_bytes()));
+    let route = |target, media_type, body| Route { target, media_type, body };
     vec![
-        route("/", "text/html; charset=utf-8", page.into_bytes()),
-        route("/viewer.css", "text/css; charset=utf-8", STYLE.into()),
-        route("/viewer.js", "text/javascript; charset=utf-8", SCRIPT.into()),
+        route("/", "text/html; charset=utf-8", fixed(&page)),
+        route("/viewer.css", "text/css; charset=utf-8", fixed(STYLE)),
+        route("/viewer.js", "text/javascript; charset=utf-8", fixed(SCRIPT)),
         route("/scene.bin", "application/octet-stream", package),
+        route("/progress.json", "application/json", progress),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! A small HTTP server for a browser on the same machine.
 //!
 //! It listens on 127.0.0.1, with one thread per connection and at most `MAX_CONNECTIONS`. A connection serves one request, which must arrive within
-//! `REQUEST_TIMEOUT`, and is then closed. The answers are a fixed list of [`Route`]s.
+//! `REQUEST_TIMEOUT`, and is then closed. The targets are a fixed list of [`Route`]s; the content of some changes.
 
 use super::request::{self, MAX_REQUEST_BYTES, Refusal, Request};
 use std::io::{self, Read, Write};
@@ -24,14 +24,32 @@ X-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\nCross-Origin-
 Cross-Origin-Opener-Policy: same-origin\r\nCache-Control: no-store\r\nConnection: close\r\n";
 
 /// One answer of the server.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Route {
     /// The target, spelled as in requests.
     pub target: &'static str,
     /// Media type.
     pub media_type: &'static str,
     /// Content.
-    pub body: Arc<[u8]>,
+    pub body: RouteBody,
+}
+
+/// The content of a route.
+#[derive(Clone)]
+pub enum RouteBody {
+    /// The same in every answer.
+    Fixed(Arc<[u8]>),
+    /// The newest at the time of the request.
+    Changing(Arc<dyn Fn() -> Arc<[u8]> + Send + Sync>),
+}
+
+impl RouteBody {
+    fn bytes(&self) -> Arc<[u8]> {
+        match self {
+            RouteBody::Fixed(bytes) => bytes.clone(),
+            RouteBody::Changing(newest) => newest(),
+        }
+    }
 }
 
 /// A listening server.
@@ -157,11 +175,11 @@ fn receive(stream: &mut TcpStream) -> Result<Vec<u8>, Refusal> {
 }
 
 fn answer(stream: &mut TcpStream, routes: &[Route], r: &Request) -> io::Result<()> {
-    let (status, media_type, body): (_, _, &[u8]) = match routes.iter().find(|x| x.target == r.target) {
-        Some(route) => ("200 OK", route.media_type, &route.body),
-        None => ("404 Not Found", "text/plain; charset=utf-8", b"not found\n"),
+    let (status, media_type, body) = match routes.iter().find(|x| x.target == r.target) {
+        Some(route) => ("200 OK", route.media_type, route.body.bytes()),
+        None => ("404 Not Found", "text/plain; charset=utf-8", Arc::from(&b"not found\n"[..])),
     };
-    let sent = if r.head { None } else { Some(body) };
+    let sent = if r.head { None } else { Some(&body[..]) };
     send(stream, &AnswerHead { status, media_type, more: "", length: body.len() }, sent)
 }
 
