@@ -47,7 +47,22 @@ fn invalid_obj_files() -> Vec<(&'static str, String, &'static str)> {
             "bad.mtl:2: 'blue' is not a colour value",
         ),
         ("cut.obj", format!("mtllib cut.mtl\nusemtl a\n{triangle}f 1 2 3\n"), "bad.png: this PNG is damaged"),
-        ("mesh.ply", triangle.into(), "mesh.ply: this kind of mesh is not read; convert it to .obj"),
+        (
+            "mesh.xyz",
+            triangle.into(),
+            "mesh.xyz: this kind of mesh is not read; convert it to .obj, .stl, .ply",
+        ),
+        (
+            "mesh.ifc",
+            triangle.into(),
+            "mesh.ifc: IFC files are not read; convert this one: IfcConvert in.ifc out.glb",
+        ),
+        (
+            "MESH.STP",
+            triangle.into(),
+            "MESH.STP: STEP files are not read; convert this one: gmsh in.stp -2 -o out.msh",
+        ),
+        ("mesh.fbx", triangle.into(), "bpy.ops.import_scene.fbx(filepath='in.fbx')"),
     ]
 }
 

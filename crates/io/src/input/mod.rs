@@ -12,9 +12,10 @@
 //! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
 //! | `facets` | a mesh as a list of polygons, without a scene |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
-//! | `obj`, `gltf`, `vtk` | mesh formats |
 //! | `memory_arrays` | arrays in place of files |
-//! | `obj`, `stl`, `gltf`, `vtk` | mesh formats |
+//! | `obj`, `stl`, `ply`, `gltf`, `vtk`, `msh` | mesh formats |
+//! | `number_cursor` | numbers of a text or of binary data, one after the other |
+//! | `converters` | formats that are not read, with commands that convert them |
 //! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
 //! | `spectrum` | spectra as values of bands |
@@ -26,15 +27,19 @@
 //! No input makes a reader panic: indices are checked, and sizes are compared with the length of the file before memory is allocated.
 
 mod camera_path;
+mod converters;
 mod error;
 mod facets;
 mod gltf;
 mod images;
 mod memory_arrays;
 mod mesh;
+mod msh;
 mod notes;
 mod npy;
+mod number_cursor;
 mod obj;
+mod ply;
 mod rotation;
 mod scene;
 mod scene_reader;

@@ -13,7 +13,7 @@ use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::{VDB_KEYS, VOXEL_FILE};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::vdb::resample::{self, GridPlacement};
-use crate::input::{vdb, vol};
+use crate::input::{converters, vdb, vol};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
 
@@ -52,6 +52,9 @@ pub(super) fn read_density(
     let bytes = reader.context.files.read(&path, npy::MAX_ARRAY_FILE_BYTES);
     let bytes = bytes.map_err(|e| file.error(format!("{name}: {e}")))?;
     let refused = |f: FileFault| file.error(f.to_string());
+    if let Some(hint) = converters::conversion_hint(&path) {
+        return Err(file.error(format!("{name}: {hint}")));
+    }
     // Resample a sparse grid.
     if vdb::is_vdb(&bytes) {
         let placement = GridPlacement::read(&t, bounds)?;

@@ -1,0 +1,224 @@
+//! The sections of a file of Gmsh: `$Name`, its contents, `$EndName`.
+
+use super::content::MshContent;
+use super::element_types::ElementType;
+use super::{entity_sections, legacy_sections};
+use crate::input::error::FileFault;
+use crate::input::number_cursor::{NumberCursor, NumberEncoding, NumberType, quoted};
+
+/// Whole numbers of four bytes.
+pub(super) const INT: NumberType = NumberType { kind: 'i', size: 4 };
+/// Lengths.
+pub(super) const SIZE: NumberType = NumberType { kind: 'u', size: 8 };
+/// Coordinates.
+pub(super) const DOUBLE: NumberType = NumberType { kind: 'f', size: 8 };
+/// Command that writes a file in a version that is read.
+const CONVERSION: &str = "gmsh in.msh -save -format msh41 -o out.msh";
+
+/// The versions that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MshVersion {
+    V2,
+    V40,
+    V41,
+}
+
+/// Reads all sections.
+pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MshContent, FileFault> {
+    let mut cursor = NumberCursor::new(file, bytes, 0, NumberEncoding::Text);
+    let mut content = MshContent::default();
+    let mut version = None;
+    let (mut has_nodes, mut has_elements) = (false, false);
+    while let Some(name) = next_section(&mut cursor)? {
+        match (name, version) {
+            ("MeshFormat", None) => version = Some(read_format(&mut cursor)?),
+            ("NOD" | "NOE", None) => {
+                return Err(cursor.fault(format!(
+                    "this is a file of version 1, which is not read; convert it: {CONVERSION}"
+                )));
+            }
+            (_, None) => {
+                let message =
+                    "this is no file of Gmsh: it does not begin with $MeshFormat; export the mesh again";
+                return Err(cursor.fault(message));
+            }
+            ("PhysicalNames", Some(_)) => read_names(&mut cursor, &mut content)?,
+            ("Nodes", Some(MshVersion::V2)) => legacy_sections::read_nodes(&mut cursor, &mut content)?,
+            ("Elements", Some(MshVersion::V2)) => legacy_sections::read_elements(&mut cursor, &mut content)?,
+            ("Entities" | "Nodes" | "Elements", Some(v)) => {
+                entity_sections::read(name, v, &mut cursor, &mut content)?;
+            }
+            (other, Some(_)) => {
+                content.is_partitioned |= other == "PartitionedEntities";
+                skip_section(&mut cursor, other)?;
+                continue;
+            }
+        }
+        has_nodes |= name == "Nodes";
+        has_elements |= name == "Elements";
+        expect_end(&mut cursor, name)?;
+    }
+    match (version, has_nodes, has_elements) {
+        (Some(_), true, true) => Ok(content),
+        (None, ..) => {
+            Err(cursor.fault("this is no file of Gmsh: $MeshFormat is missing; export the mesh again"))
+        }
+        _ => {
+            let message = "this file has no $Nodes or no $Elements; it is cut short, or has no mesh: gmsh in.geo -2 -o out.msh";
+            Err(cursor.fault(message))
+        }
+    }
+}
+
+/// The name of the next section; none at the end of the file.
+fn next_section<'a>(cursor: &mut NumberCursor<'a>) -> Result<Option<&'a str>, FileFault> {
+    while let Some(line) = cursor.line() {
+        let line = line.trim_ascii();
+        if line.is_empty() {
+            continue;
+        }
+        let name = line.strip_prefix(b"$").and_then(|n| std::str::from_utf8(n).ok());
+        return match name {
+            Some(name) => Ok(Some(name)),
+            None => Err(cursor.fault(format!(
+                "'{}' stands where a section begins, as $Nodes; export the mesh again",
+                quoted(line)
+            ))),
+        };
+    }
+    Ok(None)
+}
+
+/// Reads `$EndName`.
+fn expect_end(cursor: &mut NumberCursor<'_>, name: &str) -> Result<(), FileFault> {
+    let ends = |found: &str| found.strip_prefix("End") == Some(name);
+    match next_section(cursor) {
+        Ok(Some(found)) if ends(found) => Ok(()),
+        _ => Err(cursor.fault(format!(
+            "the section ${name} does not end where its count says; it is cut short: export the mesh again"
+        ))),
+    }
+}
+
+/// Goes to the end of a section that is not read, text or not.
+fn skip_section(cursor: &mut NumberCursor<'_>, name: &str) -> Result<(), FileFault> {
+    let end = format!("$End{name}");
+    let rest = cursor.rest();
+    match rest.windows(end.len()).position(|w| w == end.as_bytes()) {
+        Some(at) => {
+            cursor.skip(at + end.len());
+            Ok(())
+        }
+        None => {
+            let name = quoted(name.as_bytes());
+            Err(cursor.fault(format!(
+                "the section ${name} has no end; the file is cut short: export the mesh again"
+            )))
+        }
+    }
+}
+
+/// Reads version, kind and size of lengths, and in a binary file the number 1 in its byte order.
+fn read_format(cursor: &mut NumberCursor<'_>) -> Result<MshVersion, FileFault> {
+    let line = cursor.line().unwrap_or_default();
+    let text = String::from_utf8_lossy(line);
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let version = match words.first() {
+        Some(&"4" | &"4.0") => MshVersion::V40,
+        Some(&"4.1") => MshVersion::V41,
+        Some(&v) if v == "2" || v.starts_with("2.") => MshVersion::V2,
+        other => {
+            let shown = quoted(other.unwrap_or(&"").as_bytes());
+            return Err(cursor.fault(format!(
+                "version '{shown}' is not read, only 2.x, 4.0 and 4.1; convert it: {CONVERSION}"
+            )));
+        }
+    };
+    match words[1..] {
+        ["0", ..] => {}
+        ["1", "8"] => {
+            cursor.encoding = match cursor.rest().get(..4) {
+                Some([1, 0, 0, 0]) => NumberEncoding::LittleEndian,
+                Some([0, 0, 0, 1]) => NumberEncoding::BigEndian,
+                _ => {
+                    return Err(cursor
+                        .fault("the byte order of this binary file is not known; export the mesh again"));
+                }
+            };
+            cursor.skip(4);
+        }
+        _ => {
+            let message =
+                format!("the line of the format is not VERSION 0 8 or VERSION 1 8; convert it: {CONVERSION}");
+            return Err(cursor.fault(message));
+        }
+    }
+    Ok(version)
+}
+
+/// Reads the names of physical groups, which are text in binary files too: dimension, number, name.
+fn read_names(cursor: &mut NumberCursor<'_>, content: &mut MshContent) -> Result<(), FileFault> {
+    let count = line_count(cursor)?;
+    for _ in 0..count {
+        let fault = "the names of physical groups are cut short; export the mesh again";
+        let line = cursor.line().ok_or_else(|| cursor.fault(fault))?;
+        let text = String::from_utf8_lossy(line);
+        let text = text.trim();
+        let (numbers, name) = text.split_once('"').unwrap_or((text, ""));
+        let name = name.strip_suffix('"').unwrap_or(name).trim();
+        let numbers: Option<Vec<i64>> = numbers.split_whitespace().map(|n| n.parse().ok()).collect();
+        // Version 2.0 has no dimension.
+        let (dimensions, group) = match numbers.as_deref() {
+            Some([dimension, group]) => ([*dimension; 2], *group),
+            Some([group]) => ([2, 3], *group),
+            _ => {
+                let shown = quoted(text.as_bytes());
+                return Err(cursor.fault(format!(
+                    "'{shown}' is no name of a physical group (dimension, number, \"name\"); mend this line"
+                )));
+            }
+        };
+        for dimension in dimensions {
+            if let (Ok(dimension), false) = (u8::try_from(dimension), name.is_empty()) {
+                content.group_names.insert((dimension, group), name.to_string());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The count on a line of its own, which is text in binary files too.
+pub(super) fn line_count(cursor: &mut NumberCursor<'_>) -> Result<u64, FileFault> {
+    let line = cursor.line().unwrap_or_default().trim_ascii();
+    let count = std::str::from_utf8(line).ok().and_then(|n| n.parse().ok());
+    count.ok_or_else(|| {
+        cursor.fault(format!("'{}' stands where a count is expected; export the mesh again", quoted(line)))
+    })
+}
+
+/// The element type of a number.
+pub(super) fn element_type(cursor: &NumberCursor<'_>, number: i64) -> Result<ElementType, FileFault> {
+    ElementType::of_number(number).ok_or_else(|| {
+        cursor.fault(format!(
+            "elements of type {number} are not read; write the mesh with elements of first order: gmsh in.msh -order 1 -save -format msh41 -o out.msh"
+        ))
+    })
+}
+
+/// Reads the coordinates of a node and adds it.
+pub(super) fn read_position(
+    cursor: &mut NumberCursor<'_>,
+    tag: u64,
+    content: &mut MshContent,
+) -> Result<(), FileFault> {
+    let position = [cursor.number(DOUBLE)?, cursor.number(DOUBLE)?, cursor.number(DOUBLE)?];
+    if position.iter().any(|x| !x.is_finite()) {
+        let message =
+            format!("node {tag} has a coordinate that is not finite; mend it or export the mesh again");
+        return Err(cursor.fault(message));
+    }
+    match content.nodes.insert(tag, zonal_math::Vec3::from_array(position)) {
+        None => Ok(()),
+        Some(_) => Err(cursor.fault(format!("node {tag} is given twice; export the mesh again"))),
+    }
+}
