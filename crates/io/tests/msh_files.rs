@@ -261,6 +261,15 @@ fn elements_of_higher_order_are_flat_and_repeated_ones_are_read_once() {
     let mesh = read("a.msh", file).unwrap();
     assert_eq!(mesh.names, ["floor and wall", "physical-9", "floor and wall"]);
     assert_eq!(mesh.facets[0][0].len(), 4);
+    // Nodes with their place on a curve, a surface and a volume.
+    let parametric = text_file(&nodes[..3], &["2 9 1 2 3"]).replace("Nodes", "ParametricNodes");
+    let lines = [
+        ("10 0 0 0\n", "10 0 0 0 1 4 0.5\n"),
+        ("20 1 0 0\n", "20 1 0 0 2 4 0.5 0.5\n"),
+        ("30 1 1 0\n", "30 1 1 0 3 4\n"),
+    ];
+    let parametric = lines.iter().fold(parametric, |text, (from, to)| text.replace(from, to));
+    assert_eq!(read("a.msh", parametric).unwrap().facets[0][0][2], zonal_math::vec3(1.0, 1.0, 0.0));
     assert!(
         mesh.notes.iter().any(|n| n.contains("3 faces are of higher order; they were read as flat")),
         "{:?}",
@@ -337,6 +346,14 @@ fn damaged_files_are_refused() {
         (with("2.2 0 8", ""), "version '' is not read"),
         (with("2.2 0 8", "2.2 2 8"), "the line of the format is not VERSION 0 8 or VERSION 1 8; convert"),
         (with("2.2 0 8", "2.2 1 4"), "the line of the format is not VERSION 0 8 or VERSION 1 8; convert"),
+        (
+            b"(1 \"a mesh\")\n".to_vec(),
+            "a.msh:1: this is a mesh of Ansys Fluent, which is not read; convert it: meshio",
+        ),
+        (
+            of_new("Comments", "PartitionedEntities"),
+            "meshes in partitions are not read; join them: gmsh in.msh",
+        ),
         (order, "the byte order of this binary file is not known; export"),
         (
             with("$EndNodes", "$EndNode"),
@@ -364,7 +381,7 @@ fn damaged_files_are_refused() {
         (with("7 6 5", "7 6 -5"), "-5 stands where a number from 0 is expected; export"),
         (
             good.split("$Elements").next().unwrap().into(),
-            "this file has no $Nodes or no $Elements; it is cut short",
+            "this file has no nodes or no $Elements; it is cut short",
         ),
         (
             text_file(&POSITIONS, &["1 4 1 2"]).into_bytes(),

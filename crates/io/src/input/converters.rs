@@ -39,7 +39,7 @@ const CONVERTERS: [Converter; 13] = [
     Converter {
         extensions: &["vtk", "inp", "med", "bdf", "nas", "xdmf"],
         name: "such mesh",
-        command: "meshio convert in.vtk out.msh",
+        command: "meshio convert --output-format gmsh22 in.vtk out.msh",
     },
     Converter { extensions: &["nvdb"], name: "NanoVDB", command: "nanovdb_convert in.nvdb out.vdb" },
 ];

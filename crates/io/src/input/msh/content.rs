@@ -22,8 +22,6 @@ pub(super) struct MshContent {
     corners: Vec<u64>,
     /// Surfaces and volumes that belong to several physical groups.
     pub(super) entities_of_several_groups: usize,
-    /// True if the file has entities of partitions, whose groups are not read.
-    pub(super) is_partitioned: bool,
 }
 
 /// A face or a volume.

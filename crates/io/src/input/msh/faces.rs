@@ -1,7 +1,7 @@
 //! The faces of a file of Gmsh, or the boundary of its volumes, as a mesh.
 
 use super::boundary::boundary_sides;
-use super::content::{MshContent, MshElement, NO_GROUP};
+use super::content::{MshContent, MshElement};
 use crate::input::error::FileFault;
 use crate::input::mesh::model::MeshData;
 use crate::input::mesh::polygon_list::PolygonList;
@@ -126,11 +126,6 @@ impl FaceBuilder<'_> {
             self.note(format!(
                 "{n} surfaces or volumes belong to several physical groups; the first is their material"
             ));
-        }
-        if content.is_partitioned && content.elements.iter().any(|e| e.group == NO_GROUP) {
-            self.note(
-                "the physical groups of partitions are not read; save the mesh without partitions".into(),
-            );
         }
         self.list.finish(self.file)
     }

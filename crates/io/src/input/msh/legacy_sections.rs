@@ -3,7 +3,7 @@
 //! In a binary file elements of one type follow a header of three numbers: type, number of elements, number of tags.
 
 use super::content::{MshContent, NO_GROUP};
-use super::sections::{INT, element_type, line_count, read_position};
+use super::sections::{DOUBLE, INT, element_type, line_count, read_position};
 use crate::input::error::FileFault;
 use crate::input::number_cursor::{NumberCursor, NumberEncoding};
 
@@ -12,6 +12,24 @@ pub(super) fn read_nodes(cursor: &mut NumberCursor<'_>, content: &mut MshContent
     for _ in 0..line_count(cursor)? {
         let tag = cursor.count(INT)?;
         read_position(cursor, tag, content)?;
+    }
+    Ok(())
+}
+
+/// Reads `$ParametricNodes`: dimension and number of the entity of each node, and its parameters there.
+pub(super) fn read_parametric_nodes(
+    cursor: &mut NumberCursor<'_>,
+    content: &mut MshContent,
+) -> Result<(), FileFault> {
+    for _ in 0..line_count(cursor)? {
+        let tag = cursor.count(INT)?;
+        read_position(cursor, tag, content)?;
+        let dimension = cursor.integer(INT)?;
+        cursor.integer(INT)?;
+        let parameters = if matches!(dimension, 1 | 2) { dimension } else { 0 };
+        for _ in 0..parameters {
+            cursor.number(DOUBLE)?;
+        }
     }
     Ok(())
 }

@@ -14,6 +14,10 @@ pub(super) const SIZE: NumberType = NumberType { kind: 'u', size: 8 };
 pub(super) const DOUBLE: NumberType = NumberType { kind: 'f', size: 8 };
 /// Command that writes a file in a version that is read.
 const CONVERSION: &str = "gmsh in.msh -save -format msh41 -o out.msh";
+/// Command that joins the partitions of a file.
+const JOINING: &str = "gmsh in.msh -save -format msh22 -o out.msh";
+/// Command that converts a mesh of another program with the same extension.
+const FLUENT_CONVERSION: &str = "meshio convert --input-format ansys --output-format gmsh22 in.msh out.msh";
 
 /// The versions that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +32,12 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MshContent, FileFault> {
     let mut cursor = NumberCursor::new(file, bytes, 0, NumberEncoding::Text);
     let mut content = MshContent::default();
     let mut version = None;
-    let (mut has_nodes, mut has_elements) = (false, false);
+    let mut has_elements = false;
+    if bytes.trim_ascii_start().starts_with(b"(") {
+        return Err(cursor.fault(format!(
+            "this is a mesh of Ansys Fluent, which is not read; convert it: {FLUENT_CONVERSION}"
+        )));
+    }
     while let Some(name) = next_section(&mut cursor)? {
         match (name, version) {
             ("MeshFormat", None) => version = Some(read_format(&mut cursor)?),
@@ -42,29 +51,33 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MshContent, FileFault> {
                     "this is no file of Gmsh: it does not begin with $MeshFormat; export the mesh again";
                 return Err(cursor.fault(message));
             }
+            ("ParametricNodes", Some(MshVersion::V2)) => {
+                legacy_sections::read_parametric_nodes(&mut cursor, &mut content)?;
+            }
             ("PhysicalNames", Some(_)) => read_names(&mut cursor, &mut content)?,
             ("Nodes", Some(MshVersion::V2)) => legacy_sections::read_nodes(&mut cursor, &mut content)?,
             ("Elements", Some(MshVersion::V2)) => legacy_sections::read_elements(&mut cursor, &mut content)?,
             ("Entities" | "Nodes" | "Elements", Some(v)) => {
                 entity_sections::read(name, v, &mut cursor, &mut content)?;
             }
+            ("PartitionedEntities", Some(_)) => {
+                return Err(cursor.fault(format!("meshes in partitions are not read; join them: {JOINING}")));
+            }
             (other, Some(_)) => {
-                content.is_partitioned |= other == "PartitionedEntities";
                 skip_section(&mut cursor, other)?;
                 continue;
             }
         }
-        has_nodes |= name == "Nodes";
         has_elements |= name == "Elements";
         expect_end(&mut cursor, name)?;
     }
-    match (version, has_nodes, has_elements) {
-        (Some(_), true, true) => Ok(content),
-        (None, ..) => {
+    match (version, has_elements && !content.nodes.is_empty()) {
+        (Some(_), true) => Ok(content),
+        (None, _) => {
             Err(cursor.fault("this is no file of Gmsh: $MeshFormat is missing; export the mesh again"))
         }
         _ => {
-            let message = "this file has no $Nodes or no $Elements; it is cut short, or has no mesh: gmsh in.geo -2 -o out.msh";
+            let message = "this file has no nodes or no $Elements; it is cut short, or has no mesh: gmsh in.geo -2 -o out.msh";
             Err(cursor.fault(message))
         }
     }
@@ -200,7 +213,7 @@ pub(super) fn line_count(cursor: &mut NumberCursor<'_>) -> Result<u64, FileFault
 pub(super) fn element_type(cursor: &NumberCursor<'_>, number: i64) -> Result<ElementType, FileFault> {
     ElementType::of_number(number).ok_or_else(|| {
         cursor.fault(format!(
-            "elements of type {number} are not read; write the mesh with elements of first order: gmsh in.msh -order 1 -save -format msh41 -o out.msh"
+            "elements of type {number} are not read; write the mesh with elements of first order: gmsh in.geo -2 -order 1 -o out.msh"
         ))
     })
 }
