@@ -3,8 +3,9 @@
 use super::mesh_arrays;
 use super::model::MeshData;
 use crate::files::FileSource;
+use crate::input::converters::{self, FileContents};
 use crate::input::error::FileFault;
-use crate::input::{converters, gltf, msh, obj, ply, stl, vtk};
+use crate::input::{gltf, msh, obj, ply, stl, vtk};
 use std::path::Path;
 
 /// Largest OBJ file, bytes.
@@ -30,7 +31,7 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
             obj::parse(files, path, file, &String::from_utf8_lossy(&bytes))
         }
         _ => {
-            let known = converters::conversion_hint(path);
+            let known = converters::conversion_hint(path, FileContents::Mesh);
             let other = "this kind of mesh is not read; convert it to .obj, .stl, .ply, .glb, .gltf, .msh, .vtu or .vtp";
             Err(FileFault::new(file, "", known.unwrap_or_else(|| other.to_string())))
         }

@@ -9,6 +9,7 @@
 //! | `face_values` | values by face or by material from files |
 //! | `shells` | closed parts and their orientation |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
+//! | `missing_values` | materials that lack values, in one error |
 
 mod face_values;
 mod load;
@@ -16,6 +17,7 @@ mod material_overrides;
 mod material_part;
 pub(crate) mod mesh_arrays;
 pub(crate) mod mesh_surface;
+mod missing_values;
 pub(crate) mod model;
 pub(crate) mod placement;
 pub(crate) mod polygon;

@@ -6,6 +6,7 @@
 use super::shapes;
 use super::voxel_field::VoxelField;
 use super::voxel_grid::VoxelGridBuilder;
+use crate::input::converters::{self, FileContents};
 use crate::input::error::{FileFault, InputError};
 use crate::input::memory_arrays;
 use crate::input::npy::{self, ScalarArray};
@@ -13,7 +14,7 @@ use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::{VDB_KEYS, VOXEL_FILE};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::vdb::resample::{self, GridPlacement};
-use crate::input::{converters, vdb, vol};
+use crate::input::{vdb, vol};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
 
@@ -47,14 +48,14 @@ pub(super) fn read_density(
         refuse_vdb_keys(&t)?;
         let array = memory_arrays::grid(&memory, &name, field.noun).map_err(|f| file.error(f.to_string()))?;
         let bounds = bounds.or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
-        return Ok(fill_array(&array, bounds, scale, field, grid));
+        return Ok(ArrayFill { arrays: &[array], bounds, scale, colours: &Bands::from_rgb }.fill(field, grid));
+    }
+    if let Some(hint) = converters::conversion_hint(&path, FileContents::Voxels) {
+        return Err(file.error(format!("{name}: {hint}")));
     }
     let bytes = reader.context.files.read(&path, npy::MAX_ARRAY_FILE_BYTES);
     let bytes = bytes.map_err(|e| file.error(format!("{name}: {e}")))?;
     let refused = |f: FileFault| file.error(f.to_string());
-    if let Some(hint) = converters::conversion_hint(&path) {
-        return Err(file.error(format!("{name}: {hint}")));
-    }
     // Resample a sparse grid.
     if vdb::is_vdb(&bytes) {
         let placement = GridPlacement::read(&t, bounds)?;
@@ -67,41 +68,70 @@ pub(super) fn read_density(
     }
     refuse_vdb_keys(&t)?;
     // Resample an array.
-    let (array, own_bounds) = if vol::is_vol(&bytes) {
-        let (array, own) = vol::parse(&name, &bytes, field.noun).map_err(refused)?;
-        (array, Some(own))
+    let (arrays, own_bounds) = if vol::is_vol(&bytes) {
+        let (arrays, own) = vol::parse(&name, &bytes, field.noun).map_err(refused)?;
+        (arrays, Some(own))
     } else {
-        (npy::parse(&name, &bytes, field.noun).map_err(refused)?, None)
+        (vec![npy::parse(&name, &bytes, field.noun).map_err(refused)?], None)
     };
     drop(bytes);
     // Without any bounds the error names the missing key.
     let bounds = bounds.or(own_bounds).or(field.default_bounds);
     let bounds = bounds.map_or_else(|| shapes::read_bounds(&t), Ok)?;
-    Ok(fill_array(&array, bounds, scale, field, grid))
-}
-
-/// Fills the voxels that a dense array overlaps; returns their number.
-fn fill_array(
-    array: &ScalarArray<'_>,
-    (min, max): (Vec3, Vec3),
-    scale: Bands,
-    field: &VoxelField<'_>,
-    grid: &mut VoxelGridBuilder,
-) -> usize {
-    let overlaps = [0, 1, 2].map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), array.shape[axis]));
-    let [nx, ny, nz] = [0, 1, 2].map(|axis| overlaps[axis].len());
-    for x in &overlaps[0] {
-        for y in &overlaps[1] {
-            for z in &overlaps[2] {
-                let fraction = x.fraction * y.fraction * z.fraction;
-                let mean =
-                    weighted_sum(array, [&x.elements, &y.elements, &z.elements], field.averaged) / fraction;
-                let properties = (field.properties)(scale * mean);
-                grid.fill([x.cell, y.cell, z.cell], fraction.min(1.0), &properties);
-            }
+    let (known, triple) = (reader.source.bands(), reader.source.triple());
+    if arrays.len() > 1 {
+        if !field.has_bands {
+            let message = format!("three channels are no {}; save the volume with one channel", field.noun);
+            return Err(file.error(format!("{name}: {message}")));
+        }
+        // Three numbered bands take one channel each.
+        if known.from_rgb(triple, [1.0, 0.5, 0.0]).is_none() && known.count() != arrays.len() {
+            let message = "its channels are red, green and blue, which have no meaning in bands without wavelengths; save the volume with one channel, or give bands = [[from, to], …] in nm";
+            return Err(file.error(format!("{name}: {message}")));
         }
     }
-    nx * ny * nz
+    let colours = |rgb: [f64; 3]| known.from_rgb(triple, rgb).unwrap_or(Bands::from_rgb(rgb));
+    Ok(ArrayFill { arrays: &arrays, bounds, scale, colours: &colours }.fill(field, grid))
+}
+
+/// Dense arrays in a box: one of values for all bands, or three of red, green and blue.
+struct ArrayFill<'a> {
+    arrays: &'a [ScalarArray<'a>],
+    bounds: (Vec3, Vec3),
+    scale: Bands,
+    /// The values of the bands of red, green and blue.
+    colours: &'a dyn Fn([f64; 3]) -> Bands,
+}
+
+impl ArrayFill<'_> {
+    /// Fills the voxels that the arrays overlap; returns their number.
+    fn fill(&self, field: &VoxelField<'_>, grid: &mut VoxelGridBuilder) -> usize {
+        let Some(array) = self.arrays.first() else { return 0 };
+        let (min, max) = self.bounds;
+        let overlaps =
+            [0, 1, 2].map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), array.shape[axis]));
+        let [nx, ny, nz] = [0, 1, 2].map(|axis| overlaps[axis].len());
+        for x in &overlaps[0] {
+            for y in &overlaps[1] {
+                for z in &overlaps[2] {
+                    let fraction = x.fraction * y.fraction * z.fraction;
+                    let mean = |array: &ScalarArray<'_>| {
+                        let elements: [&[(usize, f64)]; 3] = [&x.elements, &y.elements, &z.elements];
+                        weighted_sum(array, elements, field.averaged) / fraction
+                    };
+                    let values = match self.arrays {
+                        [red, green, blue] => {
+                            self.scale * (self.colours)([mean(red), mean(green), mean(blue)])
+                        }
+                        _ => self.scale * mean(array),
+                    };
+                    let properties = (field.properties)(values);
+                    grid.fill([x.cell, y.cell, z.cell], fraction.min(1.0), &properties);
+                }
+            }
+        }
+        nx * ny * nz
+    }
 }
 
 /// A voxel that the array overlaps along one axis.
