@@ -2,6 +2,7 @@
 #![allow(missing_docs)]
 
 mod altered_files;
+mod compressed_meshes;
 mod density_arrays;
 mod error_kinds;
 mod face_values;

@@ -47,6 +47,13 @@ fn invalid_obj_files() -> Vec<(&'static str, String, &'static str)> {
             "bad.mtl:2: 'blue' is not a colour value",
         ),
         ("cut.obj", format!("mtllib cut.mtl\nusemtl a\n{triangle}f 1 2 3\n"), "bad.png: this PNG is damaged"),
+    ]
+}
+
+/// Files of other formats, and the command that converts them.
+fn files_of_other_formats() -> Vec<(&'static str, String, &'static str)> {
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    vec![
         (
             "mesh.xyz",
             triangle.into(),
@@ -72,7 +79,7 @@ fn invalid_obj_files_are_refused() {
         .with("bad.mtl", "newmtl a\nKd blue\n")
         .with("cut.mtl", "newmtl a\nmap_Kd bad.png\n")
         .with("bad.png", &png(1, 1, &[0, 0, 0])[..40]);
-    for (name, text, wanted) in invalid_obj_files() {
+    for (name, text, wanted) in invalid_obj_files().into_iter().chain(files_of_other_formats()) {
         folder.put(name, text);
         check(&folder, &[(&mesh(name), &["test.toml:3:", "surface 'm'", wanted])]);
     }
@@ -230,8 +237,8 @@ fn unsupported_gltf_contents_are_refused() {
     let files: Vec<(&str, Vec<u8>, &str)> = vec![
         (
             "draco",
-            change(&|q| q.more = r#","extensionsRequired":["KHR_draco_mesh_compression"]"#.into()),
-            "extension KHR_draco_mesh_compression, which is not read; export it without",
+            change(&|q| q.more = r#","extensionsRequired":["EXT_texture_webp"]"#.into()),
+            "extension EXT_texture_webp, which is not read; convert it: npx @gltf-transform/cli png in.glb",
         ),
         (
             "colour",

@@ -284,7 +284,7 @@ fn volume(mesh: &FacetFile) -> (zonal_math::Vec3, f64) {
     for corners in mesh.facets.iter().flatten() {
         for k in 1..corners.len() - 1 {
             let area = (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]) * 0.5;
-            sum = sum + area;
+            sum += area;
             volume += area.dot(corners[0]) / 3.0;
         }
     }
@@ -321,64 +321,62 @@ fn volumes_without_faces_have_their_boundary() {
     assert!(both.notes[0].contains("1 volume elements are not read"), "{:?}", both.notes);
 }
 
-#[test]
-fn damaged_files_are_refused() {
+/// Changes of a text of version 2.2, and what refuses the file.
+const CHANGES: [(&str, &str, &str); 19] = [
+    ("2.2 0 8", "3.0 0 8", "a.msh:3: version '3.0' is not read, only 2.x, 4.0 and 4.1; convert it: gmsh"),
+    ("2.2 0 8", "", "version '' is not read"),
+    ("2.2 0 8", "2.2 2 8", "the line of the format is not VERSION 0 8 or VERSION 1 8; convert"),
+    ("2.2 0 8", "2.2 1 4", "the line of the format is not VERSION 0 8 or VERSION 1 8; convert"),
+    ("$EndNodes", "$EndNode", "the section $Nodes does not end where its count says; it is cut short"),
+    ("$Nodes\n8", "$Nodes\n7", "the section $Nodes does not end where its count says"),
+    ("$Nodes\n8", "$Nodes\n9", "'$EndNodes' stands where a number is expected; mend"),
+    ("$Nodes\n8", "$Nodes\nmany", "'many' stands where a count is expected; export"),
+    ("$Nodes\n8", "$Nodes\n-8", "'-8' stands where a count is expected; export"),
+    ("$Nodes\n8", "$Nodes\n18446744073709551615", "'$EndNodes' stands where a number is expected"),
+    ("2 4 \"floor", "two \"floor", "is no name of a physical group (dimension, number, \"name\"); mend"),
+    ("2 4 \"floor", "1 2 3 \"floor", "is no name of a physical group"),
+    ("$EndComments", "$End", "the section $Comments has no end; the file is cut short"),
+    ("1 0 0 0 ", "1 nan 0 0 ", "node 1 has a coordinate that is not finite; mend"),
+    ("2 1 0 0 ", "1 1 0 0 ", "node 1 is given twice; export"),
+    (
+        "3 3 3 4 1",
+        "3 34 3 4 1",
+        "elements of type 34 are not read; write the mesh with elements of first order",
+    ),
+    ("7 6 5", "7 6 50", "a.msh:face or volume 2: its node 50 is none of the 8 nodes; export"),
+    ("7 6 5", "7 6 5.5", "5.5 stands where a whole number is expected; export"),
+    ("7 6 5", "7 6 -5", "-5 stands where a number from 0 is expected; export"),
+];
+
+/// Changes of a text of version 4.1, and what refuses the file.
+const CHANGES_OF_41: [(&str, &str, &str); 5] = [
+    ("Comments", "PartitionedEntities", "meshes in partitions are not read; join them: gmsh in.msh"),
+    ("5 5 1 5", "6 5 1 5", "'$EndElements' stands where a number is expected; mend"),
+    ("5 5 1 5", "9007199254740993 5 1 5", "'$EndElements' stands where a number is expected"),
+    ("5 5 1 5", "1e300 5 1 5", "stands where a whole number is expected; export"),
+    ("$Entities\n1 1 3 0", "$Entities\n1 1 4 0", "'$EndEntities' stands where a number is expected"),
+];
+
+/// Files that are refused, each with the reason.
+fn invalid_files() -> Vec<(Vec<u8>, &'static str)> {
     let good = String::from_utf8(version_2("2.2", Encoding::Text)).unwrap();
-    let new = String::from_utf8(version_41(Encoding::Text)).unwrap();
     let binary = version_41(Encoding::Little);
-    let with = |from: &str, to: &str| good.replacen(from, to, 1).into_bytes();
-    let of_new = |from: &str, to: &str| new.replacen(from, to, 1).into_bytes();
     let at = |name: &[u8]| binary.windows(name.len()).position(|w| w == name).unwrap() + name.len();
     let mut huge = binary.clone();
     let elements = at(b"$Elements\n");
     huge[elements..elements + 8].copy_from_slice(&[0xff; 8]);
     let mut order = binary.clone();
     order[at(b"$MeshFormat\n4.1 1 8\n")] = 2;
-    let cases: Vec<(Vec<u8>, &str)> = vec![
+    vec![
         (Vec::new(), "a.msh:1: this is no file of Gmsh: $MeshFormat is missing; export"),
         (b"hello\n".to_vec(), "a.msh:2: 'hello' stands where a section begins, as $Nodes; export"),
         (b"$Nodes\n".to_vec(), "this is no file of Gmsh: it does not begin with $MeshFormat; export"),
         (b"$NOD\n3\n".to_vec(), "a file of version 1, which is not read; convert it: gmsh in.msh -save"),
         (
-            with("2.2 0 8", "3.0 0 8"),
-            "a.msh:3: version '3.0' is not read, only 2.x, 4.0 and 4.1; convert it: gmsh",
-        ),
-        (with("2.2 0 8", ""), "version '' is not read"),
-        (with("2.2 0 8", "2.2 2 8"), "the line of the format is not VERSION 0 8 or VERSION 1 8; convert"),
-        (with("2.2 0 8", "2.2 1 4"), "the line of the format is not VERSION 0 8 or VERSION 1 8; convert"),
-        (
             b"(1 \"a mesh\")\n".to_vec(),
             "a.msh:1: this is a mesh of Ansys Fluent, which is not read; convert it: meshio",
         ),
-        (
-            of_new("Comments", "PartitionedEntities"),
-            "meshes in partitions are not read; join them: gmsh in.msh",
-        ),
         (order, "the byte order of this binary file is not known; export"),
-        (
-            with("$EndNodes", "$EndNode"),
-            "the section $Nodes does not end where its count says; it is cut short",
-        ),
-        (with("$Nodes\n8", "$Nodes\n7"), "the section $Nodes does not end where its count says"),
-        (with("$Nodes\n8", "$Nodes\n9"), "'$EndNodes' stands where a number is expected; mend"),
-        (with("$Nodes\n8", "$Nodes\nmany"), "'many' stands where a count is expected; export"),
-        (with("$Nodes\n8", "$Nodes\n-8"), "'-8' stands where a count is expected; export"),
-        (with("$Nodes\n8", "$Nodes\n18446744073709551615"), "'$EndNodes' stands where a number is expected"),
-        (
-            with("2 4 \"floor", "two \"floor"),
-            "is no name of a physical group (dimension, number, \"name\"); mend",
-        ),
-        (with("2 4 \"floor", "1 2 3 \"floor"), "is no name of a physical group"),
-        (with("$EndComments", "$End"), "the section $Comments has no end; the file is cut short"),
-        (with("1 0 0 0 ", "1 nan 0 0 "), "node 1 has a coordinate that is not finite; mend"),
-        (with("2 1 0 0 ", "1 1 0 0 "), "node 1 is given twice; export"),
-        (
-            with("3 3 3 4 1", "3 34 3 4 1"),
-            "elements of type 34 are not read; write the mesh with elements of first order",
-        ),
-        (with("7 6 5", "7 6 50"), "a.msh:face or volume 2: its node 50 is none of the 8 nodes; export"),
-        (with("7 6 5", "7 6 5.5"), "5.5 stands where a whole number is expected; export"),
-        (with("7 6 5", "7 6 -5"), "-5 stands where a number from 0 is expected; export"),
         (
             good.split("$Elements").next().unwrap().into(),
             "this file has no nodes or no $Elements; it is cut short",
@@ -387,16 +385,19 @@ fn damaged_files_are_refused() {
             text_file(&POSITIONS, &["1 4 1 2"]).into_bytes(),
             "this file has no triangles, quadrilaterals or volume elements; mesh",
         ),
-        (of_new("5 5 1 5", "6 5 1 5"), "'$EndElements' stands where a number is expected; mend"),
-        (of_new("5 5 1 5", "9007199254740993 5 1 5"), "'$EndElements' stands where a number is expected"),
-        (of_new("5 5 1 5", "1e300 5 1 5"), "stands where a whole number is expected; export"),
-        (
-            of_new("$Entities\n1 1 3 0", "$Entities\n1 1 4 0"),
-            "'$EndEntities' stands where a number is expected",
-        ),
         (huge, "stands where a whole number is expected; export"),
         (binary[..elements + 40].to_vec(), "this file is cut short: numbers are missing; copy"),
-    ];
+    ]
+}
+
+#[test]
+fn damaged_files_are_refused() {
+    let good = String::from_utf8(version_2("2.2", Encoding::Text)).unwrap();
+    let new = String::from_utf8(version_41(Encoding::Text)).unwrap();
+    let changed = CHANGES.map(|(from, to, wanted)| (good.replacen(from, to, 1).into_bytes(), wanted));
+    let changed_new =
+        CHANGES_OF_41.map(|(from, to, wanted)| (new.replacen(from, to, 1).into_bytes(), wanted));
+    let cases = invalid_files().into_iter().chain(changed).chain(changed_new);
     for (bytes, wanted) in cases {
         let message = read("a.msh", &bytes).unwrap_err();
         assert!(message.contains(wanted) && message.contains([';', ':']), "'{wanted}' is not in {message}");

@@ -138,8 +138,33 @@ fn texture_coordinates_are_read_and_colours_are_not() {
     assert_eq!(scene(by_corner).facets()[0].uv, [[0.0, 1.0], [0.5, 1.0], [0.0, 0.5]]);
 }
 
-#[test]
-fn damaged_files_are_refused() {
+/// Changes of a text, and what refuses the file.
+const CHANGES: [(&str, &str, &str); 21] = [
+    ("format ascii 1.0\n", "", "the line format is missing; export"),
+    ("ascii", "binary", "a.ply:2: the format 'binary' is not read; export as ascii"),
+    ("ascii 1.0", "ascii 2.0", "a.ply:2: 'format ascii 2.0' is no line of a PLY 1.0 header"),
+    ("vertex 8", "vertex eight", "a.ply:5: 'eight' is no number of rows; export"),
+    ("vertex 8", "vertex -8", "a.ply:5: '-8' is no number of rows; export"),
+    ("element edge", "element vertex", "a.ply:10: the element vertex is declared twice"),
+    ("float x", "half x", "a.ply:7: 'half' is no type of PLY; export"),
+    ("element vertex 8\n", "", "a.ply:5: a property stands before any element; export"),
+    ("element vertex", "element point", "a.ply:header: this file has no element vertex"),
+    ("float z", "float w", "a.ply:header: its vertices have no x, y and z; export"),
+    ("vertex_indices", "corners", "a.ply:header: its faces have no list vertex_indices; export"),
+    ("list uchar int vertex_indices", "int vertex_indices", "its faces have no list vertex_indices"),
+    ("vertex 8", "vertex 80000000000", "80000000000 rows of vertex take at least 640000000000 bytes, but"),
+    ("10 0 0 0", "10 0 zero 0", "a.ply:17: 'zero' stands where a number is expected; mend"),
+    ("10 1 0 0", "10 1 inf 0", "a.ply:18: vertex 1 has a number that is not finite; mend"),
+    ("4 3 2 1 0", "4 3 2 1 8", "a.ply:face 0: vertex index 8 is out of range: there are 8 vertices"),
+    ("4 3 2 1 0", "4 3 2 1 -1", "a.ply:27: face 0: -1 is no index of a vertex; export"),
+    ("4 3 2 1 0", "4 3 2 1 0.5", "a.ply:27: face 0: 0.5 is no index of a vertex; export"),
+    ("4 3 2 1 0 nan", "2 3 2 nan", "a.ply:face 0: a face needs at least three corners, not 2"),
+    ("4 3 2 1 0", "-4 3 2 1 0", "a.ply:27: -4 stands where a number from 0 is expected"),
+    ("4 3 2 1 0", "4000000000 3 2 1 0", "this file is cut short: numbers are missing; copy"),
+];
+
+/// Files that are refused, each with the reason.
+fn invalid_files() -> Vec<(Vec<u8>, &'static str)> {
     let good = text_cube();
     let with = |from: &str, to: &str| good.replacen(from, to, 1).into_bytes();
     let bin = binary_cube(false, ["float", "uchar", "int"]);
@@ -155,42 +180,12 @@ fn damaged_files_are_refused() {
     let cloud = good.split("element edge").next().unwrap().to_string() + "end_header\n";
     let strips =
         cloud.replace("end_header", "element tristrips 1\nproperty list int int vertex_indices\nend_header");
-    let cases: Vec<(Vec<u8>, &str)> = vec![
+    vec![
         (Vec::new(), "a.ply: this is no PLY: its first line is not ply; export"),
         (b"plyx\n".to_vec(), "a.ply: this is no PLY"),
         (b"ply\nformat ascii 1.0\n".to_vec(), "a.ply:2: this file is cut short: end_header is missing; copy"),
-        (with("format ascii 1.0\n", ""), "the line format is missing; export"),
-        (with("ascii", "binary"), "a.ply:2: the format 'binary' is not read; export as ascii"),
-        (with("ascii 1.0", "ascii 2.0"), "a.ply:2: 'format ascii 2.0' is no line of a PLY 1.0 header"),
-        (with("vertex 8", "vertex eight"), "a.ply:5: 'eight' is no number of rows; export"),
-        (with("vertex 8", "vertex -8"), "a.ply:5: '-8' is no number of rows; export"),
-        (with("element edge", "element vertex"), "a.ply:10: the element vertex is declared twice"),
-        (with("float x", "half x"), "a.ply:7: 'half' is no type of PLY; export"),
-        (with("element vertex 8\n", ""), "a.ply:5: a property stands before any element; export"),
-        (with("element vertex", "element point"), "a.ply:header: this file has no element vertex"),
-        (with("float z", "float w"), "a.ply:header: its vertices have no x, y and z; export"),
-        (with("vertex_indices", "corners"), "a.ply:header: its faces have no list vertex_indices; export"),
-        (
-            with("list uchar int vertex_indices", "int vertex_indices"),
-            "its faces have no list vertex_indices",
-        ),
         (cloud.into_bytes(), "this file is a cloud of 8 points without faces; reconstruct its surface"),
         (strips.into_bytes(), "strips of triangles, which are not read; open it in MeshLab"),
-        (
-            with("vertex 8", "vertex 80000000000"),
-            "80000000000 rows of vertex take at least 640000000000 bytes, but",
-        ),
-        (with("10 0 0 0", "10 0 zero 0"), "a.ply:17: 'zero' stands where a number is expected; mend"),
-        (with("10 1 0 0", "10 1 inf 0"), "a.ply:18: vertex 1 has a number that is not finite; mend"),
-        (
-            with("4 3 2 1 0", "4 3 2 1 8"),
-            "a.ply:face 0: vertex index 8 is out of range: there are 8 vertices",
-        ),
-        (with("4 3 2 1 0", "4 3 2 1 -1"), "a.ply:27: face 0: -1 is no index of a vertex; export"),
-        (with("4 3 2 1 0", "4 3 2 1 0.5"), "a.ply:27: face 0: 0.5 is no index of a vertex; export"),
-        (with("4 3 2 1 0 nan", "2 3 2 nan"), "a.ply:face 0: a face needs at least three corners, not 2"),
-        (with("4 3 2 1 0", "-4 3 2 1 0"), "a.ply:27: -4 stands where a number from 0 is expected"),
-        (with("4 3 2 1 0", "4000000000 3 2 1 0"), "this file is cut short: numbers are missing; copy"),
         (long_list[..long_list.len() - 9].to_vec(), "this file is cut short: numbers are missing; copy"),
         (bin[..length - 1].to_vec(), "this file is cut short: numbers are missing; copy"),
         (
@@ -200,7 +195,14 @@ fn damaged_files_are_refused() {
         (huge, "18446744073709551615 rows of edge take at least 18446744073709551615 bytes, but"),
         (negative, "face 5: -1 is no index of a vertex; export"),
         (infinite, "vertex 0 has a number that is not finite; mend"),
-    ];
+    ]
+}
+
+#[test]
+fn damaged_files_are_refused() {
+    let good = text_cube();
+    let changed = CHANGES.map(|(from, to, wanted)| (good.replacen(from, to, 1).into_bytes(), wanted));
+    let cases = invalid_files().into_iter().chain(changed);
     for (bytes, wanted) in cases {
         let message = read("a.ply", &bytes).unwrap_err();
         assert!(message.contains(wanted) && message.contains([';', ':']), "'{wanted}' is not in {message}");

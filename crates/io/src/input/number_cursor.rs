@@ -19,7 +19,7 @@ pub(super) enum NumberEncoding {
 
 /// The type of a number in binary files; texts have words of any type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NumberType {
+pub(super) struct ScalarType {
     /// `i`, `u` or `f`, as numpy names them.
     pub(super) kind: char,
     /// Bytes.
@@ -74,7 +74,7 @@ impl<'a> NumberCursor<'a> {
     }
 
     /// The next number.
-    pub(super) fn number(&mut self, of: NumberType) -> Result<f64, FileFault> {
+    pub(super) fn number(&mut self, of: ScalarType) -> Result<f64, FileFault> {
         let big_endian = match self.encoding {
             NumberEncoding::Text => return self.word(),
             NumberEncoding::LittleEndian => false,
@@ -86,7 +86,7 @@ impl<'a> NumberCursor<'a> {
     }
 
     /// The next number, which is whole.
-    pub(super) fn integer(&mut self, of: NumberType) -> Result<i64, FileFault> {
+    pub(super) fn integer(&mut self, of: ScalarType) -> Result<i64, FileFault> {
         let x = self.number(of)?;
         if x.fract() == 0.0 && x.abs() <= MAX_WHOLE_NUMBER {
             return Ok(x as i64);
@@ -95,7 +95,7 @@ impl<'a> NumberCursor<'a> {
     }
 
     /// The next number, which is whole and not negative.
-    pub(super) fn count(&mut self, of: NumberType) -> Result<u64, FileFault> {
+    pub(super) fn count(&mut self, of: ScalarType) -> Result<u64, FileFault> {
         let n = self.integer(of)?;
         let wrong =
             |_| self.fault(format!("{n} stands where a number from 0 is expected; export the mesh again"));
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn words_and_bytes_are_the_same_numbers() {
-        let int = NumberType { kind: 'i', size: 4 };
+        let int = ScalarType { kind: 'i', size: 4 };
         let text = b" -7 1e3\n x";
         let mut cursor = NumberCursor::new("f", text, 0, NumberEncoding::Text);
         assert_eq!((cursor.integer(int), cursor.count(int)), (Ok(-7), Ok(1000)));

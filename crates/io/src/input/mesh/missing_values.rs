@@ -19,14 +19,11 @@ pub(super) enum MissingValue {
     Extinction,
 }
 
-impl MissingValue {
-    const ALL: [MissingValue; 4] = [
-        MissingValue::Condition,
-        MissingValue::Emissivity,
-        MissingValue::Thickness,
-        MissingValue::Extinction,
-    ];
+/// All of them, in the order of messages.
+const MISSING_VALUES: [MissingValue; 4] =
+    [MissingValue::Condition, MissingValue::Emissivity, MissingValue::Thickness, MissingValue::Extinction];
 
+impl MissingValue {
     /// The value in messages, and the keys that give it.
     fn noun_and_keys(self) -> (&'static str, &'static str) {
         match self {
@@ -51,7 +48,7 @@ pub(super) fn refuse_missing(
         return Ok(());
     }
     let (mut gaps, mut remedies) = (Vec::new(), Vec::new());
-    for value in MissingValue::ALL {
+    for value in MISSING_VALUES {
         let names: Vec<&str> = missing.iter().filter(|(_, v)| *v == value).map(|(name, _)| *name).collect();
         if !names.is_empty() {
             let (noun, keys) = value.noun_and_keys();

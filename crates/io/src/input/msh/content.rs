@@ -1,6 +1,6 @@
 //! Nodes, elements and physical groups of a file of Gmsh.
 
-use super::element_types::{ElementShape, ElementType};
+use super::element_types::{ElementShape, MshElementType};
 use std::collections::HashMap;
 use zonal_math::Vec3;
 
@@ -38,7 +38,7 @@ pub(super) struct MshElement {
 
 impl MshContent {
     /// Adds an element by its nodes; points and lines are passed over. `group` is negative for elements that are turned.
-    pub(super) fn push(&mut self, kind: ElementType, group: i64, nodes: &[u64]) {
+    pub(super) fn push(&mut self, kind: MshElementType, group: i64, nodes: &[u64]) {
         let count = kind.shape.corners();
         if kind.shape.dimension() < 2 || nodes.len() < count {
             return;

@@ -55,7 +55,7 @@ impl ElementShape {
 
 /// A type of elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct ElementType {
+pub(super) struct MshElementType {
     pub(super) shape: ElementShape,
     /// Number of nodes.
     pub(super) nodes: usize,
@@ -121,12 +121,12 @@ const ELEMENT_TYPES: [(ElementShape, &[(i64, usize)]); 8] = [
     (ElementShape::Pyramid, &[(7, 5), (14, 14), (19, 13)]),
 ];
 
-impl ElementType {
+impl MshElementType {
     /// The type of a number; none for types that are not read.
-    pub(super) fn of_number(number: i64) -> Option<ElementType> {
+    pub(super) fn of_number(number: i64) -> Option<MshElementType> {
         let find = |(shape, types): &(ElementShape, &[(i64, usize)])| {
             let (_, nodes) = types.iter().find(|(n, _)| *n == number)?;
-            Some(ElementType { shape: *shape, nodes: *nodes })
+            Some(MshElementType { shape: *shape, nodes: *nodes })
         };
         ELEMENT_TYPES.iter().find_map(find)
     }
@@ -147,7 +147,7 @@ mod tests {
             assert!(edges.iter().all(|(a, b)| edges.iter().filter(|e| **e == (*b, *a)).count() == 1));
             assert!(edges.iter().all(|(a, _)| *a < shape.corners()));
         }
-        assert_eq!(ElementType::of_number(11), Some(ElementType { shape: Tetrahedron, nodes: 10 }));
-        assert_eq!(ElementType::of_number(34), None);
+        assert_eq!(MshElementType::of_number(11), Some(MshElementType { shape: Tetrahedron, nodes: 10 }));
+        assert_eq!(MshElementType::of_number(34), None);
     }
 }

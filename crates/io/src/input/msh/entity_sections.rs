@@ -9,9 +9,9 @@
 //! | numbers of nodes and elements | four bytes | eight bytes |
 
 use super::content::{MshContent, NO_GROUP};
-use super::sections::{DOUBLE, INT, MshVersion, SIZE, element_type, read_position};
+use super::values::{DOUBLE, INT, MshVersion, SIZE, element_type, read_position};
 use crate::input::error::FileFault;
-use crate::input::number_cursor::{NumberCursor, NumberType};
+use crate::input::number_cursor::{NumberCursor, ScalarType};
 
 /// Reads a section of this name: `Entities`, `Nodes` or `Elements`.
 pub(super) fn read(
@@ -47,7 +47,7 @@ struct BlockHeader {
 
 impl EntityReader<'_, '_> {
     /// The type of the numbers of nodes and elements.
-    fn tag_type(&self) -> NumberType {
+    fn tag_type(&self) -> ScalarType {
         if self.version == MshVersion::V40 { INT } else { SIZE }
     }
 

@@ -3,7 +3,7 @@
 //! In a binary file elements of one type follow a header of three numbers: type, number of elements, number of tags.
 
 use super::content::{MshContent, NO_GROUP};
-use super::sections::{DOUBLE, INT, element_type, line_count, read_position};
+use super::values::{DOUBLE, INT, element_type, line_count, read_position};
 use crate::input::error::FileFault;
 use crate::input::number_cursor::{NumberCursor, NumberEncoding};
 

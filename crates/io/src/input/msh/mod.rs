@@ -16,6 +16,7 @@
 //! | `element_types` | shapes and numbers of nodes |
 //! | `content` | nodes, elements and groups as the file gives them |
 //! | `sections` | the sections of all versions; `legacy_sections`, `entity_sections`: of 2.x and of 4.x |
+//! | `values` | values that the sections share |
 //! | `faces`, `boundary` | faces of elements as polygons; the boundary of volumes |
 
 mod boundary;
@@ -25,6 +26,7 @@ mod entity_sections;
 mod faces;
 mod legacy_sections;
 mod sections;
+mod values;
 
 use super::error::FileFault;
 use super::mesh::model::MeshData;

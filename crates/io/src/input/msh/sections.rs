@@ -1,17 +1,11 @@
 //! The sections of a file of Gmsh: `$Name`, its contents, `$EndName`.
 
 use super::content::MshContent;
-use super::element_types::ElementType;
+use super::values::{MshVersion, line_count};
 use super::{entity_sections, legacy_sections};
 use crate::input::error::FileFault;
-use crate::input::number_cursor::{NumberCursor, NumberEncoding, NumberType, quoted};
+use crate::input::number_cursor::{NumberCursor, NumberEncoding, quoted};
 
-/// Whole numbers of four bytes.
-pub(super) const INT: NumberType = NumberType { kind: 'i', size: 4 };
-/// Lengths.
-pub(super) const SIZE: NumberType = NumberType { kind: 'u', size: 8 };
-/// Coordinates.
-pub(super) const DOUBLE: NumberType = NumberType { kind: 'f', size: 8 };
 /// Command that writes a file in a version that is read.
 const CONVERSION: &str = "gmsh in.msh -save -format msh41 -o out.msh";
 /// Command that joins the partitions of a file.
@@ -19,38 +13,19 @@ const JOINING: &str = "gmsh in.msh -save -format msh22 -o out.msh";
 /// Command that converts a mesh of another program with the same extension.
 const FLUENT_CONVERSION: &str = "meshio convert --input-format ansys --output-format gmsh22 in.msh out.msh";
 
-/// The versions that are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum MshVersion {
-    V2,
-    V40,
-    V41,
-}
-
 /// Reads all sections.
 pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MshContent, FileFault> {
     let mut cursor = NumberCursor::new(file, bytes, 0, NumberEncoding::Text);
+    if bytes.trim_ascii_start().starts_with(b"(") {
+        return Err(not_gmsh(&cursor, "("));
+    }
     let mut content = MshContent::default();
     let mut version = None;
     let mut has_elements = false;
-    if bytes.trim_ascii_start().starts_with(b"(") {
-        return Err(cursor.fault(format!(
-            "this is a mesh of Ansys Fluent, which is not read; convert it: {FLUENT_CONVERSION}"
-        )));
-    }
     while let Some(name) = next_section(&mut cursor)? {
         match (name, version) {
             ("MeshFormat", None) => version = Some(read_format(&mut cursor)?),
-            ("NOD" | "NOE", None) => {
-                return Err(cursor.fault(format!(
-                    "this is a file of version 1, which is not read; convert it: {CONVERSION}"
-                )));
-            }
-            (_, None) => {
-                let message =
-                    "this is no file of Gmsh: it does not begin with $MeshFormat; export the mesh again";
-                return Err(cursor.fault(message));
-            }
+            (other, None) => return Err(not_gmsh(&cursor, other)),
             ("ParametricNodes", Some(MshVersion::V2)) => {
                 legacy_sections::read_parametric_nodes(&mut cursor, &mut content)?;
             }
@@ -81,6 +56,15 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MshContent, FileFault> {
             Err(cursor.fault(message))
         }
     }
+}
+
+/// Why a file is refused whose first section has this name.
+fn not_gmsh(cursor: &NumberCursor<'_>, first: &str) -> FileFault {
+    cursor.fault(match first {
+        "(" => format!("this is a mesh of Ansys Fluent, which is not read; convert it: {FLUENT_CONVERSION}"),
+        "NOD" | "NOE" => format!("this is a file of version 1, which is not read; convert it: {CONVERSION}"),
+        _ => "this is no file of Gmsh: it does not begin with $MeshFormat; export the mesh again".into(),
+    })
 }
 
 /// The name of the next section; none at the end of the file.
@@ -198,40 +182,4 @@ fn read_names(cursor: &mut NumberCursor<'_>, content: &mut MshContent) -> Result
         }
     }
     Ok(())
-}
-
-/// The count on a line of its own, which is text in binary files too.
-pub(super) fn line_count(cursor: &mut NumberCursor<'_>) -> Result<u64, FileFault> {
-    let line = cursor.line().unwrap_or_default().trim_ascii();
-    let count = std::str::from_utf8(line).ok().and_then(|n| n.parse().ok());
-    count.ok_or_else(|| {
-        cursor.fault(format!("'{}' stands where a count is expected; export the mesh again", quoted(line)))
-    })
-}
-
-/// The element type of a number.
-pub(super) fn element_type(cursor: &NumberCursor<'_>, number: i64) -> Result<ElementType, FileFault> {
-    ElementType::of_number(number).ok_or_else(|| {
-        cursor.fault(format!(
-            "elements of type {number} are not read; write the mesh with elements of first order: gmsh in.geo -2 -order 1 -o out.msh"
-        ))
-    })
-}
-
-/// Reads the coordinates of a node and adds it.
-pub(super) fn read_position(
-    cursor: &mut NumberCursor<'_>,
-    tag: u64,
-    content: &mut MshContent,
-) -> Result<(), FileFault> {
-    let position = [cursor.number(DOUBLE)?, cursor.number(DOUBLE)?, cursor.number(DOUBLE)?];
-    if position.iter().any(|x| !x.is_finite()) {
-        let message =
-            format!("node {tag} has a coordinate that is not finite; mend it or export the mesh again");
-        return Err(cursor.fault(message));
-    }
-    match content.nodes.insert(tag, zonal_math::Vec3::from_array(position)) {
-        None => Ok(()),
-        Some(_) => Err(cursor.fault(format!("node {tag} is given twice; export the mesh again"))),
-    }
 }

@@ -1,7 +1,7 @@
 //! The header of a PLY file: its encoding, and the properties of its elements.
 
 use crate::input::error::FileFault;
-use crate::input::number_cursor::{NumberEncoding, NumberType, quoted};
+use crate::input::number_cursor::{NumberEncoding, ScalarType, quoted};
 
 /// The header.
 pub(super) struct PlyHeader {
@@ -25,9 +25,9 @@ pub(super) struct PlyElement {
 pub(super) struct PlyProperty {
     pub(super) name: String,
     /// Type of the value, or of the values of a list.
-    pub(super) value: NumberType,
+    pub(super) value: ScalarType,
     /// Type of the length of a list; none for one value.
-    pub(super) length: Option<NumberType>,
+    pub(super) length: Option<ScalarType>,
 }
 
 impl PlyElement {
@@ -120,7 +120,7 @@ impl PlyHeader {
         Ok(())
     }
 
-    fn property(&mut self, name: &str, value: NumberType, length: Option<NumberType>) -> Result<(), String> {
+    fn property(&mut self, name: &str, value: ScalarType, length: Option<ScalarType>) -> Result<(), String> {
         let element = self.elements.last_mut();
         let element = element.ok_or("a property stands before any element; export the mesh again")?;
         element.properties.push(PlyProperty { name: name.to_string(), value, length });
@@ -129,7 +129,7 @@ impl PlyHeader {
 }
 
 /// The type of a name, of the first PLY programs or with the number of bits.
-fn number_type(name: &str) -> Result<NumberType, String> {
+fn number_type(name: &str) -> Result<ScalarType, String> {
     let (kind, size) = match name {
         "char" | "int8" => ('i', 1),
         "uchar" | "uint8" => ('u', 1),
@@ -146,7 +146,7 @@ fn number_type(name: &str) -> Result<NumberType, String> {
             return Err(format!("'{name}' is no type of PLY; export the mesh again"));
         }
     };
-    Ok(NumberType { kind, size })
+    Ok(ScalarType { kind, size })
 }
 
 /// The lines of a header. All end as the first does, so that the first byte of binary data is not taken for a line end.

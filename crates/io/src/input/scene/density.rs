@@ -34,10 +34,8 @@ pub(super) fn read_density(
     reader: &mut SceneReader<'_>,
 ) -> Result<usize, InputError> {
     let t = node.table(VOXEL_FILE)?;
-    let bounds = match (t.get("min"), t.get("max")) {
-        (None, None) => None,
-        _ => Some(shapes::read_bounds(&t)?),
-    };
+    let has_bounds = t.get("min").or_else(|| t.get("max")).is_some();
+    let bounds = has_bounds.then(|| shapes::read_bounds(&t)).transpose()?;
     let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ONE);
     let scale = scale.map(|s| s.powi(field.scale_exponent));
     // Read the file.
@@ -61,37 +59,40 @@ pub(super) fn read_density(
         let placement = GridPlacement::read(&t, bounds)?;
         let resampled = resample::resample(&name, &bytes, &placement, scale, field, grid);
         let (cells, note) = resampled.map_err(refused)?;
-        if let Some(note) = note {
-            reader.note(Diagnostic::note("grid-outside", note));
-        }
+        note.into_iter().for_each(|text| reader.note(Diagnostic::note("grid-outside", text)));
         return Ok(cells);
     }
     refuse_vdb_keys(&t)?;
     // Resample an array.
-    let (arrays, own_bounds) = if vol::is_vol(&bytes) {
-        let (arrays, own) = vol::parse(&name, &bytes, field.noun).map_err(refused)?;
-        (arrays, Some(own))
-    } else {
-        (vec![npy::parse(&name, &bytes, field.noun).map_err(refused)?], None)
-    };
+    let (arrays, own_bounds) = match vol::is_vol(&bytes) {
+        true => vol::parse(&name, &bytes, field.noun).map(|(arrays, own)| (arrays, Some(own))),
+        false => npy::parse(&name, &bytes, field.noun).map(|array| (vec![array], None)),
+    }
+    .map_err(refused)?;
     drop(bytes);
     // Without any bounds the error names the missing key.
     let bounds = bounds.or(own_bounds).or(field.default_bounds);
     let bounds = bounds.map_or_else(|| shapes::read_bounds(&t), Ok)?;
-    let (known, triple) = (reader.source.bands(), reader.source.triple());
-    if arrays.len() > 1 {
-        if !field.has_bands {
-            let message = format!("three channels are no {}; save the volume with one channel", field.noun);
-            return Err(file.error(format!("{name}: {message}")));
-        }
-        // Three numbered bands take one channel each.
-        if known.from_rgb(triple, [1.0, 0.5, 0.0]).is_none() && known.count() != arrays.len() {
-            let message = "its channels are red, green and blue, which have no meaning in bands without wavelengths; save the volume with one channel, or give bands = [[from, to], …] in nm";
-            return Err(file.error(format!("{name}: {message}")));
-        }
-    }
-    let colours = |rgb: [f64; 3]| known.from_rgb(triple, rgb).unwrap_or(Bands::from_rgb(rgb));
+    check_channels(arrays.len(), field, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
+    let source = &reader.source;
+    let colours = |rgb| source.bands().from_rgb(source.triple(), rgb).unwrap_or(Bands::from_rgb(rgb));
     Ok(ArrayFill { arrays: &arrays, bounds, scale, colours: &colours }.fill(field, grid))
+}
+
+/// Refuses three channels of a quantity that has one value in all bands, and in bands of which no colour is known.
+fn check_channels(count: usize, field: &VoxelField<'_>, reader: &SceneReader<'_>) -> Result<(), String> {
+    let bands = reader.source.bands();
+    if count == 1 {
+        return Ok(());
+    }
+    if !field.has_bands {
+        return Err(format!("three channels are no {}; save the volume with one channel", field.noun));
+    }
+    // Three numbered bands take one channel each.
+    match bands.from_rgb(reader.source.triple(), [1.0, 0.5, 0.0]).is_some() || bands.count() == count {
+        true => Ok(()),
+        false => Err("its channels are red, green and blue, which have no meaning in bands without wavelengths; save the volume with one channel, or give bands = [[from, to], …] in nm".into()),
+    }
 }
 
 /// Dense arrays in a box: one of values for all bands, or three of red, green and blue.
