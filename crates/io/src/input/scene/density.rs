@@ -38,7 +38,6 @@ pub(super) fn read_density(
     let bounds = has_bounds.then(|| shapes::read_bounds(&t)).transpose()?;
     let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ONE);
     let scale = scale.map(|s| s.powi(field.scale_exponent));
-    // Read the file.
     let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
@@ -71,8 +70,8 @@ pub(super) fn read_density(
     .map_err(refused)?;
     drop(bytes);
     // Without any bounds the error names the missing key.
-    let bounds = bounds.or(own_bounds).or(field.default_bounds);
-    let bounds = bounds.map_or_else(|| shapes::read_bounds(&t), Ok)?;
+    let bounds =
+        bounds.or(own_bounds).or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
     check_channels(arrays.len(), field, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
     let source = &reader.source;
     let colours = |rgb| source.bands().from_rgb(source.triple(), rgb).unwrap_or(Bands::from_rgb(rgb));
