@@ -17,7 +17,7 @@ mod scenes;
 mod solving;
 
 pub use readers::{
-    exr, factors, flight, gltf, jpeg, npy, npz, obj, png, request, scene, stl, vdb, view3d, vol,
+    exr, factors, flight, gltf, jpeg, msh, npy, npz, obj, ply, png, request, scene, stl, vdb, view3d, vol,
 };
 pub use scenes::scene_text;
 pub use solving::{solve, solve_toml};
@@ -26,15 +26,17 @@ pub use solving::{solve, solve_toml};
 pub type FuzzTarget = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const FUZZ_TARGETS: [FuzzTarget; 17] = [
+pub const FUZZ_TARGETS: [FuzzTarget; 19] = [
     ("exr", exr),
     ("factors", factors),
     ("flight", flight),
     ("gltf", gltf),
     ("jpeg", jpeg),
+    ("msh", msh),
     ("npy", npy),
     ("npz", npz),
     ("obj", obj),
+    ("ply", ply),
     ("png", png),
     ("request", request),
     ("scene", scene),

@@ -115,6 +115,20 @@ pub fn stl(data: &[u8]) {
     read_mesh("a.stl", &files);
 }
 
+/// Target: a PLY file.
+pub fn ply(data: &[u8]) {
+    let mut files = fixture_files();
+    insert_file(&mut files, "a.ply", data);
+    read_mesh("a.ply", &files);
+}
+
+/// Target: a file of Gmsh.
+pub fn msh(data: &[u8]) {
+    let mut files = fixture_files();
+    insert_file(&mut files, "a.msh", data);
+    read_mesh("a.msh", &files);
+}
+
 /// Target: an input file of View3D.
 pub fn view3d(data: &[u8]) {
     let file = match read_view3d_from_bytes(data, "fuzz.vs3") {

@@ -46,7 +46,7 @@ macro_rules! replays {
 
 replays! {
     scenes_camera_paths_and_requests: "scene", "flight", "request";
-    mesh_files: "obj", "gltf", "stl", "view3d";
+    mesh_files: "obj", "gltf", "stl", "ply", "msh", "view3d";
     volume_files: "vdb", "npy", "vol";
     image_files: "png", "jpeg", "exr";
     solution_files: "npz";

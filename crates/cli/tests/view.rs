@@ -11,7 +11,7 @@ use support::{Folder, Program, refused, solution, text};
 
 /// A running viewer of the small room; killed when dropped.
 struct RunningViewer {
-    _folder: Folder,
+    folder: Folder,
     child: Child,
     address: SocketAddr,
     output: BufReader<std::process::ChildStdout>,
@@ -19,10 +19,15 @@ struct RunningViewer {
 
 impl RunningViewer {
     fn start() -> RunningViewer {
+        RunningViewer::of("room.npz", solution())
+    }
+
+    /// Shows a file.
+    fn of(name: &str, content: impl AsRef<[u8]>) -> RunningViewer {
         let folder = Folder::new();
-        folder.put("room.npz", solution());
+        folder.put(name, content);
         let mut child = Command::new(env!("CARGO_BIN_EXE_zonal"))
-            .args(["view", "room.npz", "--port", "0"])
+            .args(["view", name, "--port", "0"])
             .current_dir(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -33,7 +38,7 @@ impl RunningViewer {
         output.read_line(&mut line).unwrap();
         let url = line.trim().rsplit(' ').next().unwrap().to_string();
         let address = url.strip_prefix("http://").unwrap().trim_end_matches('/').parse().unwrap();
-        RunningViewer { _folder: folder, child, address, output }
+        RunningViewer { folder, child, address, output }
     }
 
     fn connect(&self) -> TcpStream {
@@ -89,6 +94,7 @@ fn routes_have_media_types_and_policies() {
         ("/viewer.js", "text/javascript; charset=utf-8"),
         ("/viewer.css", "text/css; charset=utf-8"),
         ("/scene.bin", "application/octet-stream"),
+        ("/progress.json", "application/json"),
     ] {
         let mut s = v.connect();
         s.write_all(
@@ -281,6 +287,88 @@ fn interrupts_end_the_server_cleanly() {
         assert_eq!(code, Some(0), "{signal}: {rest}");
         assert!(rest.ends_with("stopped\n"), "{signal}: {rest}");
     }
+}
+
+/// A small room whose walls reflect `reflectance`.
+fn room(reflectance: f64) -> String {
+    format!(
+        "[solve]\npatch_size = 0.5\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = {reflectance}\nfaces.z1 = {{ emission = 1 }}\n"
+    )
+}
+
+impl RunningViewer {
+    /// The progress once `is_reached` holds.
+    fn progress_when(&self, is_reached: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
+        let end = Instant::now() + Duration::from_secs(120);
+        loop {
+            let answer = self.get("/progress.json");
+            let body = answer.split_once("\r\n\r\n").map_or("", |(_, body)| body);
+            let progress: serde_json::Value = serde_json::from_str(body).unwrap();
+            if is_reached(&progress) {
+                return progress;
+            }
+            assert!(Instant::now() < end, "{progress}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+#[test]
+fn a_scene_is_shown_as_draft_then_as_wanted_and_again_after_changes() {
+    let mut v = RunningViewer::of("room.toml", room(0.5));
+    // The page is there before its data.
+    v.assert_responsive();
+    let mut lines = Vec::new();
+    let mut line = String::new();
+    while lines.len() < 3 {
+        line.clear();
+        v.output.read_line(&mut line).unwrap();
+        lines.push(line.trim().to_string());
+    }
+    assert!(
+        lines[0].contains("Ctrl-C") && lines[1].starts_with("draft:") && lines[2].starts_with("normal:"),
+        "{lines:?}"
+    );
+    let done = |version: u64| {
+        move |p: &serde_json::Value| p["done"] == true && p["version"].as_u64() >= Some(version)
+    };
+    let p = v.progress_when(done(2));
+    assert_eq!(
+        (p["live"].as_bool(), p["version"].as_u64(), p["error"].is_null()),
+        (Some(true), Some(2), true)
+    );
+    // A changed scene is solved again; one that is not valid leaves the data, and says why.
+    v.folder.put("room.toml", room(0.8));
+    v.progress_when(done(4));
+    v.folder.put("room.toml", "[[surface]]\nboxx = 1");
+    let p = v.progress_when(|p| !p["error"].is_null());
+    assert_eq!(p["version"].as_u64(), Some(4));
+    assert!(p["error"].as_str().unwrap().contains("room.toml:2:1"), "{p}");
+    assert!(v.get("/scene.bin").starts_with("HTTP/1.1 200 OK"));
+    v.folder.put("room.toml", room(0.2));
+    v.progress_when(done(6));
+    assert_eq!(v.stop("-INT").0, Some(0));
+}
+
+#[test]
+fn an_interrupt_ends_a_solve_in_progress() {
+    let fine = room(0.5).replace("patch_size = 0.5", "patch_size = 0.02\ntolerance = 0.001");
+    let v = RunningViewer::of("room.toml", fine);
+    v.progress_when(|p| p["stage"].as_str().is_some_and(|s| !s.is_empty()));
+    let begin = Instant::now();
+    assert_eq!(v.stop("-INT").0, Some(0));
+    assert!(begin.elapsed() < Duration::from_secs(60));
+}
+
+#[test]
+fn a_model_is_shown_without_a_scene() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    let v = RunningViewer::of("plate.obj", corners);
+    v.progress_when(|p| p["version"].as_u64() >= Some(1));
+    let f = Folder::new();
+    f.put("a.obj", "v 0 0 0\n");
+    refused(&f, Program, &["view", "a.obj"], "a.obj");
+    refused(&f, Program, &["view", "none.toml"], "none.toml");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(missing_docs)]
 
 mod altered_files;
+mod compressed_meshes;
 mod density_arrays;
 mod error_kinds;
 mod face_values;
@@ -12,8 +13,13 @@ mod invalid_meshes;
 mod invalid_scenes;
 mod memory_limits;
 mod mesh_files;
+mod msh_files;
 mod openvdb_files;
+mod ply_files;
 mod shared_meshes;
 mod spectra;
+mod stl_files;
 mod support;
 mod thermal_scenes;
+mod view3d_files;
+mod view_factor_files;

@@ -47,7 +47,29 @@ fn invalid_obj_files() -> Vec<(&'static str, String, &'static str)> {
             "bad.mtl:2: 'blue' is not a colour value",
         ),
         ("cut.obj", format!("mtllib cut.mtl\nusemtl a\n{triangle}f 1 2 3\n"), "bad.png: this PNG is damaged"),
-        ("mesh.ply", triangle.into(), "mesh.ply: this kind of mesh is not read; convert it to .obj"),
+    ]
+}
+
+/// Files of other formats, and the command that converts them.
+fn files_of_other_formats() -> Vec<(&'static str, String, &'static str)> {
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    vec![
+        (
+            "mesh.xyz",
+            triangle.into(),
+            "mesh.xyz: this kind of mesh is not read; convert it to .obj, .stl, .ply",
+        ),
+        (
+            "mesh.ifc",
+            triangle.into(),
+            "mesh.ifc: IFC files are not read; convert this one: IfcConvert in.ifc out.glb",
+        ),
+        (
+            "MESH.STP",
+            triangle.into(),
+            "MESH.STP: STEP files are not read; convert this one: gmsh in.stp -2 -o out.msh",
+        ),
+        ("mesh.fbx", triangle.into(), "bpy.ops.import_scene.fbx(filepath='in.fbx')"),
     ]
 }
 
@@ -57,7 +79,7 @@ fn invalid_obj_files_are_refused() {
         .with("bad.mtl", "newmtl a\nKd blue\n")
         .with("cut.mtl", "newmtl a\nmap_Kd bad.png\n")
         .with("bad.png", &png(1, 1, &[0, 0, 0])[..40]);
-    for (name, text, wanted) in invalid_obj_files() {
+    for (name, text, wanted) in invalid_obj_files().into_iter().chain(files_of_other_formats()) {
         folder.put(name, text);
         check(&folder, &[(&mesh(name), &["test.toml:3:", "surface 'm'", wanted])]);
     }
@@ -215,8 +237,8 @@ fn unsupported_gltf_contents_are_refused() {
     let files: Vec<(&str, Vec<u8>, &str)> = vec![
         (
             "draco",
-            change(&|q| q.more = r#","extensionsRequired":["KHR_draco_mesh_compression"]"#.into()),
-            "extension KHR_draco_mesh_compression, which is not read; export it without",
+            change(&|q| q.more = r#","extensionsRequired":["EXT_texture_webp"]"#.into()),
+            "extension EXT_texture_webp, which is not read; convert it: npx @gltf-transform/cli png in.glb",
         ),
         (
             "colour",
@@ -276,4 +298,49 @@ fn missing_gltf_buffers_and_images_are_refused() {
         ),
     ];
     check_glb_files(files);
+}
+
+/// A strip of triangles, each of a material of its own: `m0`, `m1`, …
+fn many_materials(count: usize) -> String {
+    let part = |k: usize| format!("v {k} 0 0\nv {k} 1 0\nv {k}.5 0 0\nusemtl m{k}\nf -3 -2 -1\n");
+    (0..count).map(part).collect()
+}
+
+#[test]
+fn all_materials_that_lack_values_are_named_at_once() {
+    let folder = Folder::new().with("a.obj", many_materials(30)).with("b.obj", many_materials(2));
+    let scene = |file: &str, more: &str| format!("mode='thermal'\n{}{more}", mesh(file));
+    let all = "these values of materials are missing: the temperature or heat of 'm0', 'm1', 'm2'";
+    let names =
+        |range: std::ops::Range<usize>| range.map(|k| format!("'m{k}'")).collect::<Vec<_>>().join(", ");
+    let rest = format!("{} and 6 more; the emissivity of 'm0', ", names(20..24));
+    let without_one =
+        format!("emissivity of {} and 5 more; write emissivity in materials.\"m0\"", names(0..24));
+    let glass = "materials.m0.pane=true\nmaterials.m1.pane={thickness=0.1}\n";
+    let cases: [(String, &[&str]); 5] = [
+        (scene("a.obj", ""), &["test.toml:2:1: surface 'm': ", all, &rest, "in materials.\"m0\" and so on"]),
+        (scene("a.obj", "temperature=300\nmaterials.m29.emissivity=1\n"), &[&without_one]),
+        (
+            scene("b.obj", "emissivity=1\nmaterials.m0.temperature=300\n"),
+            &["surface 'm/m1'.temperature", "nothing is known"],
+        ),
+        (scene("b.obj", "temperature=300\n"), &["the emissivity of 'm0', 'm1'; write emissivity"]),
+        (
+            mesh("b.obj") + glass,
+            &[
+                "the thickness of the glass of 'm0'; the extinction of the glass of 'm1'; write pane.thickness (m), pane.extinction",
+            ],
+        ),
+    ];
+    for (text, wanted) in &cases {
+        check(&folder, &[(text, wanted)]);
+    }
+    folder.put("t.csv", "material,T\nm1,300\n");
+    let by_material = scene("a.obj", "emissivity=1\ntemperature={file='t.csv',by='material'}\n");
+    let wanted =
+        format!("t.csv:2: materials 'm0', {} and 5 more have no row; add one for each", names(2..25));
+    check(&folder, &[(&by_material, &[&wanted])]);
+    let notes = folder.scene(&mesh("a.obj"));
+    let warning = notes.notes().iter().find(|n| n.code == "default-material").map(|n| n.text.as_str());
+    assert!(warning.is_some_and(|w| w.contains("'m23' and 6 more")), "{warning:?}");
 }

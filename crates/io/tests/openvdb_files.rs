@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use support::Folder;
 use support::vdb::Vdb;
 use zonal_io::input::parse_scene;
-use zonal_scene::Scene;
+use zonal_scene::{Bands, Scene};
 
 fn total(s: &Scene) -> f64 {
     let v = s.voxel_grid().unwrap();
@@ -291,8 +291,12 @@ fn a_sphere_is_a_level_set() {
 }
 
 fn vol(shape: [u32; 3], values: &[f32]) -> Vec<u8> {
+    vol_of_channels(1, shape, values)
+}
+
+fn vol_of_channels(channels: u32, shape: [u32; 3], values: &[f32]) -> Vec<u8> {
     let mut out = b"VOL\x03".to_vec();
-    for n in [1, shape[0], shape[1], shape[2], 1] {
+    for n in [1, shape[0], shape[1], shape[2], channels] {
         out.extend(n.to_le_bytes());
     }
     out.extend(support::f32s(&[0.0, 0.0, 0.0, 2.0, 1.0, 1.0]));
@@ -315,4 +319,46 @@ fn mitsuba_volumes_fill_their_own_box() {
     assert!(cut.refusal(&medium("[4,4,4]", "")).contains("does not agree"));
     let negative = Folder::new().with("d.vdb", vol([1, 1, 1], &[-1.0]));
     assert!(negative.refusal(&medium("[4,4,4]", "")).contains("no density"));
+}
+
+#[test]
+fn three_channels_of_a_volume_are_colours() {
+    let colours = vol_of_channels(3, [2, 1, 1], &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]);
+    let f = Folder::new().with("d.vol", colours).with("two.vol", vol_of_channels(2, [1, 1, 1], &[1.0; 2]));
+    let text = |head: &str, keys: &str| {
+        format!(
+            "{head}\n[medium]\nmin=[0,0,0]\nmax=[2,1,1]\ncells=[2,1,1]\n{keys}\n[[medium.region]]\ndensity={{file='d.vol',scale=2}}\n"
+        )
+    };
+    let near = |a: Bands, b: [f64; 3]| assert!((a - Bands::from_rgb(b)).abs().sum() < 1e-6, "{a:?} {b:?}");
+    let s = f.scene(&text("", "extinction=1\nalbedo={file='d.vol'}"));
+    let m = s.voxel_grid().unwrap();
+    near(m.extinction(0), [0.2, 0.4, 0.6]);
+    near(m.extinction(1), [0.8, 1.0, 1.2]);
+    near(m.albedo(1), [0.4, 0.5, 0.6]);
+    // Bands of wavelengths have the means of the colours.
+    let s = f.scene(&text("bands=[[400,490],[600,700]]", ""));
+    near(s.voxel_grid().unwrap().extinction(0), [0.6, 0.2, 0.2]);
+    near(f.scene(&text("bands=3", "")).voxel_grid().unwrap().extinction(0), [0.2, 0.4, 0.6]);
+    for (scene, wanted) in [
+        (
+            text("bands=2", ""),
+            "d.vol: its channels are red, green and blue, which have no meaning in bands without",
+        ),
+        (
+            text("mode='thermal'", "temperature={file='d.vol'}"),
+            "d.vol: three channels are no temperature; save",
+        ),
+        (
+            text("", "").replace("d.vol", "two.vol"),
+            "values of type 1 with 2 channels are not read; save one or three",
+        ),
+        (
+            text("", "").replace("d.vol", "d.nvdb"),
+            "NanoVDB files are not read; convert this one: nanovdb_convert in.nvdb out.vdb",
+        ),
+    ] {
+        let message = f.refusal(&scene);
+        assert!(message.contains(wanted), "{message}");
+    }
 }

@@ -1,6 +1,6 @@
 //! STL files read right, with numbers, and damaged ones refused.
 
-mod support;
+use crate::support;
 
 use support::{Folder, check};
 use zonal_io::input::{FilesInMemory, StlFacet, StlFile, read_scene_from_bytes, read_stl};

@@ -1,6 +1,6 @@
 //! View factors written through the public interface.
 
-mod support;
+use crate::support;
 
 use support::Folder;
 use zonal_io::output::{ViewFactorFormat, ViewFactorTable, read_array, write_view_factors};

@@ -155,6 +155,28 @@ test('page', { skip: missing }, async (t) => {
     assert.equal(await server.stop(), 0);
   });
 
+  await t.test('a scene is solved while its page is open, and again after a change', async () => {
+    const room = (reflectance) => `[solve]\npatch_size = 0.25\n[[surface]]\nname = "room"\nroom = { min = [0,0,0], max = [1,1,1] }\nreflectance = ${reflectance}\nfaces.z1 = { emission = 3 }\n[[camera]]\nname = "door"\norigin = [0.2,0.1,0.5]\ntarget = [0.6,0.9,0.4]\n`;
+    writeFileSync(file('room.toml'), room(0.3));
+    const live = await serve('room.toml');
+    const { page: p, said } = await open(browser, live.url);
+    await p.evaluate(() => window.zonal.set({ stops: 1.5 }));
+    const solved = (patches) => p.waitForFunction((n) => window.zonal?.data.counts.patches === n && document.getElementById('solving').hidden, patches, { timeout: 60000 });
+    // The draft has patches of twice the size.
+    await solved(96);
+    const before = await spread(p);
+    assert.equal(await p.evaluate(() => window.zonal.state.stops), 1.5);
+    assert.ok(before > 10, `${before}`);
+    writeFileSync(file('room.toml'), room(0.9).replace('0.25', '0.2'));
+    await solved(150);
+    assert.equal(await p.evaluate(() => window.zonal.state.stops), 1.5);
+    writeFileSync(file('room.toml'), 'nonsense');
+    await p.waitForFunction(() => /Not solved/.test(document.getElementById('solving').textContent), null, { timeout: 20000 });
+    assert.deepEqual(complaints(said), []);
+    assert.equal(await live.stop(), 0);
+    await p.context().close();
+  });
+
   await t.test('single-file page opens without a server', async () => {
     run('export', solution, '-o', 'page.html');
     t.diagnostic(`page.html: ${readFileSync(file('page.html')).length} bytes`);

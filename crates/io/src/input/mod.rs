@@ -13,7 +13,9 @@
 //! | `facets`, `model_survey` | a mesh without a scene: as a list of polygons; what it contains |
 //! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
 //! | `memory_arrays` | arrays in place of files |
-//! | `obj`, `stl`, `gltf`, `vtk` | mesh formats |
+//! | `obj`, `stl`, `ply`, `gltf`, `vtk`, `msh` | mesh formats |
+//! | `number_cursor` | numbers of a text or of binary data, one after the other |
+//! | `converters` | formats that are not read, with commands that convert them |
 //! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
 //! | `spectrum` | spectra as values of bands |
@@ -26,6 +28,7 @@
 
 mod camera_file;
 mod camera_path;
+mod converters;
 mod error;
 mod facets;
 mod gltf;
@@ -33,9 +36,12 @@ mod images;
 mod memory_arrays;
 mod mesh;
 mod model_survey;
+mod msh;
 mod notes;
 mod npy;
+mod number_cursor;
 mod obj;
+mod ply;
 mod rotation;
 mod scene;
 mod scene_reader;

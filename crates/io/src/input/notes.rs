@@ -5,6 +5,8 @@ use zonal_scene::Diagnostic;
 
 /// Names listed in a note that stands for several.
 const MAX_NAMES_IN_NOTE: usize = 3;
+/// Names listed in a warning about materials without a value of their own, which are to be given one each.
+const MAX_NAMES_IN_MATERIAL_WARNING: usize = 24;
 
 /// A note, the names that its repetitions differ in, and their number.
 struct MergedNote {
@@ -49,13 +51,17 @@ fn merge_key(note: &Diagnostic, name: &str) -> String {
 impl MergedNote {
     fn into_note(self) -> Diagnostic {
         let MergedNote { note, names, count } = self;
+        let listed_names = match note.code.as_str() {
+            "default-material" => MAX_NAMES_IN_MATERIAL_WARNING,
+            _ => MAX_NAMES_IN_NOTE,
+        };
         let suffix = match (count, names.len()) {
             (1, _) => String::new(),
             (n, 1) => format!(" ({n} times)"),
             (_, n) => {
-                let listed = names[1..].iter().take(MAX_NAMES_IN_NOTE - 1);
+                let listed = names[1..].iter().take(listed_names - 1);
                 let listed: Vec<String> = listed.map(|x| format!("'{x}'")).collect();
-                let rest = n.saturating_sub(MAX_NAMES_IN_NOTE);
+                let rest = n.saturating_sub(listed_names);
                 let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
                 format!(" (likewise {}{rest})", listed.join(", "))
             }

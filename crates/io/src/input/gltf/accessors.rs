@@ -1,11 +1,13 @@
 //! Buffers, buffer views and accessors of a glTF document, with every bound checked.
 
+use super::compression;
 use super::container::resolve_uri;
 use crate::files::FileSource;
 use crate::input::error::FileFault;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::{self, Root, validation::Checked};
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// The buffers of a document.
@@ -13,6 +15,8 @@ pub(crate) struct Buffers<'a> {
     pub(crate) file: &'a str,
     pub(crate) root: &'a Root,
     pub(crate) data: Vec<Cow<'a, [u8]>>,
+    /// Decoded bytes of compressed buffer views.
+    decoded: HashMap<usize, Vec<u8>>,
     /// Bytes of the JSON and of all buffers.
     pub(crate) size: usize,
 }
@@ -30,6 +34,7 @@ impl<'a> Buffers<'a> {
         for (i, b) in root.buffers.iter().enumerate() {
             let place = format!("buffer {i}");
             let bytes = match (&b.uri, binary) {
+                _ if compression::is_fallback(b) => Cow::Borrowed(&[][..]),
                 (Some(uri), _) => Cow::Owned(resolve_uri(files, file, path, &place, uri)?),
                 (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
                 _ => {
@@ -40,7 +45,28 @@ impl<'a> Buffers<'a> {
             data.push(bytes);
         }
         let size = json + data.iter().map(|d| d.len()).sum::<usize>();
-        Ok(Buffers { file, root, data, size })
+        let mut buffers = Buffers { file, root, data, decoded: HashMap::new(), size };
+        buffers.decode_views()?;
+        Ok(buffers)
+    }
+
+    /// Decodes the compressed buffer views.
+    fn decode_views(&mut self) -> Result<(), FileFault> {
+        let mut left = compression::max_decoded_bytes(self.size);
+        for index in 0..self.root.buffer_views.len() {
+            let fault = |message: String| FileFault::new(self.file, format!("buffer view {index}"), message);
+            let Some(decoded) = compression::decode_view(self.root, index, &self.data) else { continue };
+            let decoded = decoded.map_err(fault)?;
+            let rest = left.checked_sub(decoded.len());
+            left = rest.ok_or_else(|| {
+                fault(
+                    "the buffer views up to this one hold more than the file can; export the file again"
+                        .into(),
+                )
+            })?;
+            self.decoded.insert(index, decoded);
+        }
+        Ok(())
     }
 
     /// The bytes of a buffer view.
@@ -49,6 +75,9 @@ impl<'a> Buffers<'a> {
         index: json::Index<json::buffer::View>,
         place: &str,
     ) -> Result<&[u8], FileFault> {
+        if let Some(decoded) = self.decoded.get(&index.value()) {
+            return Ok(decoded);
+        }
         let range = || {
             let view = self.root.buffer_views.get(index.value())?;
             let start = view.byte_offset.map_or(0, |o| o.0 as usize);
@@ -65,6 +94,15 @@ impl<'a> Buffers<'a> {
                 ),
             )
         })
+    }
+
+    /// The integer that stands for 1 in an accessor; 1 if its numbers stand for themselves.
+    pub(crate) fn unit(&self, index: json::Index<Accessor>) -> f64 {
+        let accessor = self.root.accessors.get(index.value()).filter(|a| a.normalized);
+        match accessor.map(|a| a.component_type) {
+            Some(Checked::Valid(component)) => ElementLayout::largest(component.0),
+            _ => 1.0,
+        }
     }
 
     /// An accessor's elements as numbers, each of `N` components.
@@ -197,17 +235,26 @@ impl ElementLayout {
         Some((0..count).map(element).collect())
     }
 
+    /// The integer that stands for 1.
+    fn largest(component: ComponentType) -> f64 {
+        match component {
+            ComponentType::I8 => 127.0,
+            ComponentType::U8 => 255.0,
+            ComponentType::I16 => 32767.0,
+            ComponentType::U16 => 65535.0,
+            ComponentType::U32 | ComponentType::F32 => 1.0,
+        }
+    }
+
     /// The value of a component's little-endian bytes.
     fn value(self, b: &[u8]) -> f64 {
         let bits = b.iter().rev().fold(0u32, |n, x| n << 8 | *x as u32);
-        let (value, unit) = match self.component {
-            ComponentType::I8 => (bits as u8 as i8 as f64, 127.0),
-            ComponentType::U8 => (bits as f64, 255.0),
-            ComponentType::I16 => (bits as u16 as i16 as f64, 32767.0),
-            ComponentType::U16 => (bits as f64, 65535.0),
-            ComponentType::U32 => (bits as f64, 1.0),
-            ComponentType::F32 => (f32::from_bits(bits) as f64, 1.0),
+        let value = match self.component {
+            ComponentType::I8 => bits as u8 as i8 as f64,
+            ComponentType::I16 => bits as u16 as i16 as f64,
+            ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => bits as f64,
+            ComponentType::F32 => f32::from_bits(bits) as f64,
         };
-        if self.normalized { (value / unit).max(-1.0) } else { value }
+        if self.normalized { (value / ElementLayout::largest(self.component)).max(-1.0) } else { value }
     }
 }

@@ -1,12 +1,22 @@
 //! The JSON of a glTF document, validated: indices in range, no required extension that is not read.
 
+use super::compression::{DRACO, MESHOPT, draco_extension, draco_view};
 use crate::input::error::FileFault;
 use gltf::Document;
-use gltf::json::{Root, mesh::Semantic, validation::Checked};
+use gltf::json::{Index, Root, mesh::Semantic, validation::Checked};
 use std::collections::BTreeSet;
 
 /// Extensions that a file may require, besides those of materials.
-const READ_EXTENSIONS: [&str; 3] = ["KHR_texture_transform", "KHR_mesh_quantization", "KHR_lights_punctual"];
+const READ_EXTENSIONS: [&str; 5] =
+    ["KHR_texture_transform", "KHR_mesh_quantization", "KHR_lights_punctual", DRACO, MESHOPT];
+
+/// Extensions that are not read, with commands of glTF Transform 4 that write a file without them.
+const CONVERSIONS: [(&str, &str); 4] = [
+    ("KHR_meshopt_compression", "npx @gltf-transform/cli copy in.glb out.glb"),
+    ("EXT_texture_webp", "npx @gltf-transform/cli png in.glb out.glb --formats \"*\""),
+    ("EXT_texture_avif", "npx @gltf-transform/cli png in.glb out.glb --formats \"*\""),
+    ("KHR_texture_basisu", "npx @gltf-transform/cli ktxdecompress in.glb out.glb (with ktx of KTX-Software)"),
+];
 
 /// Parses and validates the JSON of a document.
 pub(super) fn parse_document(file: &str, json: &[u8]) -> Result<Document, FileFault> {
@@ -16,7 +26,9 @@ pub(super) fn parse_document(file: &str, json: &[u8]) -> Result<Document, FileFa
     })?;
     let readable = |e: &str| e.starts_with("KHR_materials_") || READ_EXTENSIONS.contains(&e);
     if let Some(e) = root.extensions_required.iter().find(|e| !readable(e)) {
-        let message = format!("this file needs the extension {e}, which is not read; export it without");
+        let command = CONVERSIONS.iter().find(|(name, _)| name == e).map(|(_, command)| *command);
+        let remedy = command.map_or("export it without".to_string(), |c| format!("convert it: {c}"));
+        let message = format!("this file needs the extension {e}, which is not read; {remedy}");
         return Err(FileFault::new(file, "extensionsRequired", message));
     }
     root.extensions_required.clear();
@@ -25,6 +37,7 @@ pub(super) fn parse_document(file: &str, json: &[u8]) -> Result<Document, FileFa
         primitive.attributes.retain(|name, _| matches!(name, Checked::Valid(_)));
     }
     check_positions(file, &mut root)?;
+    place_draco_accessors(&mut root);
     Document::from_json(root).map_err(|e| match e {
         gltf::Error::Validation(list) => match list.first() {
             Some((path, defect)) => {
@@ -35,6 +48,20 @@ pub(super) fn parse_document(file: &str, json: &[u8]) -> Result<Document, FileFa
         },
         e => FileFault::new(file, "", format!("{e}; export the file again")),
     })
+}
+
+/// Gives the accessors of primitives that Draco compresses the buffer view of its data, since the crate's validation requires one; their values come from
+/// the decoded data.
+fn place_draco_accessors(root: &mut Root) {
+    for primitive in root.meshes.iter().flat_map(|m| &m.primitives) {
+        let view = draco_extension(primitive).and_then(draco_view).and_then(|v| u32::try_from(v).ok());
+        let Some(view) = view else { continue };
+        for index in primitive.attributes.values().chain(&primitive.indices) {
+            if let Some(accessor) = root.accessors.get_mut(index.value()) {
+                accessor.buffer_view.get_or_insert(Index::new(view));
+            }
+        }
+    }
 }
 
 /// Checks the accessors of positions, which the crate's validation indexes unchecked, and sets their min and max, which it requires and

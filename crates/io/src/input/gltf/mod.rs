@@ -1,11 +1,12 @@
 //! glTF 2.0: nodes, primitives and materials of diffuse surfaces and panes.
 //!
 //! Reference: the Khronos glTF 2.0 specification and KHR_materials_{emissive_strength, transmission, unlit, volume},
-//! KHR_texture_transform, KHR_mesh_quantization. The y axis stays up: turn with `rotate_degrees = [90, 0, 0]`.
+//! KHR_texture_transform, KHR_mesh_quantization, KHR_draco_mesh_compression, EXT_meshopt_compression. The y axis stays up: turn with `rotate_degrees = [90, 0, 0]`.
 //!
 //! | module | contents |
 //! |---|---|
 //! | `container`, `accessors` | GLB chunks and URIs; buffers and accessors with checked bounds |
+//! | `compression` | geometry compressed by Draco and meshopt |
 //! | `document`, `nodes`, `primitives` | the validated JSON; the node tree; faces |
 //! | `cameras` | perspective cameras |
 //! | `materials`, `texture_mapping` | materials as surfaces and panes; texture coordinates |
@@ -13,6 +14,7 @@
 
 mod accessors;
 mod cameras;
+mod compression;
 mod container;
 mod document;
 mod materials;
@@ -26,6 +28,7 @@ use super::mesh::model::MeshData;
 use crate::files::FileSource;
 use accessors::Buffers;
 use primitives::PrimitiveReader;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// Reads a GLB or glTF file; `file` names it in messages.
@@ -36,7 +39,8 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     let buffers = Buffers::open(files, file, path, document.as_json(), json.len(), binary)?;
     let mut mesh = MeshData::default();
     let materials = materials::read_materials(&document, files, path, &buffers, &mut mesh)?;
-    let mut reader = PrimitiveReader { buffers: &buffers, materials, mesh, skipped: 0, shown: 0 };
+    let mut reader =
+        PrimitiveReader { buffers: &buffers, materials, mesh, skipped: 0, shown: 0, draco: HashMap::new() };
     for instance in nodes::node_instances(file, &document)? {
         reader.read_node(&document, &instance)?;
         reader.mesh.cameras.extend(cameras::camera_of_node(&document, &instance));

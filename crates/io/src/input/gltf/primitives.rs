@@ -1,14 +1,20 @@
 //! Primitives of glTF meshes as faces.
 
 use super::accessors::Buffers;
+use super::compression::{self, DracoMesh};
 use super::materials::MaterialTable;
 use super::nodes::NodeInstance;
 use crate::input::error::FileFault;
 use crate::input::mesh::model::{MeshData, MeshFace};
 use crate::input::mesh::polygon::push_polygon;
 use gltf::Document;
+use gltf::json::Index;
+use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use serde_json::Value;
+use std::collections::HashMap;
+use std::rc::Rc;
 use zonal_math::Vec3;
 
 /// Number of positions and corners that nodes may show, however small the file is.
@@ -23,6 +29,14 @@ pub(super) struct PrimitiveReader<'a> {
     pub(super) skipped: usize,
     /// Number of positions and corners read, counted at every node that shows them.
     pub(super) shown: usize,
+    /// Primitives that Draco compresses, by their buffer view.
+    pub(super) draco: HashMap<usize, Rc<DracoMesh>>,
+}
+
+/// The decoded data of a primitive, and the extension that names its attributes.
+struct DracoPrimitive<'a> {
+    mesh: Rc<DracoMesh>,
+    extension: &'a Value,
 }
 
 impl PrimitiveReader<'_> {
@@ -44,10 +58,56 @@ impl PrimitiveReader<'_> {
         Ok(())
     }
 
+    /// The data of a primitive that Draco compresses; each buffer view is decoded once.
+    fn draco_primitive<'p>(
+        &mut self,
+        primitive: &'p Primitive,
+        place: &str,
+    ) -> Result<Option<DracoPrimitive<'p>>, FileFault> {
+        let Some(extension) = compression::draco_extension(primitive) else { return Ok(None) };
+        let fault = |message: String| FileFault::new(self.buffers.file, place, message);
+        let Some(view) = compression::draco_view(extension) else {
+            return Err(fault("its Draco data name no buffer view; export the file again".into()));
+        };
+        if let Some(mesh) = self.draco.get(&view) {
+            return Ok(Some(DracoPrimitive { mesh: mesh.clone(), extension }));
+        }
+        let index = u32::try_from(view).map(Index::new).unwrap_or(Index::new(u32::MAX));
+        let data = self.buffers.view(index, place)?;
+        let mesh = Rc::new(DracoMesh::decode(data).map_err(fault)?);
+        self.draco.insert(view, mesh.clone());
+        Ok(Some(DracoPrimitive { mesh, extension }))
+    }
+
+    /// The values of an attribute, out of Draco's data where there are any.
+    fn attribute<const N: usize>(
+        &self,
+        accessor: Index<Accessor>,
+        name: &str,
+        draco: Option<&DracoPrimitive<'_>>,
+        place: &str,
+    ) -> Result<Vec<[f64; N]>, FileFault> {
+        let Some(DracoPrimitive { mesh, extension }) = draco else { return self.buffers.numbers(accessor) };
+        let fault = |message: String| FileFault::new(self.buffers.file, place, message);
+        let values = mesh.attribute::<N>(extension, name);
+        let mut values = values.ok_or_else(|| {
+            fault(format!("its Draco data have no attribute {name}; export the file again"))
+        })?;
+        let unit = self.buffers.unit(accessor);
+        if unit != 1.0 {
+            values.iter_mut().flatten().for_each(|x| *x = (*x / unit).max(-1.0));
+        }
+        match values.iter().flatten().all(|x| x.is_finite()) {
+            true => Ok(values),
+            false => Err(fault(format!("a value of {name} is not a finite number; export the file again"))),
+        }
+    }
+
     /// The positions of a primitive, and its indices, checked.
     fn read_positions(
         &mut self,
         primitive: &Primitive,
+        draco: Option<&DracoPrimitive<'_>>,
         place: &str,
     ) -> Result<(Vec<[f64; 3]>, Vec<usize>), FileFault> {
         let fault = |message: String| FileFault::new(self.buffers.file, place, message);
@@ -55,13 +115,14 @@ impl PrimitiveReader<'_> {
         let Some(positions) = attribute else {
             return Err(fault("this primitive has no positions; export the file again".into()));
         };
-        let positions = self.buffers.numbers::<3>(positions)?;
-        let indices: Vec<usize> = match primitive.indices {
-            Some(i) => {
+        let positions = self.attribute::<3>(positions, "POSITION", draco, place)?;
+        let indices: Vec<usize> = match (draco, primitive.indices) {
+            (Some(draco), _) => draco.mesh.indices(),
+            (None, Some(i)) => {
                 let read = self.buffers.numbers::<1>(i)?;
                 read.iter().map(|[i]| *i as usize).collect()
             }
-            None => (0..positions.len()).collect(),
+            (None, None) => (0..positions.len()).collect(),
         };
         self.shown = self.shown.saturating_add(positions.len()).saturating_add(indices.len());
         if self.shown > MAX_SHOWN_VERTICES.max(4 * self.buffers.size) {
@@ -89,12 +150,14 @@ impl PrimitiveReader<'_> {
     ) -> Result<(), FileFault> {
         let fault = |message: String| FileFault::new(self.buffers.file, place, message);
         let attribute = |s: Semantic| primitive.attributes.get(&Checked::Valid(s)).copied();
-        let (positions, indices) = self.read_positions(primitive, place)?;
+        let draco = self.draco_primitive(primitive, place)?;
+        let (positions, indices) = self.read_positions(primitive, draco.as_ref(), place)?;
+        let mode = if draco.is_some() { Mode::Triangles } else { mode };
         // Read texture coordinates.
         let material = self.materials.index_of(primitive.material.map(|m| m.value()), &mut self.mesh);
         let mapping = self.materials.mapping(material);
         let uvs = match attribute(Semantic::TexCoords(mapping.set)).filter(|_| mapping.used) {
-            Some(a) => self.buffers.numbers::<2>(a)?,
+            Some(a) => self.attribute::<2>(a, &format!("TEXCOORD_{}", mapping.set), draco.as_ref(), place)?,
             None => Vec::new(),
         };
         // Add the triangles.

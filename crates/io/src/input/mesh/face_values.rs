@@ -3,6 +3,7 @@
 //! By face, a file has one row for each polygon of the mesh file, in the order of that file; a polygon that is triangulated keeps its value. By material,
 //! a CSV has a name and a value in each row, and stands for numbers in `materials`. Values that `materials` gives precede both.
 
+use super::missing_values::quoted_list;
 use super::model::{MeshData, MeshFace};
 use super::shells::ShellKind;
 use crate::input::error::InputError;
@@ -109,11 +110,15 @@ impl FaceValues {
             let own = properties(facet_values(quantity, *value));
             self.by_material[m] = self.by_material[m].or(own);
         }
-        match given.iter().position(|g| !g) {
-            Some(m) => {
-                Err(refused(table.values().len() - 1, format!("material '{}' has no row; add one", names[m])))
+        let missing = names.iter().zip(&given).filter(|(_, given)| !**given);
+        let missing: Vec<&str> = missing.map(|(name, _)| *name).collect();
+        let last = table.values().len().saturating_sub(1);
+        match missing.as_slice() {
+            [] => Ok(()),
+            [name] => Err(refused(last, format!("material '{name}' has no row; add one"))),
+            list => {
+                Err(refused(last, format!("materials {} have no row; add one for each", quoted_list(list))))
             }
-            None => Ok(()),
         }
     }
 

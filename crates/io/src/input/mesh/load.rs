@@ -3,8 +3,9 @@
 use super::mesh_arrays;
 use super::model::MeshData;
 use crate::files::FileSource;
+use crate::input::converters::{self, FileContents};
 use crate::input::error::FileFault;
-use crate::input::{gltf, obj, stl, vtk};
+use crate::input::{gltf, msh, obj, ply, stl, vtk};
 use std::path::Path;
 
 /// Largest OBJ file, bytes.
@@ -19,6 +20,8 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     match extension.as_deref() {
         Some("vtu" | "vtp") => vtk::read_mesh_file(files, path, file),
         Some("glb" | "gltf") => gltf::read_mesh_file(files, path, file),
+        Some("msh") => msh::read_mesh_file(files, path, file),
+        Some("ply") => ply::read_mesh_file(files, path, file),
         Some("stl") => stl::read_mesh_file(files, path, file),
         Some("obj") => {
             let bytes = files.read(path, MAX_OBJ_FILE_BYTES).map_err(|e| FileFault::new(file, "", e))?;
@@ -27,10 +30,10 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
             }
             obj::parse(files, path, file, &String::from_utf8_lossy(&bytes))
         }
-        _ => Err(FileFault::new(
-            file,
-            "",
-            "this kind of mesh is not read; convert it to .obj, .stl, .glb, .gltf, .vtu or .vtp",
-        )),
+        _ => {
+            let known = converters::conversion_hint(path, FileContents::Mesh);
+            let other = "this kind of mesh is not read; convert it to .obj, .stl, .ply, .glb, .gltf, .msh, .vtu or .vtp";
+            Err(FileFault::new(file, "", known.unwrap_or_else(|| other.to_string())))
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::face_values::FaceValues;
 use super::material_overrides::{MaterialOverride, PaneOverride};
+use super::missing_values::MissingValue;
 use super::model::{GlassAttenuation, ImageSource, MeshFace, MeshMaterial};
 use super::shells::{ShellKind, check_closed, find_shells};
 use crate::input::error::InputError;
@@ -72,6 +73,37 @@ impl MaterialPart<'_, '_> {
         read.transpose().map_err(|f| self.error(f.to_string()))
     }
 
+    /// The properties of the surfaces of these faces.
+    fn properties(
+        &self,
+        faces: &[(&MeshFace, ShellKind)],
+        of_surface: SurfaceProperties,
+    ) -> SurfaceProperties {
+        let given = self.over.properties.or(self.of_material);
+        given.or(of_surface).or(self.values.representative(faces))
+    }
+
+    /// The values that an opaque material lacks in thermal mode.
+    pub(crate) fn missing_of_surfaces(
+        &self,
+        faces: &[(&MeshFace, ShellKind)],
+        of_surface: SurfaceProperties,
+    ) -> Vec<MissingValue> {
+        let p = self.properties(faces, of_surface);
+        let condition = (p.condition.is_none() && p.convection.is_none()).then_some(MissingValue::Condition);
+        let emissivity = p.reflectance.is_none().then_some(MissingValue::Emissivity);
+        condition.into_iter().chain(emissivity).collect()
+    }
+
+    /// The value that a glass lacks.
+    pub(crate) fn missing_of_glass(&self, faces: &[(&MeshFace, ShellKind)]) -> Option<MissingValue> {
+        let thickness = faces.first().and_then(|(f, _)| self.thickness(f.scale).ok());
+        if thickness.is_none() && !self.over.region {
+            return Some(MissingValue::Thickness);
+        }
+        self.glass_properties(thickness).is_err().then_some(MissingValue::Extinction)
+    }
+
     /// Adds one surface for each kind of shell: open, body, room.
     pub(crate) fn add_surfaces(
         &self,
@@ -80,7 +112,7 @@ impl MaterialPart<'_, '_> {
         reader: &mut SceneReader<'_>,
     ) -> Result<(), InputError> {
         let given = self.over.properties.or(self.of_material);
-        let properties = given.or(of_surface).or(self.values.representative(&faces));
+        let properties = self.properties(&faces, of_surface);
         let template = self.surface_template(&properties, reader)?;
         let present = |kind: ShellKind| faces.iter().any(|(_, s)| *s == kind);
         let mixed = ShellKind::VARIANTS.into_iter().filter(|k| present(*k)).count() > 1;

@@ -3,11 +3,13 @@
 use super::face_values::read_face_values;
 use super::material_overrides::{self, MaterialOverride};
 use super::material_part::MaterialPart;
+use super::missing_values::refuse_missing;
 use super::model::{MeshData, MeshFace};
 use super::placement::load_placed;
 use super::shells::{ShellKind, Shells, find_shells};
 use crate::input::error::InputError;
 use crate::input::scene::surface_properties::SurfaceProperties;
+use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
@@ -47,44 +49,82 @@ pub(crate) fn read_mesh_surface(
     reader.parts.faces.meshes.push(FaceMesh { name: name.to_string(), faces: mesh.face_count });
     let materials = MaterialUse::new(&mesh, &overrides);
     let shell_of_face = find_shells_of_faces(table, &materials, name, properties.sides, reader)?;
-    // Add each material.
+    // Collect the materials in use.
+    let overs: Vec<MaterialOverride> = (0..mesh.materials.len()).map(|m| materials.override_of(m)).collect();
     let several = materials.faces.iter().filter(|f| !f.is_empty()).count() > 1;
-    for (m, material) in mesh.materials.iter().enumerate() {
-        let over = materials.override_of(m);
-        if materials.faces[m].is_empty() || over.omit {
-            continue;
-        }
+    let part = |(m, kind): (usize, MaterialKind)| {
+        let material = &mesh.materials[m];
         let part = MaterialPart {
             table,
             node,
             name: if several { format!("{name}/{}", material.name) } else { name.to_string() },
             material,
-            over: &over,
+            over: &overs[m],
             scale,
             first_face,
             values: &values,
             of_material: values.of_material(m),
         };
-        if let Some(offset) = over.offset {
-            table.source.record_place(format!("surface '{}'", part.name), offset);
-            table.source.record_place(format!("pane '{}'", part.name), offset);
-        } else {
-            reader.inherit_surface_place(&part.name, name);
-        }
-        if over.region || materials.is_pane(m) {
-            part.check_glass(reader.mode())?;
-        }
-        let faces: Vec<&MeshFace> = materials.faces[m].iter().map(|i| &mesh.faces[*i]).collect();
-        if over.region {
-            part.add_region(faces, reader)?;
-        } else if materials.is_pane(m) {
-            part.add_panes(faces, reader)?;
-        } else {
-            let with_shells = materials.faces[m].iter().map(|i| (&mesh.faces[*i], shell_of_face[*i]));
-            part.add_surfaces(with_shells.collect(), properties, reader)?;
+        let faces = materials.faces[m].iter().map(|i| (&mesh.faces[*i], shell_of_face[*i])).collect();
+        UsedMaterial { part, kind, faces }
+    };
+    let used: Vec<UsedMaterial<'_, '_>> = materials.used().map(part).collect();
+    // Check all, then add each.
+    check_materials(&used, name, properties, reader)?;
+    for UsedMaterial { part, kind, faces } in used {
+        match kind {
+            MaterialKind::Region => part.add_region(faces.into_iter().map(|(f, _)| f).collect(), reader)?,
+            MaterialKind::Pane => part.add_panes(faces.into_iter().map(|(f, _)| f).collect(), reader)?,
+            MaterialKind::Opaque => part.add_surfaces(faces, properties, reader)?,
         }
     }
     Ok(())
+}
+
+/// What a material becomes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum MaterialKind {
+    Opaque,
+    Pane,
+    Region,
+}
+
+/// A material in use with its faces.
+struct UsedMaterial<'a, 'n> {
+    part: MaterialPart<'a, 'n>,
+    kind: MaterialKind,
+    faces: Vec<(&'a MeshFace, ShellKind)>,
+}
+
+/// Records the places of materials, and refuses those with keys of surfaces on glass or without values that they need.
+fn check_materials(
+    used: &[UsedMaterial<'_, '_>],
+    name: &str,
+    properties: SurfaceProperties,
+    reader: &SceneReader<'_>,
+) -> Result<(), InputError> {
+    let mut missing = Vec::new();
+    for UsedMaterial { part, kind, faces } in used {
+        if let Some(offset) = part.over.offset {
+            part.table.source.record_place(format!("surface '{}'", part.name), offset);
+            part.table.source.record_place(format!("pane '{}'", part.name), offset);
+        } else {
+            reader.inherit_surface_place(&part.name, name);
+        }
+        let gaps = match kind {
+            MaterialKind::Opaque if reader.mode() == SceneMode::Light => Vec::new(),
+            MaterialKind::Opaque => part.missing_of_surfaces(faces, properties),
+            _ => {
+                part.check_glass(reader.mode())?;
+                part.missing_of_glass(faces).into_iter().collect()
+            }
+        };
+        missing.extend(gaps.into_iter().map(|value| (part.material.name.as_str(), value)));
+    }
+    match used.first() {
+        Some(first) => refuse_missing(first.part.table, &missing),
+        None => Ok(()),
+    }
 }
 
 /// The kind of shell of each face. Closed parts are found among the opaque faces, unless `solid = false` makes all faces open.
@@ -133,6 +173,18 @@ impl<'a> MaterialUse<'a> {
             Some(pane) => pane.is_some(),
             None => self.mesh.materials[material].glass.is_some(),
         }
+    }
+    /// The materials that have faces and are not omitted, and what each becomes.
+    fn used(&self) -> impl Iterator<Item = (usize, MaterialKind)> + '_ {
+        let is_used = |m: &usize| !self.faces[*m].is_empty() && !self.override_of(*m).omit;
+        (0..self.faces.len()).filter(is_used).map(|m| {
+            let kind = match (self.override_of(m).region, self.is_pane(m)) {
+                (true, _) => MaterialKind::Region,
+                (false, true) => MaterialKind::Pane,
+                (false, false) => MaterialKind::Opaque,
+            };
+            (m, kind)
+        })
     }
     /// The faces of opaque materials and their shells: panes, regions and omitted materials close nothing.
     fn opaque_shells(&self) -> (Vec<usize>, Shells) {

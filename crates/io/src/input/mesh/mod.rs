@@ -5,10 +5,11 @@
 //! | `model` | faces and materials as a file gives them, in its unit and axes |
 //! | `load`, `placement` | reading by file extension; the mesh placed in the scene |
 //! | `mesh_arrays` | a mesh of arrays in memory |
-//! | `polygon` | polygons as plates |
+//! | `polygon`, `polygon_list` | polygons as plates; those of a file one after the other |
 //! | `face_values` | values by face or by material from files |
 //! | `shells` | closed parts and their orientation |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
+//! | `missing_values` | materials that lack values, in one error |
 
 mod face_values;
 mod load;
@@ -16,9 +17,11 @@ mod material_overrides;
 mod material_part;
 pub(crate) mod mesh_arrays;
 pub(crate) mod mesh_surface;
+mod missing_values;
 pub(crate) mod model;
 pub(crate) mod placement;
 pub(crate) mod polygon;
+pub(crate) mod polygon_list;
 pub(crate) mod shells;
 
 pub(crate) use load::read_mesh_file;

@@ -49,7 +49,7 @@ pub(crate) fn load_placed(
     reader: &mut SceneReader<'_>,
 ) -> Result<(MeshData, f64), InputError> {
     let t = node.table(MESH)?;
-    let file = t.require("file", "file = \"mesh.obj\" (or .stl, .glb, .gltf)")?;
+    let file = t.require("file", "file = \"mesh.obj\" (or .stl, .ply, .glb, .gltf, .msh, .vtu, .vtp)")?;
     let path = reader.resolve(&file)?;
     let placement = MeshPlacement::read(&t)?;
     let name = path.display().to_string();

@@ -6,6 +6,7 @@
 use super::shapes;
 use super::voxel_field::VoxelField;
 use super::voxel_grid::VoxelGridBuilder;
+use crate::input::converters::{self, FileContents};
 use crate::input::error::{FileFault, InputError};
 use crate::input::memory_arrays;
 use crate::input::npy::{self, ScalarArray};
@@ -33,13 +34,10 @@ pub(super) fn read_density(
     reader: &mut SceneReader<'_>,
 ) -> Result<usize, InputError> {
     let t = node.table(VOXEL_FILE)?;
-    let bounds = match (t.get("min"), t.get("max")) {
-        (None, None) => None,
-        _ => Some(shapes::read_bounds(&t)?),
-    };
+    let has_bounds = t.get("min").or_else(|| t.get("max")).is_some();
+    let bounds = has_bounds.then(|| shapes::read_bounds(&t)).transpose()?;
     let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ONE);
     let scale = scale.map(|s| s.powi(field.scale_exponent));
-    // Read the file.
     let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
@@ -47,7 +45,10 @@ pub(super) fn read_density(
         refuse_vdb_keys(&t)?;
         let array = memory_arrays::grid(&memory, &name, field.noun).map_err(|f| file.error(f.to_string()))?;
         let bounds = bounds.or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
-        return Ok(fill_array(&array, bounds, scale, field, grid));
+        return Ok(ArrayFill { arrays: &[array], bounds, scale, colours: &Bands::from_rgb }.fill(field, grid));
+    }
+    if let Some(hint) = converters::conversion_hint(&path, FileContents::Voxels) {
+        return Err(file.error(format!("{name}: {hint}")));
     }
     let bytes = reader.context.files.read(&path, npy::MAX_ARRAY_FILE_BYTES);
     let bytes = bytes.map_err(|e| file.error(format!("{name}: {e}")))?;
@@ -57,48 +58,80 @@ pub(super) fn read_density(
         let placement = GridPlacement::read(&t, bounds)?;
         let resampled = resample::resample(&name, &bytes, &placement, scale, field, grid);
         let (cells, note) = resampled.map_err(refused)?;
-        if let Some(note) = note {
-            reader.note(Diagnostic::note("grid-outside", note));
-        }
+        note.into_iter().for_each(|text| reader.note(Diagnostic::note("grid-outside", text)));
         return Ok(cells);
     }
     refuse_vdb_keys(&t)?;
     // Resample an array.
-    let (array, own_bounds) = if vol::is_vol(&bytes) {
-        let (array, own) = vol::parse(&name, &bytes, field.noun).map_err(refused)?;
-        (array, Some(own))
-    } else {
-        (npy::parse(&name, &bytes, field.noun).map_err(refused)?, None)
-    };
+    let (arrays, own_bounds) = match vol::is_vol(&bytes) {
+        true => vol::parse(&name, &bytes, field.noun).map(|(arrays, own)| (arrays, Some(own))),
+        false => npy::parse(&name, &bytes, field.noun).map(|array| (vec![array], None)),
+    }
+    .map_err(refused)?;
     drop(bytes);
     // Without any bounds the error names the missing key.
-    let bounds = bounds.or(own_bounds).or(field.default_bounds);
-    let bounds = bounds.map_or_else(|| shapes::read_bounds(&t), Ok)?;
-    Ok(fill_array(&array, bounds, scale, field, grid))
+    let bounds =
+        bounds.or(own_bounds).or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
+    check_channels(arrays.len(), field, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
+    let source = &reader.source;
+    let colours = |rgb| source.bands().from_rgb(source.triple(), rgb).unwrap_or(Bands::from_rgb(rgb));
+    Ok(ArrayFill { arrays: &arrays, bounds, scale, colours: &colours }.fill(field, grid))
 }
 
-/// Fills the voxels that a dense array overlaps; returns their number.
-fn fill_array(
-    array: &ScalarArray<'_>,
-    (min, max): (Vec3, Vec3),
+/// Refuses three channels of a quantity that has one value in all bands, and in bands of which no colour is known.
+fn check_channels(count: usize, field: &VoxelField<'_>, reader: &SceneReader<'_>) -> Result<(), String> {
+    let bands = reader.source.bands();
+    if count == 1 {
+        return Ok(());
+    }
+    if !field.has_bands {
+        return Err(format!("three channels are no {}; save the volume with one channel", field.noun));
+    }
+    // Three numbered bands take one channel each.
+    match bands.from_rgb(reader.source.triple(), [1.0, 0.5, 0.0]).is_some() || bands.count() == count {
+        true => Ok(()),
+        false => Err("its channels are red, green and blue, which have no meaning in bands without wavelengths; save the volume with one channel, or give bands = [[from, to], …] in nm".into()),
+    }
+}
+
+/// Dense arrays in a box: one of values for all bands, or three of red, green and blue.
+struct ArrayFill<'a> {
+    arrays: &'a [ScalarArray<'a>],
+    bounds: (Vec3, Vec3),
     scale: Bands,
-    field: &VoxelField<'_>,
-    grid: &mut VoxelGridBuilder,
-) -> usize {
-    let overlaps = [0, 1, 2].map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), array.shape[axis]));
-    let [nx, ny, nz] = [0, 1, 2].map(|axis| overlaps[axis].len());
-    for x in &overlaps[0] {
-        for y in &overlaps[1] {
-            for z in &overlaps[2] {
-                let fraction = x.fraction * y.fraction * z.fraction;
-                let mean =
-                    weighted_sum(array, [&x.elements, &y.elements, &z.elements], field.averaged) / fraction;
-                let properties = (field.properties)(scale * mean);
-                grid.fill([x.cell, y.cell, z.cell], fraction.min(1.0), &properties);
+    /// The values of the bands of red, green and blue.
+    colours: &'a dyn Fn([f64; 3]) -> Bands,
+}
+
+impl ArrayFill<'_> {
+    /// Fills the voxels that the arrays overlap; returns their number.
+    fn fill(&self, field: &VoxelField<'_>, grid: &mut VoxelGridBuilder) -> usize {
+        let Some(array) = self.arrays.first() else { return 0 };
+        let (min, max) = self.bounds;
+        let overlaps =
+            [0, 1, 2].map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), array.shape[axis]));
+        let [nx, ny, nz] = [0, 1, 2].map(|axis| overlaps[axis].len());
+        for x in &overlaps[0] {
+            for y in &overlaps[1] {
+                for z in &overlaps[2] {
+                    let fraction = x.fraction * y.fraction * z.fraction;
+                    let mean = |array: &ScalarArray<'_>| {
+                        let elements: [&[(usize, f64)]; 3] = [&x.elements, &y.elements, &z.elements];
+                        weighted_sum(array, elements, field.averaged) / fraction
+                    };
+                    let values = match self.arrays {
+                        [red, green, blue] => {
+                            self.scale * (self.colours)([mean(red), mean(green), mean(blue)])
+                        }
+                        _ => self.scale * mean(array),
+                    };
+                    let properties = (field.properties)(values);
+                    grid.fill([x.cell, y.cell, z.cell], fraction.min(1.0), &properties);
+                }
             }
         }
+        nx * ny * nz
     }
-    nx * ny * nz
 }
 
 /// A voxel that the array overlaps along one axis.

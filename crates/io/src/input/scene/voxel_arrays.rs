@@ -48,6 +48,7 @@ pub(super) fn read_arrays(
             averaged: if fourth_power { |x| x.powi(4) } else { |x| x },
             scale_exponent: if fourth_power { 4 } else { 1 },
             properties: &properties,
+            has_bands: matches!(key, "albedo" | "emission"),
             default_bounds: Some(bounds),
             noun: if key == "heat_source" { "heat source" } else { key },
         };
@@ -79,6 +80,7 @@ fn read_gas_arrays(
             averaged: |x| x,
             scale_exponent: 1,
             properties: &properties,
+            has_bands: false,
             default_bounds: Some(bounds),
             noun: key,
         };

@@ -13,6 +13,8 @@ pub(crate) struct VoxelField<'a> {
     pub(crate) scale_exponent: i32,
     /// The properties of a scaled mean.
     pub(crate) properties: &'a dyn Fn(Bands) -> MediumProperties,
+    /// True if the quantity may differ from band to band.
+    pub(crate) has_bands: bool,
     /// The box of an array without one.
     pub(crate) default_bounds: Option<(Vec3, Vec3)>,
     /// The noun for a value in messages.
@@ -22,6 +24,13 @@ pub(crate) struct VoxelField<'a> {
 impl<'a> VoxelField<'a> {
     /// A density: values are averaged themselves.
     pub(crate) fn density(properties: &'a dyn Fn(Bands) -> MediumProperties) -> VoxelField<'a> {
-        VoxelField { averaged: |x| x, scale_exponent: 1, properties, default_bounds: None, noun: "density" }
+        VoxelField {
+            averaged: |x| x,
+            scale_exponent: 1,
+            properties,
+            has_bands: true,
+            default_bounds: None,
+            noun: "density",
+        }
     }
 }

@@ -180,7 +180,7 @@ pub(crate) const SURFACE_SHAPES: &[KeySpec] = &[
     key("triangle", "table", "", "", "triangle; its front sees the corners counter-clockwise"),
     key("box", "table", "", "", "solid box with outward normals"),
     key("room", "table", "", "", "six walls with inward normals"),
-    key("mesh", "table", "", "", "mesh file: OBJ, STL, GLB, glTF, VTU or VTP"),
+    key("mesh", "table", "", "", "mesh file: OBJ, STL, PLY, GLB, glTF, MSH, VTU or VTP"),
 ];
 /// Properties of a surface, of a face or of a material.
 pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
@@ -312,7 +312,7 @@ pub(crate) const BOX: KeyGroups = &[
 ];
 /// `mesh`.
 pub(crate) const MESH: KeyGroups = &[&[
-    key("file", "file name", "", "required", ".obj, .stl, .glb, .gltf, .vtu or .vtp"),
+    key("file", "file name", "", "required", ".obj, .stl, .ply, .glb, .gltf, .msh, .vtu or .vtp"),
     key("scale", "number above 0", "m per unit of the file", "1", "factor of lengths"),
     key("translate", "direction", "m", "[0, 0, 0]", "translation after scale and rotation"),
     key(
