@@ -224,6 +224,26 @@ impl IntensityTable {
         [gamma_of_integral([self.gammas[lo], self.gammas[hi]], ends, rest), c]
     }
 
+    /// The table of [`IntensityTable::append_numbers`]; `None` for other numbers.
+    pub(super) fn from_numbers(mut numbers: &[f64]) -> Option<IntensityTable> {
+        let mut list = || {
+            let (count, rest) = numbers.split_first()?;
+            let is_count = *count >= 1.0 && *count <= rest.len() as f64 && count.fract() == 0.0;
+            let (list, rest) = rest.split_at_checked(if is_count { *count as usize } else { usize::MAX })?;
+            numbers = rest;
+            Some(list.to_vec())
+        };
+        let (planes, gammas, values) = (list()?, list()?, list()?);
+        let ascend = |list: &[f64], end: f64| {
+            list.windows(2).all(|w| w[0] < w[1]) && list[0] >= 0.0 && list[list.len() - 1] <= end
+        };
+        let fits = planes.len().checked_mul(gammas.len()) == Some(values.len()) && gammas.len() >= 2;
+        let valid = values.iter().all(|v| v.is_finite() && *v >= 0.0) && values.iter().any(|v| *v > 0.0);
+        let ordered = ascend(&planes, TAU) && ascend(&gammas, PI);
+        (numbers.is_empty() && fits && valid && ordered)
+            .then(|| IntensityTable::with_sums(planes, gammas, values))
+    }
+
     /// Appends angles and values.
     pub(super) fn append_numbers(&self, out: &mut Vec<f64>) {
         for list in [&self.planes, &self.gammas, &self.values] {

@@ -57,6 +57,15 @@ impl LuminaireFrame {
         [self.aim, self.c0, self.c90].into_iter().flat_map(|v| [v.x, v.y, v.z])
     }
 
+    /// How many [`LuminaireFrame::numbers`] there are.
+    pub(super) const NUMBERS: usize = 9;
+
+    /// The frame of its numbers.
+    pub(super) fn from_numbers(numbers: &[f64]) -> Option<LuminaireFrame> {
+        let [a, b, c, d, e, f, g, h, i] = *numbers else { return None };
+        Some(LuminaireFrame { aim: vec3(a, b, c), c0: vec3(d, e, f), c90: vec3(g, h, i) })
+    }
+
     /// True if the vectors are unit vectors.
     pub(super) fn is_valid(&self) -> bool {
         [self.aim, self.c0, self.c90].into_iter().all(|v| (v.length() - 1.0).abs() < AXIS_TOLERANCE)

@@ -20,8 +20,8 @@ use luminaire_frame::LuminaireFrame;
 use spot_cone::SpotCone;
 use std::f64::consts::PI;
 use std::sync::Arc;
-use zonal_math::Vec3;
 use zonal_math::direction_sampling::uniform_sphere;
+use zonal_math::{Vec3, vec3};
 
 /// Relative radiant intensity over directions, without unit.
 ///
@@ -159,6 +159,33 @@ impl IntensityDistribution {
                 out
             }
         }
+    }
+
+    /// The distribution of [`IntensityDistribution::defining_numbers`], to the bit; `None` for other numbers.
+    ///
+    /// ```
+    /// use zonal_scene::IntensityDistribution;
+    /// let spot = IntensityDistribution::spot(zonal_math::vec3(0.1, 0.2, -0.9), [0.1, 0.5]);
+    /// assert_eq!(IntensityDistribution::from_defining_numbers(&spot.defining_numbers()), Some(spot));
+    /// assert_eq!(IntensityDistribution::from_defining_numbers(&[1.0, f64::NAN]), None);
+    /// ```
+    #[must_use]
+    pub fn from_defining_numbers(numbers: &[f64]) -> Option<IntensityDistribution> {
+        let (kind, rest) = numbers.split_first()?;
+        let form = match (*kind as u8, rest) {
+            (0, []) => DistributionForm::Isotropic,
+            (1, [x, y, z, inner, outer]) => {
+                DistributionForm::Spot(SpotCone { axis: vec3(*x, *y, *z), cosines: [*inner, *outer] })
+            }
+            (2, _) => {
+                let (frame, table) = rest.split_at_checked(LuminaireFrame::NUMBERS)?;
+                let table = IntensityTable::from_numbers(table)?;
+                DistributionForm::Table(Arc::new(table), LuminaireFrame::from_numbers(frame)?)
+            }
+            _ => return None,
+        };
+        let out = IntensityDistribution { form };
+        out.check().is_ok().then_some(out)
     }
 
     /// What is wrong with the numbers of the distribution, and the remedy.

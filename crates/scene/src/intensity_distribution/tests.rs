@@ -1,6 +1,6 @@
 use super::*;
 use std::f64::consts::TAU;
-use zonal_math::{low_discrepancy, vec3};
+use zonal_math::low_discrepancy;
 
 /// Intensities that vary with both angles.
 fn table(symmetry: PlaneSymmetry, planes: &[f64]) -> IntensityTable {
@@ -86,6 +86,22 @@ fn values_at_nodes_and_the_frame_are_those_of_the_table() {
     near(at(&aimed, vec3(1.0, 1.0, 0.0)), 6.0);
     let mirrored = aimed.reflected(|v| vec3(-v.x, v.y, v.z));
     near(at(&mirrored, vec3(-1.0, 1.0, 0.0)), 6.0);
+}
+
+#[test]
+fn defining_numbers_give_the_distribution_to_the_bit() {
+    for d in distributions() {
+        let mut numbers = d.defining_numbers();
+        assert_eq!(IntensityDistribution::from_defining_numbers(&numbers), Some(d));
+        // Damaged lists are refused, not read.
+        numbers.push(1.0);
+        assert_eq!(IntensityDistribution::from_defining_numbers(&numbers), None);
+        numbers.truncate(numbers.len() - 2);
+        assert_eq!(IntensityDistribution::from_defining_numbers(&numbers), None);
+    }
+    assert_eq!(IntensityDistribution::from_defining_numbers(&[]), None);
+    let huge = [vec![2.0], vec![0.0; 9], vec![1e300]].concat();
+    assert_eq!(IntensityDistribution::from_defining_numbers(&huge), None);
 }
 
 #[test]
