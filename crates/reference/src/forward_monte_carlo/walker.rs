@@ -7,10 +7,13 @@ use super::walk_scene::{TrackLocation, WalkEnd, WalkScene, WalkStart};
 use crate::path_tracer::bvh::RayHit;
 use crate::path_tracer::flight::direction_about;
 use crate::rng::{Rng, hash, select_band};
+use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_coordinates;
-use zonal_scene::{Band, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
+use zonal_scene::{Band, Light, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
 
+/// Most trials to draw a direction of a point light: it would fill less than a millionth of the sphere.
+const MAX_DIRECTION_TRIALS: usize = 1 << 22;
 /// Independent batches of a mean.
 pub(super) const BATCH_COUNT: usize = 32;
 /// A walk whose weight falls below this fraction of its initial weight undergoes Russian roulette.
@@ -125,6 +128,16 @@ impl<'a> Walker<'a> {
                 let (radius, turn) = (r * rng.uniform().sqrt(), rng.uniform_in(0.0, std::f64::consts::TAU));
                 let at = centre - d * (2.0 * r) + (a * turn.cos() + b * turn.sin()) * radius;
                 Some((WalkStart { at, facet: None, pane: None }, d, false))
+            }
+            EmissionElement::PointLight(l) => {
+                let Light::Point { position, distribution, .. } = &scene.lights()[l] else { return None };
+                // By rejection, independent of the closed forms of the distribution.
+                let most = distribution.upper_bound(Vec3::from_array([0.0, 0.0, 1.0]), PI);
+                let direction = (0..MAX_DIRECTION_TRIALS).find_map(|_| {
+                    let d = rng.unit_vector();
+                    (rng.uniform() * most < distribution.relative(d)).then_some(d)
+                })?;
+                Some((WalkStart { at: *position, facet: None, pane: None }, direction, false))
             }
             EmissionElement::Surroundings => {
                 let (centre, r) = self.walk_scene.bounding_sphere();
