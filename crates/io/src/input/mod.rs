@@ -17,6 +17,7 @@
 //! | `obj`, `stl`, `gltf`, `vtk` | mesh formats |
 //! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
+//! | `photometry` | luminaires: IES LM-63 and EULUMDAT |
 //! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
 //! | `images` | PNG and JPEG textures |
@@ -35,6 +36,7 @@ mod mesh;
 mod notes;
 mod npy;
 mod obj;
+mod photometry;
 mod rotation;
 mod scene;
 mod scene_reader;

@@ -3,11 +3,11 @@
 //! In thermal mode their power is in the band of sunlight. A planet of angular radius α and flux M at its surface, W/m², is a disc of uniform radiance
 //! M/π, which gives a plane normal to it the irradiance M sin²α: infrared in the bands of the emission, reflected sunlight in that of sunlight.
 
-use super::point_lights::{read_point, read_spot};
+use super::point_lights::{read_luminaire_light, read_point, read_spot};
 use super::thermal::read_kelvin;
 use crate::input::error::InputError;
 use crate::input::suggestion::suggest;
-use crate::input::toml::light_keys::{EMITTER, PLANET, POINT, SKY, SPOT, SUN};
+use crate::input::toml::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SKY, SPOT, SUN};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_math::Vec3;
 use zonal_scene::thermal::blackbody_emissive_power;
@@ -27,9 +27,9 @@ pub(super) fn read_light(
     surfaces: &[Surface],
     thermal: Option<&Thermal>,
 ) -> Result<Light, InputError> {
-    const KINDS: [&str; 6] = ["sun", "sky", "emitter", "planet", "point", "spot"];
+    const KINDS: [&str; 7] = ["sun", "sky", "emitter", "planet", "point", "spot", "luminaire"];
     let (name, mut t) = node.named_table("light", index)?;
-    let kind_node = t.require("kind", "kind = \"sun\", \"sky\", \"emitter\", \"planet\", \"point\" or \"spot\"")?;
+    let kind_node = t.require("kind", "kind = \"sun\", \"sky\", \"emitter\", \"planet\", \"point\", \"spot\" or \"luminaire\"")?;
     let kind = kind_node.choice(&KINDS)?;
     if kind == 3 && thermal.is_none() {
         return Err(kind_node.error(
@@ -63,6 +63,11 @@ pub(super) fn read_light(
             t.key = format!("light '{name}'");
             read_spot(&t, name)
         }
+        6 => {
+            t.check(LUMINAIRE)?;
+            t.key = format!("light '{name}'");
+            read_luminaire_light(&t, name)
+        }
         _ => {
             t.check(EMITTER)?;
             let surface = t.require("surface", "surface = \"the name of an emitting surface\"")?;
@@ -83,7 +88,11 @@ pub(super) fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
 
 /// The unit vector along which light travels.
 pub(super) fn read_direction(t: &TomlTable<'_>) -> Result<Vec3, InputError> {
-    let direction = t.require("direction", "direction = [x, y, z], the way along which the light travels")?;
+    unit_vector(t.require("direction", "direction = [x, y, z], the way along which the light travels")?)
+}
+
+/// The unit vector along which light travels, of a value.
+pub(super) fn unit_vector(direction: TomlNode<'_>) -> Result<Vec3, InputError> {
     let d = direction.vector()?;
     // Divide by the largest component first, so that the square neither overflows nor vanishes.
     let unit = (d / d.max_abs()).normalized();
