@@ -73,7 +73,9 @@ mod zones;
 pub use band::{Band, BandCountError, PerBand};
 pub use band_set::{BandSet, MAX_BANDS};
 pub use bands::Bands;
-pub use builder::{BandValues, GlassPane, Medium, Mesh, Planet, PointLight, SceneBuilder, Sky, Sun, VoxelValues};
+pub use builder::{
+    BandValues, GlassPane, Medium, Mesh, Planet, PointLight, SceneBuilder, Sky, Sun, VoxelValues,
+};
 pub use camera::{Camera, Lens};
 pub use checkpoint_store::{CheckpointStore, NoCheckpoints};
 pub use diagnostic::{Diagnostic, Severity};

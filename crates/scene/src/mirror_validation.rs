@@ -177,10 +177,7 @@ fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
 }
 
 /// Refuses point lights behind or in a mirror plane: an image must be a light of its own.
-fn check_point_lights(
-    parts: &SceneParts,
-    (bounds, slack): ((Vec3, Vec3), f64),
-) -> Result<(), SceneError> {
+fn check_point_lights(parts: &SceneParts, (bounds, slack): ((Vec3, Vec3), f64)) -> Result<(), SceneError> {
     for light in &parts.lights {
         let Light::Point { position, .. } = light else { continue };
         for k in 0..3 {

@@ -29,7 +29,8 @@ fn floor(rest: &str) -> Solution {
 fn a_floor_receives_the_intensity_times_cos_cubed_over_the_squared_height() {
     let (h, i0) = (1.5, 100.0);
     let lamp = format!("[[light]]\nkind = \"point\"\nposition = [0.2, 0.1, {h}]\nintensity = {i0}\n");
-    let fog = "[medium]\nmin = [-2, -2, 0]\nmax = [2, 2, 2]\ncells = [4, 4, 2]\nextinction = 0.7\nalbedo = 0\n";
+    let fog =
+        "[medium]\nmin = [-2, -2, 0]\nmax = [2, 2, 2]\ncells = [4, 4, 2]\nextinction = 0.7\nalbedo = 0\n";
     for (rest, kappa, most) in [(lamp.clone(), 0.0, 2e-4), (lamp + fog, 0.7, 2e-3)] {
         let s = floor(&rest);
         let mut worst = 0.0f64;
@@ -72,7 +73,11 @@ fn a_voxel_that_holds_or_touches_the_light_has_its_mean_fluence() {
     for (position, cells, halves) in [
         ([0.0, 0.0, 0.0], [3, 3, 3], vec![([1, 1, 1], [0.5, 0.5, 0.5], 1.0)]),
         ([0.0, 0.0, 0.0], [2, 2, 2], vec![([0, 1, 0], [1.0, 1.0, 1.0], 0.125)]),
-        ([0.5, 0.0, 0.0], [3, 3, 3], vec![([1, 1, 1], [1.0, 0.5, 0.5], 0.5), ([2, 1, 1], [1.0, 0.5, 0.5], 0.5)]),
+        (
+            [0.5, 0.0, 0.0],
+            [3, 3, 3],
+            vec![([1, 1, 1], [1.0, 0.5, 0.5], 0.5), ([2, 1, 1], [1.0, 0.5, 0.5], 0.5)],
+        ),
     ] {
         let size = cells.map(|n: usize| if n == 3 { 1.5 } else { 1.0 });
         let text = format!(
@@ -87,7 +92,10 @@ fn a_voxel_that_holds_or_touches_the_light_has_its_mean_fluence() {
             let exact = 10.0 * share * box_about_light(half) / grid.cell().product();
             let (found, error) = (s.fields.direct_light(i).first(), s.fields.direct_error[i].first());
             println!("{position:?} {cell:?}: {found} ± {error}, exact {exact}");
-            assert!((found - exact).abs() < 2.0 * error && error < 0.02 * exact, "{found} ± {error}, {exact}");
+            assert!(
+                (found - exact).abs() < 2.0 * error && error < 0.02 * exact,
+                "{found} ± {error}, {exact}"
+            );
         }
     }
 }
@@ -158,7 +166,10 @@ fn direct_light_agrees_with_the_path_tracer() {
         }
     }
     let relative = (off / level).sqrt();
-    println!("{lit} lit readings of {}: root mean square difference {relative:.1e}, {beyond} beyond", 3 * list.len());
+    println!(
+        "{lit} lit readings of {}: root mean square difference {relative:.1e}, {beyond} beyond",
+        3 * list.len()
+    );
     assert!(lit > 20 && relative < 0.01 && beyond <= 3 * list.len() / 20, "{lit} {relative} {beyond}");
 }
 
@@ -182,8 +193,8 @@ fn a_part_between_mirrors_has_the_light_of_the_whole() {
     for (i, p) in part.zones.patches.iter().enumerate() {
         let same = |q: &Patch| (q.plate.centre() - p.plate.centre()).length() < 1e-9;
         let Some(j) = whole.zones.patches.iter().position(same) else { continue };
-        let [a, b] = [(&part, i), (&whole, j)]
-            .map(|(s, k)| (s.fields.incident[k] + s.fields.direct_light(k)).first());
+        let [a, b] =
+            [(&part, i), (&whole, j)].map(|(s, k)| (s.fields.incident[k] + s.fields.direct_light(k)).first());
         assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
         compared += 1;
     }

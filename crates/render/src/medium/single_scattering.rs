@@ -252,8 +252,7 @@ impl SampleAlongRay<'_> {
                 Some(cache) => cache.depth(x),
                 None => transport.medium_depth(x, transport.exterior_point(x, towards)),
             },
-            EmissionSample::Point { position: at, .. }
-            | EmissionSample::Intensity { position: at, .. } => {
+            EmissionSample::Point { position: at, .. } | EmissionSample::Intensity { position: at, .. } => {
                 let r = (at - x).length().max(1e-12);
                 transport.medium_depth(x, at) / r
             }

@@ -273,7 +273,9 @@ fn check_angles(name: &str, angles: &[f64], [lo, hi]: [f64; 2]) -> Result<(), St
 /// The planes over the whole circle in [0, 2π), radians, with their values.
 fn unfolded(planes: &[f64], n: usize, values: &[f64], symmetry: PlaneSymmetry) -> (Vec<f64>, Vec<f64>) {
     let mut all: Vec<(f64, usize)> = Vec::new();
-    for (j, c) in planes.iter().enumerate().take(if symmetry == PlaneSymmetry::Rotational { 1 } else { planes.len() }) {
+    for (j, c) in
+        planes.iter().enumerate().take(if symmetry == PlaneSymmetry::Rotational { 1 } else { planes.len() })
+    {
         let images = symmetry.images(*c).into_iter().map(|c| c.rem_euclid(360.0));
         all.extend(images.map(|c| (if 360.0 - c < ANGLE_ROUNDING_DEGREES { 0.0 } else { c }, j)));
     }

@@ -35,10 +35,9 @@ fn integrals_equal_quadrature_and_samples_have_the_density() {
         // First and second moments of the sampled directions.
         for m in [vec3(1.0, 0.2, -0.4), vec3(0.1, -0.9, 0.3)] {
             let moment = |w: Vec3| w.dot(m) + (w.dot(m)).powi(2);
-            let sampled = (0..n)
-                .map(|i| moment(d.sample_direction(low_discrepancy::r2(i, [0.7, 0.4]))))
-                .sum::<f64>()
-                / n as f64;
+            let sampled =
+                (0..n).map(|i| moment(d.sample_direction(low_discrepancy::r2(i, [0.7, 0.4])))).sum::<f64>()
+                    / n as f64;
             let exact = mean(&|w| moment(w) * d.relative(w)) / d.solid_angle_integral();
             assert!((sampled - exact).abs() < 3e-3, "{k}: {sampled} {exact}");
         }
@@ -124,7 +123,8 @@ fn upper_bounds_hold() {
 
 #[test]
 fn wrong_tables_are_refused() {
-    let bad = |c: &[f64], g: &[f64], v: &[f64]| IntensityTable::new(c, g, v, PlaneSymmetry::None).unwrap_err();
+    let bad =
+        |c: &[f64], g: &[f64], v: &[f64]| IntensityTable::new(c, g, v, PlaneSymmetry::None).unwrap_err();
     assert!(bad(&[], &[0.0, 90.0], &[]).contains("no angles"));
     assert!(bad(&[0.0], &[0.0, 90.0], &[1.0]).contains("product"));
     assert!(bad(&[0.0], &[90.0, 0.0], &[1.0, 1.0]).contains("ascend"));

@@ -203,11 +203,9 @@ impl<'a> LightSampler<'a> {
                 direction: uniform_sphere([s[0], s[1]]),
                 fluence: 4.0 * PI * *radiance,
             }),
-            Light::Point { position, intensity, distribution, .. } => Some(EmissionSample::Intensity {
-                position: *position,
-                intensity: *intensity,
-                distribution,
-            }),
+            Light::Point { position, intensity, distribution, .. } => {
+                Some(EmissionSample::Intensity { position: *position, intensity: *intensity, distribution })
+            }
             Light::Emitter { .. } => self.emitter.as_ref()?.sample_area(s),
         }
     }

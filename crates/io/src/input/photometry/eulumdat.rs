@@ -39,8 +39,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<LuminousTable, FileFault> 
     let first = 27 + LINES_OF_SET * sets + DIRECT_RATIOS;
     let all = lines.list(first, mc, "an angle C")?;
     let gammas = lines.list(first + mc, ng, "an angle γ")?;
-    let (planes, symmetry) =
-        listed_planes(&all, symmetry).map_err(|message| lines.fault(4, message))?;
+    let (planes, symmetry) = listed_planes(&all, symmetry).map_err(|message| lines.fault(4, message))?;
     let values = lines.list(first + mc + ng, planes.len() * ng, "an intensity")?;
     let candelas = values.iter().map(|v| v * factor * lumens / 1000.0).collect();
     let table = in_ascending_order(AngleTable { planes, gammas, candelas }, symmetry);

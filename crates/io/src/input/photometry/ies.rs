@@ -58,9 +58,9 @@ pub(super) fn parse(file: &str, text: &str) -> Result<LuminousTable, FileFault> 
         }
         2.0 => to_type_c(&table, GoniometerType::B).map_err(whole),
         3.0 => to_type_c(&table, GoniometerType::A).map_err(whole),
-        other => Err(whole(format!(
-            "the photometric type is {other}; give 1 (type C), 2 (type B) or 3 (type A)"
-        ))),
+        other => {
+            Err(whole(format!("the photometric type is {other}; give 1 (type C), 2 (type B) or 3 (type A)")))
+        }
     }
 }
 

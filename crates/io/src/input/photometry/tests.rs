@@ -26,7 +26,9 @@ const IES: &str = "IESNA:LM-63-2002\n[TEST] 1\n[MANUFAC] none\nTILT=NONE\n1 1000
 #[test]
 fn quadrants_of_type_c_have_their_factors() {
     let t = read("lamp.ies", IES).unwrap();
-    for (gamma, c, listed) in [(0.0, 0.0, 100.0), (45.0, 0.0, 80.0), (45.0, 90.0, 40.0), (90.0, 135.0, 20.0), (45.0, 202.5, 70.0)] {
+    for (gamma, c, listed) in
+        [(0.0, 0.0, 100.0), (45.0, 0.0, 80.0), (45.0, 90.0, 40.0), (90.0, 135.0, 20.0), (45.0, 202.5, 70.0)]
+    {
         near(candelas(&t, gamma, c), listed * 1.8);
     }
     near(candelas(&t, 120.0, 0.0), 0.0);
@@ -46,7 +48,12 @@ fn quadrants_of_type_c_have_their_factors() {
 fn ranges_of_planes_have_their_symmetry() {
     let with = |planes: &str, values: &str| {
         let n = planes.split(' ').count();
-        let text = IES.replace("3 3 1 2", &format!("3 {n} 1 2")).split("0 45 90\n0 45 90").next().unwrap().to_string();
+        let text = IES
+            .replace("3 3 1 2", &format!("3 {n} 1 2"))
+            .split("0 45 90\n0 45 90")
+            .next()
+            .unwrap()
+            .to_string();
         read("a.ies", &format!("{text}0 45 90\n{planes}\n{values}\n"))
     };
     let t = with("0", "9 8 7").unwrap();
@@ -83,7 +90,15 @@ fn tables_of_type_a_and_b_are_turned_to_type_c() {
 
 /// An EULUMDAT file with four C-planes and three angles γ.
 fn eulumdat(symmetry: usize, intensities: &str) -> String {
-    let mut lines = vec!["Maker".to_string(), "1".into(), symmetry.to_string(), "4".into(), "90".into(), "3".into(), "45".into()];
+    let mut lines = vec![
+        "Maker".to_string(),
+        "1".into(),
+        symmetry.to_string(),
+        "4".into(),
+        "90".into(),
+        "3".into(),
+        "45".into(),
+    ];
     lines.extend(["report", "name", "number", "file", "date"].map(String::from));
     lines.extend((13..=21).map(|_| "100".to_string()));
     lines.extend(["50", "80", "1,0", "0", "1"].map(String::from));
@@ -133,8 +148,16 @@ fn wrong_files_are_refused_with_line_and_remedy() {
     for (name, text, part) in [
         ("a.txt", IES.to_string(), "give a file .ies or .ldt"),
         ("a.ies", "no labels".to_string(), "no line TILT="),
-        ("a.ies", IES.replace("TILT=NONE", "TILT=OTHER.TLT"), "a.ies:4: TILT=OTHER.TLT refers to another file"),
-        ("a.ies", IES.replace("3 3 1 2", "3 1e9 1 2"), "a.ies:5: the number of horizontal angles is 1000000000"),
+        (
+            "a.ies",
+            IES.replace("TILT=NONE", "TILT=OTHER.TLT"),
+            "a.ies:4: TILT=OTHER.TLT refers to another file",
+        ),
+        (
+            "a.ies",
+            IES.replace("3 3 1 2", "3 1e9 1 2"),
+            "a.ies:5: the number of horizontal angles is 1000000000",
+        ),
         ("a.ies", IES.replace("3 3 1 2", "9999 9999 1 2"), "the file ends before"),
         ("a.ies", IES.replace("3 3 1 2", "3 3 7 2"), "the photometric type is 7"),
         ("a.ies", IES.replace("100 80", "100 x"), "'x' stands where an intensity belongs"),

@@ -73,7 +73,8 @@ fn check(table: &AngleTable) -> Result<(), String> {
     }
     if table.gammas[0] > -END_ROUNDING {
         return Err(
-            "the vertical angles of a table of type A or B must begin below 0; convert the file to type C".into()
+            "the vertical angles of a table of type A or B must begin below 0; convert the file to type C"
+                .into(),
         );
     }
     match table.candelas.iter().find(|v| **v < 0.0) {

@@ -29,7 +29,10 @@ pub(super) fn read_light(
 ) -> Result<Light, InputError> {
     const KINDS: [&str; 7] = ["sun", "sky", "emitter", "planet", "point", "spot", "luminaire"];
     let (name, mut t) = node.named_table("light", index)?;
-    let kind_node = t.require("kind", "kind = \"sun\", \"sky\", \"emitter\", \"planet\", \"point\", \"spot\" or \"luminaire\"")?;
+    let kind_node = t.require(
+        "kind",
+        "kind = \"sun\", \"sky\", \"emitter\", \"planet\", \"point\", \"spot\" or \"luminaire\"",
+    )?;
     let kind = kind_node.choice(&KINDS)?;
     if kind == 3 && thermal.is_none() {
         return Err(kind_node.error(

@@ -28,7 +28,8 @@ pub(super) fn read_point(t: &TomlTable<'_>, name: String) -> Result<Light, Input
 
 /// A cone of light.
 pub(super) fn read_spot(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
-    let outer = t.require("outer_angle", "outer_angle = 40 (degrees between the axis and the edge of the cone)")?;
+    let outer =
+        t.require("outer_angle", "outer_angle = 40 (degrees between the axis and the edge of the cone)")?;
     let outer_angle = match outer.number()? {
         x if (MIN_OUTER_ANGLE..=MAX_OUTER_ANGLE).contains(&x) => x,
         x => {
@@ -39,7 +40,9 @@ pub(super) fn read_spot(t: &TomlTable<'_>, name: String) -> Result<Light, InputE
     };
     let inner = |n: TomlNode<'_>| match n.number()? {
         x if (0.0..=outer_angle).contains(&x) => Ok(x),
-        x => Err(n.error(format!("{x} is out of range; give degrees from 0 up to the outer angle, {outer_angle}"))),
+        x => Err(
+            n.error(format!("{x} is out of range; give degrees from 0 up to the outer angle, {outer_angle}"))
+        ),
     };
     let inner_angle = t.read("inner_angle", inner)?.unwrap_or(0.0);
     let half_angles = [inner_angle, outer_angle].map(f64::to_radians);
@@ -53,9 +56,12 @@ pub(super) fn read_spot(t: &TomlTable<'_>, name: String) -> Result<Light, InputE
 pub(super) fn read_luminaire_light(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
     let node = t.require("file", "file = \"lamp.ies\" or \"lamp.ldt\"")?;
     let Some((folder, files)) = t.source.files() else {
-        return Err(node.error("this scene is a text without a folder and cannot refer to files; save it as a file"));
+        return Err(
+            node.error("this scene is a text without a folder and cannot refer to files; save it as a file")
+        );
     };
-    let luminaire = read_luminaire(files, &folder.join(node.text()?)).map_err(|f| node.error(f.to_string()))?;
+    let luminaire =
+        read_luminaire(files, &folder.join(node.text()?)).map_err(|f| node.error(f.to_string()))?;
     let dimming = t.read("dimming", |n| n.non_negative())?.unwrap_or(1.0);
     let efficacy = t.read("efficacy", |n| n.positive())?.unwrap_or(MAX_EFFICACY);
     let tint = t.read("tint", |n| read_tint(&n))?;
@@ -80,7 +86,9 @@ fn read_tint(n: &TomlNode<'_>) -> Result<Bands, InputError> {
         let values = n.list()?.iter().map(TomlNode::number).collect::<Result<Vec<f64>, InputError>>()?;
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         if !((mean - 1.0).abs() <= TINT_ROUNDING) {
-            return Err(n.error(format!("the mean of the bands is {mean}; divide them by it, so that the light keeps its lumens")));
+            return Err(n.error(format!(
+                "the mean of the bands is {mean}; divide them by it, so that the light keeps its lumens"
+            )));
         }
     }
     n.flux_bands()

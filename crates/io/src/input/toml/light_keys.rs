@@ -75,12 +75,24 @@ pub(crate) const SPOT: KeyGroups = &[
 ];
 /// `[[light]]` with `kind = "luminaire"`.
 pub(crate) const LUMINAIRE: KeyGroups = &[
-    &[key("kind", "\"luminaire\"", "", "required", "light without extent with the intensities of a photometric file")],
+    &[key(
+        "kind",
+        "\"luminaire\"",
+        "",
+        "required",
+        "light without extent with the intensities of a photometric file",
+    )],
     PLACED_LIGHT_KEYS,
     &[
         key("file", "file name", "", "required", "photometric file, .ies (IES LM-63) or .ldt (EULUMDAT)"),
         key("direction", "direction", "", "[0, 0, -1]", "direction of the angle 0 of the file"),
-        key("rotation", "number", "degrees", "0", "angle about the direction that turns the plane C = 0 towards C = 90"),
+        key(
+            "rotation",
+            "number",
+            "degrees",
+            "0",
+            "angle about the direction that turns the plane C = 0 towards C = 90",
+        ),
         key("dimming", "number from 0", "", "1", "factor of the intensities"),
         key("efficacy", "number above 0", "lm/W", "683", "lumens of a watt of radiant power"),
         key("tint", "bands of mean 1", "", "1", "relative power of the bands (light mode)"),

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh, IntensityDistribution, Lens, Light,
-    LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal,
-    ThermalCondition, ZoneBasis,
+    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh,
+    IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SolveOptions,
+    Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
 };
 
 /// The version of the format.

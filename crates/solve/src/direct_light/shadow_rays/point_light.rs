@@ -79,9 +79,7 @@ impl<'a> PointLightOnZone<'a> {
     pub(super) fn sample(&self, s: [f64; 3]) -> Option<PointLightSample> {
         let plane = [s[0], s[1]];
         match &self.points {
-            ZonePoints::Patch { view, weight } => {
-                Some(self.towards(view.sample(plane)?, *weight))
-            }
+            ZonePoints::Patch { view, weight } => Some(self.towards(view.sample(plane)?, *weight)),
             ZonePoints::PatchInBeam { view, weight } => {
                 let hit = view.hit(self.distribution.sample_direction(plane));
                 let share = if hit.is_some() { 1.0 } else { 0.0 };
@@ -160,10 +158,13 @@ fn patch_points<'a>(
     let view = PlateView::new(plate, position)?;
     let (beam, all) = (distribution.solid_angle_integral(), bound * view.solid_angle());
     let area = plate.area();
-    Some((bound, match beam < all {
-        true => ZonePoints::PatchInBeam { view, weight: beam / area },
-        false => ZonePoints::Patch { view, weight: all / area },
-    }))
+    Some((
+        bound,
+        match beam < all {
+            true => ZonePoints::PatchInBeam { view, weight: beam / area },
+            false => ZonePoints::Patch { view, weight: all / area },
+        },
+    ))
 }
 
 /// M and the points of a voxel zone.
@@ -189,11 +190,14 @@ fn voxel_points<'a>(
     let view = BoxView::new(lo, hi, position);
     let volume = zone.1.volume;
     let all = bound * view.solid_angle();
-    Some((bound, match beam < all {
-        true => {
-            let diagonal = 2.0 * radius;
-            ZonePoints::VoxelInBeam { view, zone, weight: beam * diagonal / volume, diagonal }
-        }
-        false => ZonePoints::NearVoxel { view, zone, weight: all / volume },
-    }))
+    Some((
+        bound,
+        match beam < all {
+            true => {
+                let diagonal = 2.0 * radius;
+                ZonePoints::VoxelInBeam { view, zone, weight: beam * diagonal / volume, diagonal }
+            }
+            false => ZonePoints::NearVoxel { view, zone, weight: all / volume },
+        },
+    ))
 }
