@@ -13,6 +13,7 @@ mod invalid_scenes;
 mod memory_limits;
 mod mesh_files;
 mod openvdb_files;
+mod point_lights;
 mod shared_meshes;
 mod spectra;
 mod support;
