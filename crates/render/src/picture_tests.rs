@@ -234,8 +234,9 @@ fn lit_intervals_agree_with_shadow_rays() {
     let shadows = ShadowCasters::new(&scene);
     let plate = scene.facets()[lamp].plate;
     let isotropic = IntensityDistribution::isotropic();
+    let distant = vec3(0.3, 0.1, 0.9).normalized();
     let sources = [
-        EmissionSample::Distant { direction: vec3(0.3, 0.1, 0.9).normalized(), fluence: Bands::ONE },
+        EmissionSample::Distant { direction: distant, fluence: Bands::ONE },
         EmissionSample::Point {
             position: plate.at(0.3, 0.4),
             normal: plate.normal(),
@@ -265,13 +266,8 @@ fn lit_intervals_agree_with_shadow_rays() {
             for k in 0..50 {
                 let t = length * (k as f64 + 0.5) / 50.0;
                 let x = a + dir * t;
-                let end = match *source {
-                    EmissionSample::Distant { direction: towards, .. } => {
-                        transport.exterior_point(x, towards)
-                    }
-                    EmissionSample::Point { position: at, .. }
-                    | EmissionSample::Intensity { position: at, .. } => at,
-                };
+                let point = source.intensity_towards(x).map(|(at, _)| at);
+                let end = point.unwrap_or_else(|| transport.exterior_point(x, distant));
                 let inside = lit.intervals.iter().any(|i| i.0 < t && t < i.1);
                 wrong += usize::from(inside == transport.occluded(x, end));
             }

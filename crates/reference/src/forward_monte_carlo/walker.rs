@@ -12,8 +12,6 @@ use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_coordinates;
 use zonal_scene::{Band, Light, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
 
-/// Most trials to draw a direction of a point light: it would fill less than a millionth of the sphere.
-const MAX_DIRECTION_TRIALS: usize = 1 << 22;
 /// Independent batches of a mean.
 pub(super) const BATCH_COUNT: usize = 32;
 /// A walk whose weight falls below this fraction of its initial weight undergoes Russian roulette.
@@ -22,6 +20,8 @@ const ROULETTE_WEIGHT_SHARE: f64 = 0.1;
 const MAX_EVENTS: usize = 2_000_000;
 /// Most trials to draw a point of a sub-cell that its sample point sees.
 const MAX_POINT_TRIALS: usize = 200;
+/// Most trials to draw a direction of a point light: its beam would fill less than a millionth of the sphere.
+const MAX_DIRECTION_TRIALS: usize = 1 << 22;
 
 /// The scene, the zones if any, and the layout of the scores.
 pub(super) struct Walker<'a> {
@@ -130,14 +130,8 @@ impl<'a> Walker<'a> {
                 Some((WalkStart { at, facet: None, pane: None }, d, false))
             }
             EmissionElement::PointLight(l) => {
-                let Light::Point { position, distribution, .. } = &scene.lights()[l] else { return None };
-                // By rejection, independent of the closed forms of the distribution.
-                let most = distribution.upper_bound(Vec3::from_array([0.0, 0.0, 1.0]), PI);
-                let direction = (0..MAX_DIRECTION_TRIALS).find_map(|_| {
-                    let d = rng.unit_vector();
-                    (rng.uniform() * most < distribution.relative(d)).then_some(d)
-                })?;
-                Some((WalkStart { at: *position, facet: None, pane: None }, direction, false))
+                let (at, direction) = leave_point_light(&scene.lights()[l], rng)?;
+                Some((WalkStart { at, facet: None, pane: None }, direction, false))
             }
             EmissionElement::Surroundings => {
                 let (centre, r) = self.walk_scene.bounding_sphere();
@@ -420,4 +414,15 @@ fn parameter_excess(p: &Plate, at: Vec3) -> f64 {
     let [u, v] = p.parameters(at);
     let far = if p.kind == PlateKind::Triangle { u + v - 1.0 } else { u.max(v) - 1.0 };
     far.max(-u).max(-v)
+}
+
+/// The position of a point light and a direction by rejection, independent of the closed forms of the distribution.
+fn leave_point_light(light: &Light, rng: &mut Rng) -> Option<(Vec3, Vec3)> {
+    let Light::Point { position, distribution, .. } = light else { return None };
+    let most = distribution.upper_bound(Vec3::from_array([0.0, 0.0, 1.0]), PI);
+    let direction = (0..MAX_DIRECTION_TRIALS).find_map(|_| {
+        let d = rng.unit_vector();
+        (rng.uniform() * most < distribution.relative(d)).then_some(d)
+    })?;
+    Some((*position, direction))
 }

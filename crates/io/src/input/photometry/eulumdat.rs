@@ -10,7 +10,7 @@
 //! An intensity in cd is that of the file times the lumens of the first set over 1000. The light output ratio is in it already. Symmetry 1 lists one plane, 2 those from
 //! 0° to 180°, 3 those from 270° over 0° to 90°, 4 those from 0° to 90°, 0 all.
 
-use super::{AngleTable, LuminousTable, MAX_ANGLES};
+use super::luminous_table::{AngleTable, LuminousTable, MAX_ANGLES};
 use crate::input::error::FileFault;
 use zonal_scene::PlaneSymmetry;
 
@@ -50,7 +50,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<LuminousTable, FileFault> 
 fn listed_planes(all: &[f64], symmetry: usize) -> Result<(Vec<f64>, PlaneSymmetry), String> {
     let mc = all.len();
     let parts = [1, 1, 2, 4, 4][symmetry.min(4)];
-    if mc % parts != 0 {
+    if !mc.is_multiple_of(parts) {
         return Err(format!(
             "symmetry {symmetry} needs a number of C-planes that {parts} divides, and there are {mc}; give all planes of the circle"
         ));

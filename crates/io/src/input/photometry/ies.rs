@@ -10,8 +10,8 @@
 //! later editions keep other data in its place. Lumens of −1 mark absolute photometry, which needs no other treatment. Factors of `TILT=INCLUDE` describe lamps
 //! in tilted luminaires; they are read and not applied. Tables of type B and A become tables of type C (`type_c`).
 
+use super::luminous_table::{AngleTable, LuminousTable, MAX_ANGLES};
 use super::type_c::{GoniometerType, to_type_c};
-use super::{AngleTable, LuminousTable, MAX_ANGLES};
 use crate::input::error::FileFault;
 use zonal_scene::PlaneSymmetry;
 

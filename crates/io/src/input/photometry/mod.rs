@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `ies` | ANSI/IES LM-63 (.ies), of 1986, 1991, 1995, 2002 and 2019 |
 //! | `eulumdat` | EULUMDAT (.ldt) |
+//! | `luminous_table` | intensities with the largest one apart |
 //! | `type_c` | tables of type A and B as tables of type C |
 //!
 //! Both formats list the intensity over half-planes C and angles γ from the axis of the luminaire, straight down as it usually hangs. What the
@@ -11,47 +12,17 @@
 
 mod eulumdat;
 mod ies;
+mod luminous_table;
 mod type_c;
+
+pub(crate) use luminous_table::LuminousTable;
 
 use super::error::FileFault;
 use crate::files::FileSource;
 use std::path::Path;
-use zonal_scene::{IntensityTable, PlaneSymmetry};
 
 /// Largest photometric file, bytes.
 const MAX_FILE_BYTES: u64 = 8 << 20;
-/// Largest number of angles of a table along each axis.
-const MAX_ANGLES: usize = 10_000;
-
-/// The intensities of a luminaire.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LuminousTable {
-    /// Largest intensity, cd.
-    pub(crate) peak: f64,
-    /// Intensities over the largest one.
-    pub(crate) table: IntensityTable,
-}
-
-/// Angles in degrees and intensities in cd, those of one plane together, as a file lists them.
-#[derive(Clone, Debug, Default)]
-struct AngleTable {
-    planes: Vec<f64>,
-    gammas: Vec<f64>,
-    candelas: Vec<f64>,
-}
-
-impl AngleTable {
-    /// The table with the largest intensity apart.
-    fn normalized(self, symmetry: PlaneSymmetry) -> Result<LuminousTable, String> {
-        let peak = self.candelas.iter().fold(0.0f64, |m, v| m.max(*v));
-        if !(peak.is_finite() && peak > 0.0) {
-            return Err("the largest intensity is no positive number; give a luminaire that emits".into());
-        }
-        let relative: Vec<f64> = self.candelas.iter().map(|v| v / peak).collect();
-        let table = IntensityTable::new(&self.planes, &self.gammas, &relative, symmetry)?;
-        Ok(LuminousTable { peak, table })
-    }
-}
 
 /// Reads an .ies or an .ldt file.
 pub(crate) fn read_luminaire(files: FileSource<'_>, path: &Path) -> Result<LuminousTable, FileFault> {

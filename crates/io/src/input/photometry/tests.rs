@@ -84,8 +84,8 @@ fn tables_of_type_a_and_b_are_turned_to_type_c() {
         near(candelas(&t, 45.0, 90.0), 0.0);
         near(candelas(&t, 135.0, 270.0), 0.0);
     }
-    let text = format!("IESNA91\nTILT=NONE\n1 -1 1 2 2 2 2 0 0 0\n1 1 30\n0 90\n0 90\n1 1 1 1\n");
-    assert!(read("flood.ies", &text).unwrap_err().contains("begin below 0"));
+    let text = "IESNA91\nTILT=NONE\n1 -1 1 2 2 2 2 0 0 0\n1 1 30\n0 90\n0 90\n1 1 1 1\n";
+    assert!(read("flood.ies", text).unwrap_err().contains("begin below 0"));
 }
 
 /// An EULUMDAT file with four C-planes and three angles γ.

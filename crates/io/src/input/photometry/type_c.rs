@@ -10,7 +10,7 @@
 //! (ANSI/IES LM-75). In type C the aim is γ = 0, u lies in the plane C = 0° and r in C = 270°, as seen from behind a luminaire that is aimed horizontally. The table
 //! is interpolated bilinearly at steps of at most those of the file; directions behind the luminaire and outside the angles of the file are dark.
 
-use super::{AngleTable, LuminousTable};
+use super::luminous_table::{AngleTable, LuminousTable};
 use zonal_scene::PlaneSymmetry;
 
 /// Range of the steps of γ, degrees, and the step of C.

@@ -3,7 +3,7 @@
 //! A light of power Φ has the unit intensity I₀ = Φ/∫f dω, with f its relative intensity. That of a luminaire is its largest luminous intensity times the dimming factor
 //! over the luminous efficacy, by default 683 lm/W: that of 555 nm, so that illuminances are 683 times irradiances.
 
-use super::lights::{read_direction, read_flux, unit_vector};
+use super::light_quantities::{read_direction, read_flux, unit_vector};
 use crate::input::error::InputError;
 use crate::input::photometry::read_luminaire;
 use crate::input::toml::node::{TomlNode, TomlTable};
@@ -85,7 +85,7 @@ fn read_tint(n: &TomlNode<'_>) -> Result<Bands, InputError> {
     if n.is_list() {
         let values = n.list()?.iter().map(TomlNode::number).collect::<Result<Vec<f64>, InputError>>()?;
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-        if !((mean - 1.0).abs() <= TINT_ROUNDING) {
+        if mean.is_nan() || (mean - 1.0).abs() > TINT_ROUNDING {
             return Err(n.error(format!(
                 "the mean of the bands is {mean}; divide them by it, so that the light keeps its lumens"
             )));

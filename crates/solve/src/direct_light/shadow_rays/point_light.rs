@@ -13,11 +13,11 @@
 //! The weights are bounded also where the zone contains or touches the light. A beam is narrow where ∫f dω < M Ω. σ counts as a transmittance: the edge of a beam
 //! is a shadow boundary, and the errors of `zone_sampler` hold.
 
-use super::zone_sampler::ZoneLightSampler;
 use crate::surroundings::zone_rays::voxel_point;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{IntensityDistribution, Patch, VoxelZone};
+use zonal_scene::{IntensityDistribution, Patch, VoxelGrid, VoxelZone, Zones};
+use zonal_transport::Transport;
 use zonal_transport::lights::{BoxChord, BoxView, PlateView};
 
 /// A voxel whose centre is farther from the light than this multiple of half its diagonal is far.
@@ -31,6 +31,14 @@ pub(super) struct PointLightSample {
     pub weight: f64,
     /// σ.
     pub share: f64,
+}
+
+/// The scene of the zones that a point light shines on.
+#[derive(Clone, Copy)]
+pub(super) struct LitZones<'a> {
+    pub(super) zones: &'a Zones,
+    pub(super) transport: &'a Transport<'a>,
+    pub(super) grid: Option<&'a VoxelGrid>,
 }
 
 /// How the points of a zone are chosen.
@@ -49,7 +57,7 @@ enum ZonePoints<'a> {
 
 /// A point light as seen from one zone.
 pub(super) struct PointLightOnZone<'a> {
-    sampler: &'a ZoneLightSampler<'a>,
+    scene: LitZones<'a>,
     position: Vec3,
     distribution: &'a IntensityDistribution,
     /// M.
@@ -60,19 +68,19 @@ pub(super) struct PointLightOnZone<'a> {
 impl<'a> PointLightOnZone<'a> {
     /// The light on zone `i`; `None` where it sends nothing there.
     pub(super) fn new(
-        sampler: &'a ZoneLightSampler<'a>,
+        scene: LitZones<'a>,
         (position, distribution): (Vec3, &'a IntensityDistribution),
         i: usize,
     ) -> Option<PointLightOnZone<'a>> {
-        let zones = sampler.zones;
+        let zones = scene.zones;
         let (bound, points) = match zones.patches.get(i) {
             Some(patch) => patch_points(patch, position, distribution)?,
             None => {
                 let z = i - zones.voxel_offset();
-                voxel_points(sampler, (z, zones.voxels.at(z)), position, distribution)?
+                voxel_points(scene, (z, zones.voxels.at(z)), position, distribution)?
             }
         };
-        Some(PointLightOnZone { sampler, position, distribution, bound, points })
+        Some(PointLightOnZone { scene, position, distribution, bound, points })
     }
 
     /// The sample at `s` ∈ [0,1)³.
@@ -99,7 +107,7 @@ impl<'a> PointLightOnZone<'a> {
                 Some(PointLightSample { at, weight: *weight, share })
             }
             ZonePoints::FarVoxel { zone } => {
-                let at = voxel_point(self.sampler.transport, *zone, s);
+                let at = voxel_point(self.scene.transport, *zone, s);
                 Some(self.towards(at, self.bound / (at - self.position).length2()))
             }
         }
@@ -118,7 +126,7 @@ impl<'a> PointLightOnZone<'a> {
     /// True where a point of the cell of a voxel zone belongs to the zone.
     fn contains(&self, (index, zone): (usize, VoxelZone), at: Vec3) -> bool {
         zone.samples.sample_at(0.0).is_none()
-            || self.sampler.transport.volume_zone_at(self.sampler.zones, zone.cell, at) == Some(index)
+            || self.scene.transport.volume_zone_at(self.scene.zones, zone.cell, at) == Some(index)
     }
 }
 
@@ -169,12 +177,12 @@ fn patch_points<'a>(
 
 /// M and the points of a voxel zone.
 fn voxel_points<'a>(
-    sampler: &ZoneLightSampler<'a>,
+    scene: LitZones<'a>,
     zone: (usize, VoxelZone<'a>),
     position: Vec3,
     distribution: &IntensityDistribution,
 ) -> Option<(f64, ZonePoints<'a>)> {
-    let grid = sampler.grid?;
+    let grid = scene.grid?;
     let [x, y, z] = grid.coordinates(zone.1.cell);
     let (lo, hi) = (grid.corner([x, y, z]), grid.corner([x + 1, y + 1, z + 1]));
     let (centre, radius) = ((lo + hi) * 0.5, 0.5 * (hi - lo).length());

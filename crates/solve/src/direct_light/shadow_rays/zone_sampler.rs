@@ -3,7 +3,7 @@
 use super::params::{
     CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, SAMPLE_QUANTUM,
 };
-use super::point_light::PointLightOnZone;
+use super::point_light::{LitZones, PointLightOnZone};
 use crate::distribution::{Execution, Message};
 use crate::surroundings::zone_rays::voxel_point;
 use rayon::prelude::*;
@@ -71,7 +71,7 @@ pub(super) struct ZoneLightSampler<'a> {
     has_closed_form: bool,
     /// True if the light is part of the scene.
     is_inside: bool,
-    pub(super) grid: Option<&'a VoxelGrid>,
+    grid: Option<&'a VoxelGrid>,
 }
 
 /// Estimate of one zone.
@@ -182,7 +182,8 @@ impl<'a> ZoneLightSampler<'a> {
         range: std::ops::Range<usize>,
     ) -> DirectLightEstimate {
         let mut t = SampleTally { count: range.len(), ..SampleTally::default() };
-        let on_zone = PointLightOnZone::new(self, (position, distribution), i);
+        let scene = LitZones { zones: self.zones, transport: self.transport, grid: self.grid };
+        let on_zone = PointLightOnZone::new(scene, (position, distribution), i);
         for k in range {
             let [u, v, w, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
             let Some(one) = on_zone.as_ref().and_then(|z| z.sample([u, v, w])) else { continue };
