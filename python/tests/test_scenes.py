@@ -26,12 +26,16 @@ def test_every_key_of_scenes_is_a_parameter():
         "light[] (sky).": zn.Scene.sky,
         "light[] (emitter).": zn.Scene.emitter,
         "light[] (planet).": zn.Scene.planet,
+        "light[] (point).": zn.Scene.point,
+        "light[] (spot).": zn.Scene.spot,
+        "light[] (luminaire).": zn.Scene.luminaire,
         "camera[].": zn.Scene.camera,
         "medium.gas.": zn.Gas,
         "surface[].mesh.": zn.Scene.surface,
     }
     # Keys that the package writes itself, or that have a method of their own.
-    own = {"medium.region", "surface[].mesh.file", *(f"light[] ({k}).kind" for k in ("sun", "sky", "emitter", "planet"))}
+    lights = ("sun", "sky", "emitter", "planet", "point", "spot", "luminaire")
+    own = {"medium.region", "surface[].mesh.file", *(f"light[] ({k}).kind" for k in lights)}
     checked = 0
     for table, method in methods.items():
         names = set(inspect.signature(method).parameters)

@@ -561,6 +561,107 @@ class Scene:
         )
         self._add("light", table)
 
+    def point(
+        self,
+        position: Vector,
+        *,
+        intensity: Bands | None = None,
+        power: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a light without extent, the same in all directions.
+
+        Parameters
+        ----------
+        position : vector
+            Position, m.
+        intensity, power : bands, optional
+            Radiant intensity, W/sr, or radiant power, W; a number in thermal mode.
+        """
+        self._add("light", _given(kind="point", name=name, position=position, intensity=intensity, power=power))
+
+    def spot(
+        self,
+        position: Vector,
+        direction: Vector,
+        outer_angle: float,
+        *,
+        inner_angle: float | None = None,
+        intensity: Bands | None = None,
+        power: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a light without extent that fills a cone.
+
+        Parameters
+        ----------
+        position : vector
+            Position, m.
+        direction : vector
+            Axis of the cone, the way along which light travels.
+        outer_angle : float
+            Degrees between the axis and the edge of the cone, where the intensity has fallen to 0.
+        inner_angle : float, optional
+            Degrees between the axis and the directions up to which the intensity is full; 0 by default.
+        intensity, power : bands, optional
+            Radiant intensity on the axis, W/sr, or radiant power, W; a number in thermal mode.
+        """
+        table = _given(
+            kind="spot",
+            name=name,
+            position=position,
+            direction=direction,
+            inner_angle=inner_angle,
+            outer_angle=outer_angle,
+            intensity=intensity,
+            power=power,
+        )
+        self._add("light", table)
+
+    def luminaire(
+        self,
+        file: str | os.PathLike[str],
+        position: Vector,
+        *,
+        direction: Vector | None = None,
+        rotation: float | None = None,
+        dimming: float | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a light without extent with the intensities of a photometric file.
+
+        Parameters
+        ----------
+        file : str or path
+            ``.ies`` (IES LM-63) or ``.ldt`` (EULUMDAT).
+        position : vector
+            Position, m.
+        direction : vector, optional
+            Direction of the angle 0 of the file; straight down by default.
+        rotation : float, optional
+            Degrees about the direction, from the plane C = 0 towards C = 90.
+        dimming : float, optional
+            Factor of the intensities.
+        efficacy : float, optional
+            Lumens of a watt of radiant power; 683 by default.
+        tint : bands, optional
+            Relative power of the bands, of mean 1.
+        """
+        table = _given(
+            kind="luminaire",
+            name=name,
+            file=os.fspath(file),
+            position=position,
+            direction=direction,
+            rotation=rotation,
+            dimming=dimming,
+            efficacy=efficacy,
+            tint=tint,
+        )
+        self._add("light", table)
+
     def node(
         self,
         name: str,

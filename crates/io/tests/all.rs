@@ -16,6 +16,7 @@ mod mesh_files;
 mod msh_files;
 mod openvdb_files;
 mod ply_files;
+mod point_lights;
 mod shared_meshes;
 mod spectra;
 mod stl_files;

@@ -12,7 +12,7 @@ use crate::{Image, RenderOptions, render};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, low_discrepancy, vec3};
-use zonal_scene::{Bands, Camera, Light, NoProgress, Plate, Solution};
+use zonal_scene::{Bands, Camera, IntensityDistribution, Light, NoProgress, Plate, Solution};
 use zonal_scene::{Facet, Pane, Scene, SceneParts, Sides, Surface};
 use zonal_transport::Transport;
 use zonal_transport::lights::{EmissionSample, LightSampler};
@@ -233,14 +233,21 @@ fn lit_intervals_agree_with_shadow_rays() {
     let transport = Transport::new(&scene);
     let shadows = ShadowCasters::new(&scene);
     let plate = scene.facets()[lamp].plate;
+    let isotropic = IntensityDistribution::isotropic();
+    let distant = vec3(0.3, 0.1, 0.9).normalized();
     let sources = [
-        EmissionSample::Distant { direction: vec3(0.3, 0.1, 0.9).normalized(), fluence: Bands::ONE },
+        EmissionSample::Distant { direction: distant, fluence: Bands::ONE },
         EmissionSample::Point {
             position: plate.at(0.3, 0.4),
             normal: plate.normal(),
             two_sided: true,
             facet: lamp,
             power: Bands::ONE,
+        },
+        EmissionSample::Intensity {
+            position: vec3(0.31, -0.27, 0.83),
+            intensity: Bands::ONE,
+            distribution: &isotropic,
         },
     ];
     let mut wrong = 0;
@@ -259,18 +266,14 @@ fn lit_intervals_agree_with_shadow_rays() {
             for k in 0..50 {
                 let t = length * (k as f64 + 0.5) / 50.0;
                 let x = a + dir * t;
-                let end = match *source {
-                    EmissionSample::Distant { direction: towards, .. } => {
-                        transport.exterior_point(x, towards)
-                    }
-                    EmissionSample::Point { position: at, .. } => at,
-                };
+                let point = source.intensity_towards(x).map(|(at, _)| at);
+                let end = point.unwrap_or_else(|| transport.exterior_point(x, distant));
                 let inside = lit.intervals.iter().any(|i| i.0 < t && t < i.1);
                 wrong += usize::from(inside == transport.occluded(x, end));
             }
         }
     }
-    assert!(wrong <= 2, "{wrong} of 20000");
+    assert!(wrong <= 2, "{wrong} of 30000");
 }
 
 #[test]
@@ -289,6 +292,50 @@ fn mean_over_flat_wall_is_its_radiosity() {
         s.zones.patches.iter().zip(&s.fields.incident).map(|(p, h): (_, &Bands)| p.area * h.first()).sum();
     let front: f64 = s.zones.patches.iter().map(|p| p.area).sum();
     assert!((mean * PI / (zones / front) - 1.0).abs() < 1e-3, "{} {}", mean * PI, zones / front);
+}
+
+#[test]
+fn point_lights_in_homogeneous_medium_agree_with_quadrature() {
+    // Seen along x at distance δ: ∫ κΩ e^{−κ(s + r)} I(ω)/r² /(4π) ds.
+    let (kappa, albedo) = (0.4, 0.7);
+    let lo = Vec3::splat(-3.0);
+    let up = vec3(0.2, 1.0, 0.1);
+    let cases = [
+        (IntensityDistribution::isotropic(), 0.02),
+        (IntensityDistribution::spot(up, [0.1, 0.5]), 0.02),
+        (IntensityDistribution::spot(up, [0.4, 0.4]), 0.02),
+        (IntensityDistribution::spot(-up, [0.1, 0.5]), 0.0),
+    ];
+    for (distribution, tolerance) in cases {
+        for delta in [1.0, 0.1, 0.02] {
+            let lamp = Light::Point {
+                name: "lamp".into(),
+                position: Vec3::ZERO,
+                intensity: Bands::from_rgb([5.0, 3.0, 1.0]),
+                distribution: distribution.clone(),
+            };
+            let parts = SceneParts {
+                voxel_grid: Some(medium(lo, -lo, [11, 9, 10], kappa, albedo)),
+                lights: vec![lamp],
+                ..SceneParts::default()
+            };
+            let s = solution(parts, |_, _| 0.0, |_| 0.0);
+            let from = vec3(-2.0, delta, 0.0);
+            let image = render(&s, &camera(from, from + vec3(1.0, 0.0, 0.0), 1e-6), &size(2, 2), &NoProgress);
+            let n = 200_000;
+            let ds = 5.0 / n as f64;
+            let sum: f64 = (0..n)
+                .map(|i| {
+                    let t = (i as f64 + 0.5) * ds;
+                    let x = vec3(t - 2.0, delta, 0.0);
+                    let g = 3.0 * distribution.relative(x.normalized()) / x.length2();
+                    kappa * albedo * (-kappa * (t + x.length())).exp() * g / (4.0 * PI) * ds
+                })
+                .sum();
+            let found = image.pixels[0][1] as f64;
+            assert!((found - sum).abs() <= tolerance * sum, "{distribution:?} {delta}: {found} {sum}");
+        }
+    }
 }
 
 #[test]

@@ -192,7 +192,7 @@ impl ZoneImages {
 /// The even extension of a scene with mirrors.
 #[derive(Clone, Debug)]
 pub struct EvenExtension {
-    /// The extension, without mirrors. Its suns are those of the scene, without images ([`EvenExtension::sun_images`]).
+    /// The extension, without mirrors. Its suns and point lights are those of the scene, without images ([`EvenExtension::light_images`]).
     pub scene: Scene,
     /// The images; the first one is the scene itself.
     reflections: Vec<Reflection>,
@@ -354,13 +354,14 @@ impl EvenExtension {
         out.voxels = VoxelZones::with_properties_of(*grid.geometry(), places, (&zones.voxels, &of_zone));
     }
 
-    /// Number of distinct images of a light: of a sun, those with distinct directions; of a sky and of emitting surfaces 1, whose images are part
-    /// of the extension.
+    /// Number of distinct images of a light: of a sun, those with distinct directions; of a point light all; of a sky and of emitting surfaces 1,
+    /// whose images are part of the extension.
     #[must_use]
-    pub fn sun_images(&self, light: &Light) -> usize {
+    pub fn light_images(&self, light: &Light) -> usize {
         match light {
             Light::Sun { direction, .. } => self.sun_directions(*direction).len(),
-            _ => 1,
+            Light::Point { .. } => self.reflections.len(),
+            Light::Sky { .. } | Light::Emitter { .. } => 1,
         }
     }
 
@@ -375,27 +376,45 @@ impl EvenExtension {
         out
     }
 
-    /// The extension with all images of its suns, and the light of the scene that each of its lights is an image of, by index.
+    /// The extension with all images of its suns and point lights, and the light of the scene that each of its lights is an image of, by index.
     #[must_use]
     pub fn lit_scene(&self) -> (Scene, Vec<usize>) {
         let mut parts = self.scene.clone().into_parts();
         let mut light_of: Vec<usize> = (0..parts.lights.len()).collect();
         for (l, light) in self.scene.lights().iter().enumerate() {
-            let Light::Sun { name, direction, irradiance, angular_diameter } = light else { continue };
-            for direction in self.sun_directions(*direction).into_iter().skip(1) {
-                light_of.push(l);
-                parts.lights.push(Light::Sun {
-                    name: name.clone(),
-                    direction,
-                    irradiance: *irradiance,
-                    angular_diameter: *angular_diameter,
-                });
-            }
+            let images = self.further_images(light);
+            light_of.extend(images.iter().map(|_| l));
+            parts.lights.extend(images);
         }
         (Scene::of_checked_parts(parts), light_of)
     }
 
-    /// A solution of the scene on the whole extension, with all images of its suns, for pictures.
+    /// The images of a light but itself.
+    fn further_images(&self, light: &Light) -> Vec<Light> {
+        match light {
+            Light::Sun { name, direction, irradiance, angular_diameter } => {
+                let image = |direction: Vec3| Light::Sun {
+                    name: name.clone(),
+                    direction,
+                    irradiance: *irradiance,
+                    angular_diameter: *angular_diameter,
+                };
+                self.sun_directions(*direction).into_iter().skip(1).map(image).collect()
+            }
+            Light::Point { name, position, intensity, distribution } => {
+                let image = |r: &Reflection| Light::Point {
+                    name: name.clone(),
+                    position: r.point(*position),
+                    intensity: *intensity,
+                    distribution: distribution.reflected(|v| r.vector(v)),
+                };
+                self.reflections.iter().skip(1).map(image).collect()
+            }
+            Light::Sky { .. } | Light::Emitter { .. } => Vec::new(),
+        }
+    }
+
+    /// A solution of the scene on the whole extension, with all images of its suns and point lights, for pictures.
     #[must_use]
     pub fn extended_solution(&self, solution: &Solution) -> Solution {
         let (zones, images) = self.extended_zones(&solution.zones);

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `plate`, [`shells`] | triangles and parallelograms; open shells, solids and enclosures |
 //! | `surface`, `light`, `camera`, `voxel_grid` | surfaces and panes; lights and surroundings; cameras; the medium |
+//! | `intensity_distribution` | radiant intensity of point lights over directions: spots, photometric tables |
 //! | `face_table`, `face_results` | faces of mesh files, values and results by face |
 //! | [`thermal`] | prescribed temperatures and net powers, band fractions of the emission |
 //! | `options` | settings of a solve |
@@ -42,6 +43,7 @@ mod face_table;
 mod fields;
 mod grid_geometry;
 mod heat_report;
+mod intensity_distribution;
 mod light;
 pub mod light_group;
 pub mod limits;
@@ -71,7 +73,9 @@ mod zones;
 pub use band::{Band, BandCountError, PerBand};
 pub use band_set::{BandSet, MAX_BANDS};
 pub use bands::Bands;
-pub use builder::{BandValues, GlassPane, Medium, Mesh, Planet, SceneBuilder, Sky, Sun, VoxelValues};
+pub use builder::{
+    BandValues, GlassPane, Medium, Mesh, Planet, PointLight, SceneBuilder, Sky, Sun, VoxelValues,
+};
 pub use camera::{Camera, Lens};
 pub use checkpoint_store::{CheckpointStore, NoCheckpoints};
 pub use diagnostic::{Diagnostic, Severity};
@@ -82,6 +86,7 @@ pub use face_results::FaceResult;
 pub use face_table::{FaceMesh, FaceTable, FacetValues};
 pub use fields::{Fields, ThermalFields};
 pub use heat_report::{HeatReport, HeatRow, HeatRowKind, NodeResult};
+pub use intensity_distribution::{IntensityDistribution, IntensityTable, PlaneSymmetry};
 pub use light::{Light, Surroundings};
 pub use light_group::{LightGroup, LightGroupKind, ZoneValues};
 pub use options::{Engine, LightGrouping, PatchRule, SolveOptions, ZoneBasis};

@@ -1,6 +1,7 @@
 //! Direct lights and the surroundings.
 
 use crate::bands::Bands;
+use crate::intensity_distribution::IntensityDistribution;
 use crate::light_group::SURROUNDINGS_GROUP;
 use crate::surface::Surface;
 use zonal_math::Vec3;
@@ -26,6 +27,17 @@ pub enum Light {
         /// Radiance, W/(m² sr).
         radiance: Bands,
     },
+    /// A light without extent: a bulb, a spot, or a luminaire known by its photometric table.
+    Point {
+        /// Name.
+        name: String,
+        /// Position, m.
+        position: Vec3,
+        /// Unit intensity I₀, W/sr, by which the relative intensity is multiplied.
+        intensity: Bands,
+        /// Relative intensity over directions.
+        distribution: IntensityDistribution,
+    },
     /// A small emitting surface whose emission is direct light and not part of the zonal exchange.
     Emitter {
         /// Name; that of the surface if `None`.
@@ -39,7 +51,7 @@ impl Light {
     /// The name of the light; `surfaces` are those of the scene.
     pub fn name<'a>(&'a self, surfaces: &'a [Surface]) -> &'a str {
         match self {
-            Light::Sun { name, .. } | Light::Sky { name, .. } => name,
+            Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => name,
             Light::Emitter { name, surface } => name.as_ref().unwrap_or(&surfaces[*surface].name),
         }
     }

@@ -29,9 +29,10 @@ pub(crate) fn check_boundary(parts: &SceneParts) -> Result<(), SceneError> {
             "mirrors are ends of the medium's extent; without a medium give their box: boundary.min and boundary.max",
         );
     };
-    check_lights(parts)?;
+    check_suns(parts)?;
     let (lo, hi) = parts.bounds();
     let slack = PLANE_TOLERANCE * (hi.max(bounds.1) - lo.min(bounds.0)).length();
+    check_point_lights(parts, (bounds, slack))?;
     let walls = parts.facets.iter().map(|f| (&f.plate, parts.surfaces.get(f.surface)));
     let panes = parts.panes.iter().flat_map(|p| p.plates.iter().map(|q| (q, None)));
     walls.chain(panes).try_for_each(|(plate, surface)| check_plate(parts, plate, surface, (bounds, slack)))
@@ -148,13 +149,15 @@ fn check_strips(parts: &SceneParts, axis: usize, (min, max): (Vec3, Vec3)) -> Re
 
 fn light_key(light: &Light) -> String {
     match light {
-        Light::Sun { name, .. } | Light::Sky { name, .. } => format!("light '{name}'"),
+        Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => {
+            format!("light '{name}'")
+        }
         Light::Emitter { .. } => "light.surface".into(),
     }
 }
 
 /// Refuses suns behind a mirror: a mirror plane has no end, and their light never arrives.
-fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
+fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
     for light in &parts.lights {
         let Light::Sun { direction, .. } = light else { continue };
         // Light that travels upwards along an axis comes from its low end.
@@ -168,6 +171,26 @@ fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
                 AXES[k]
             );
             return invalid(light_key(light), what);
+        }
+    }
+    Ok(())
+}
+
+/// Refuses point lights behind or in a mirror plane: an image must be a light of its own.
+fn check_point_lights(parts: &SceneParts, (bounds, slack): ((Vec3, Vec3), f64)) -> Result<(), SceneError> {
+    for light in &parts.lights {
+        let Light::Point { position, .. } = light else { continue };
+        for k in 0..3 {
+            for (end, plane) in [bounds.0[k], bounds.1[k]].into_iter().enumerate() {
+                let before = if end == 0 { position[k] - plane } else { plane - position[k] };
+                if parts.mirrors[k][end] && before <= slack {
+                    let what = format!(
+                        "this light stands in or behind the mirror {}; move it in front of the plane",
+                        mirror_key(parts, k, end)
+                    );
+                    return invalid(light_key(light), what);
+                }
+            }
         }
     }
     Ok(())

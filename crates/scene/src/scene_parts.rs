@@ -57,7 +57,7 @@ impl SceneParts {
     /// All names, for editing.
     pub(crate) fn names_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let lights = self.lights.iter_mut().filter_map(|l| match l {
-            Light::Sun { name, .. } | Light::Sky { name, .. } => Some(name),
+            Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => Some(name),
             Light::Emitter { name, .. } => name.as_mut(),
         });
         let surroundings = self.surroundings.name.as_mut().into_iter();

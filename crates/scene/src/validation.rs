@@ -205,6 +205,19 @@ fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
             Light::Sky { name, radiance } => {
                 check_bands(&format!("light '{name}'.radiance"), *radiance, MAX_FLUX)?;
             }
+            Light::Point { name, position, intensity, distribution } => {
+                let key = |k: &str| format!("light '{name}'.{k}");
+                if !(position.is_finite() && position.max_abs() <= MAX_COORDINATE) {
+                    return invalid(
+                        key("position"),
+                        format!("the position must be finite, within ±{MAX_COORDINATE:e} m"),
+                    );
+                }
+                check_bands(&key("intensity"), *intensity, MAX_FLUX)?;
+                if let Err(what) = distribution.check() {
+                    return invalid(key("distribution"), what);
+                }
+            }
             Light::Emitter { surface, .. } => {
                 if *surface >= parts.surfaces.len() {
                     return invalid("light.surface", "there is no such surface");

@@ -65,6 +65,7 @@ fn is_emitting(light: &Light, scene: &Scene) -> bool {
     match light {
         Light::Sun { irradiance, .. } => *irradiance != Bands::ZERO,
         Light::Sky { radiance, .. } => *radiance != Bands::ZERO,
+        Light::Point { intensity, .. } => *intensity != Bands::ZERO,
         Light::Emitter { surface, .. } => scene.surfaces()[*surface].emission != Bands::ZERO,
     }
 }

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Noise of rays makes images differ; direct light and the exchange with the surroundings are averaged over the images before the equations are
-//! solved. A sun has the extension's direct light of all its images: with n distinct directions among them, D_i = n/|G| Σ_g D'(g·i) of one sun.
+//! solved. A sun or a point light has the extension's direct light of all its images: with n distinct ones among them, D_i = n/|G| Σ_g D'(g·i) of one.
 //!
 //! The dense engine keeps sums over images only, F_ij = Σ_g F'(i, g·j): a matrix of the scene's zones (`dense/image_sums.rs`).
 
@@ -47,7 +47,7 @@ impl MirroredSolve {
 
     /// Direct light of light number `l` with all its images, even to the bit.
     pub(crate) fn even_light(&self, l: usize, light: LightField) -> LightField {
-        let count = self.extension.sun_images(&self.extension.scene.lights()[l]) as f64;
+        let count = self.extension.light_images(&self.extension.scene.lights()[l]) as f64;
         let even = |list: Vec<Bands>| -> Vec<Bands> {
             self.images.extended(&list).into_iter().map(|x| x * count).collect()
         };

@@ -124,6 +124,7 @@ fn scale_parts(parts: &mut SceneParts, kind: LightGroupKind, f: Bands) -> Result
             match &mut parts.lights[l] {
                 Light::Sun { irradiance, .. } => *irradiance *= f,
                 Light::Sky { radiance, .. } => *radiance *= f,
+                Light::Point { intensity, .. } => *intensity *= f,
                 // Scaled below with all surfaces.
                 Light::Emitter { surface, .. } if !all => {
                     parts.surfaces[*surface].emission *= f;

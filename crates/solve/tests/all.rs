@@ -22,6 +22,7 @@ mod monte_carlo;
 mod nodes;
 mod panes;
 mod periodic;
+mod point_lights;
 mod power_normalization;
 mod ray_operator;
 mod refusal_and_interruption;

@@ -18,6 +18,7 @@
 //! | `converters` | formats that are not read, with commands that convert them |
 //! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
 //! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
+//! | `photometry` | luminaires: IES LM-63 and EULUMDAT |
 //! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
 //! | `images` | PNG and JPEG textures |
@@ -41,6 +42,7 @@ mod notes;
 mod npy;
 mod number_cursor;
 mod obj;
+mod photometry;
 mod ply;
 mod rotation;
 mod scene;

@@ -319,6 +319,12 @@ fn hash_lights(h: &mut WordHasher, scene: &Scene) {
                 h.int(1);
                 h.bands(*radiance);
             }
+            Light::Point { position, intensity, distribution, .. } => {
+                h.int(3);
+                h.vec(*position);
+                h.bands(*intensity);
+                distribution.defining_numbers().into_iter().for_each(|x| h.real(x));
+            }
             Light::Emitter { surface, .. } => {
                 h.int(2);
                 h.int(*surface);

@@ -19,6 +19,8 @@ pub(super) enum EmissionElement {
     Plate(usize),
     /// A sun: the direction towards it, and the cosine of its angular radius.
     Sun(Vec3, f64),
+    /// A point light, by its number among the lights of the scene.
+    PointLight(usize),
     /// Sky and surroundings.
     Surroundings,
 }
@@ -114,7 +116,7 @@ fn scene_sources(walk_scene: &WalkScene, optics: &SceneOptics, b: Band) -> Vec<(
     list
 }
 
-/// The power of suns, skies and surroundings through a sphere around the scene.
+/// The power of point lights, and of suns, skies and surroundings through a sphere around the scene.
 fn light_sources(walk_scene: &WalkScene, b: Band) -> Vec<(EmissionElement, f64)> {
     let scene = walk_scene.scene;
     let mut list = Vec::new();
@@ -123,7 +125,7 @@ fn light_sources(walk_scene: &WalkScene, b: Band) -> Vec<(EmissionElement, f64)>
         Some(t) => t.surroundings_radiance()[b],
         None => scene.surroundings().radiance[b],
     };
-    for light in scene.lights() {
+    for (l, light) in scene.lights().iter().enumerate() {
         match light {
             Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 let cos = (0.5 * angular_diameter).cos();
@@ -131,6 +133,10 @@ fn light_sources(walk_scene: &WalkScene, b: Band) -> Vec<(EmissionElement, f64)>
                 list.push((EmissionElement::Sun(-*direction, cos), flux * PI * r * r));
             }
             Light::Sky { radiance: sky, .. } => radiance += sky[b],
+            Light::Point { intensity, distribution, .. } => {
+                let power = intensity[b] * distribution.solid_angle_integral();
+                list.push((EmissionElement::PointLight(l), power));
+            }
             Light::Emitter { .. } => {}
         }
     }

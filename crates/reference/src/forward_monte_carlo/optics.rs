@@ -123,6 +123,7 @@ impl SceneOptics {
         let lights = scene.lights().iter().all(|l| match l {
             Light::Sun { irradiance, .. } => irradiance.is_grey(),
             Light::Sky { radiance, .. } => radiance.is_grey(),
+            Light::Point { intensity, .. } => intensity.is_grey(),
             Light::Emitter { .. } => true,
         });
         let elements = surfaces.iter().chain(&cells).chain(&panes).all(ElementOptics::is_grey);

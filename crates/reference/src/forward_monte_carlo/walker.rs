@@ -7,9 +7,10 @@ use super::walk_scene::{TrackLocation, WalkEnd, WalkScene, WalkStart};
 use crate::path_tracer::bvh::RayHit;
 use crate::path_tracer::flight::direction_about;
 use crate::rng::{Rng, hash, select_band};
+use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_coordinates;
-use zonal_scene::{Band, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
+use zonal_scene::{Band, Light, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
 
 /// Independent batches of a mean.
 pub(super) const BATCH_COUNT: usize = 32;
@@ -19,6 +20,8 @@ const ROULETTE_WEIGHT_SHARE: f64 = 0.1;
 const MAX_EVENTS: usize = 2_000_000;
 /// Most trials to draw a point of a sub-cell that its sample point sees.
 const MAX_POINT_TRIALS: usize = 200;
+/// Most trials to draw a direction of a point light: its beam would fill less than a millionth of the sphere.
+const MAX_DIRECTION_TRIALS: usize = 1 << 22;
 
 /// The scene, the zones if any, and the layout of the scores.
 pub(super) struct Walker<'a> {
@@ -125,6 +128,10 @@ impl<'a> Walker<'a> {
                 let (radius, turn) = (r * rng.uniform().sqrt(), rng.uniform_in(0.0, std::f64::consts::TAU));
                 let at = centre - d * (2.0 * r) + (a * turn.cos() + b * turn.sin()) * radius;
                 Some((WalkStart { at, facet: None, pane: None }, d, false))
+            }
+            EmissionElement::PointLight(l) => {
+                let (at, direction) = leave_point_light(&scene.lights()[l], rng)?;
+                Some((WalkStart { at, facet: None, pane: None }, direction, false))
             }
             EmissionElement::Surroundings => {
                 let (centre, r) = self.walk_scene.bounding_sphere();
@@ -407,4 +414,15 @@ fn parameter_excess(p: &Plate, at: Vec3) -> f64 {
     let [u, v] = p.parameters(at);
     let far = if p.kind == PlateKind::Triangle { u + v - 1.0 } else { u.max(v) - 1.0 };
     far.max(-u).max(-v)
+}
+
+/// The position of a point light and a direction by rejection, independent of the closed forms of the distribution.
+fn leave_point_light(light: &Light, rng: &mut Rng) -> Option<(Vec3, Vec3)> {
+    let Light::Point { position, distribution, .. } = light else { return None };
+    let most = distribution.upper_bound(Vec3::from_array([0.0, 0.0, 1.0]), PI);
+    let direction = (0..MAX_DIRECTION_TRIALS).find_map(|_| {
+        let d = rng.unit_vector();
+        (rng.uniform() * most < distribution.relative(d)).then_some(d)
+    })?;
+    Some((*position, direction))
 }

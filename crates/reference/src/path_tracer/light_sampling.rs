@@ -1,11 +1,11 @@
-//! Light sampling: suns, the sky, and every facet that emits.
+//! Light sampling: suns, the sky, point lights, and every facet that emits.
 //!
 //! A facet is chosen with probability P ∝ area × flux, and a point on it uniformly; seen from a distance r at cosine c to its normal
 //! the density per steradian is P r²/(A c).
 
 use super::flight::direction_about;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Light, Scene, Sides};
+use zonal_scene::{Bands, IntensityDistribution, Light, Scene, Sides};
 
 /// Points along each parameter at which the textured emission of a facet is evaluated for its weight.
 const TEXTURE_SAMPLES_PER_SIDE: usize = 4;
@@ -23,6 +23,7 @@ struct SunDisc {
 pub(super) struct LightSet<'a> {
     scene: &'a Scene,
     suns: Vec<SunDisc>,
+    points: Vec<(Vec3, Bands, &'a IntensityDistribution)>,
     /// Radiance of all skies, W/(m² sr).
     pub sky: Bands,
     emitters: Vec<u32>,
@@ -59,6 +60,7 @@ impl<'a> LightSet<'a> {
         let mut out = LightSet {
             scene,
             suns: Vec::new(),
+            points: Vec::new(),
             sky: Bands::ZERO,
             emitters: Vec::new(),
             cumulative: Vec::new(),
@@ -73,6 +75,9 @@ impl<'a> LightSet<'a> {
                     out.suns.push(SunDisc { towards: -*direction, cos, flux });
                 }
                 Light::Sky { radiance, .. } => out.sky += *radiance,
+                Light::Point { position, intensity, distribution, .. } => {
+                    out.points.push((*position, *intensity, distribution));
+                }
                 Light::Emitter { .. } => {}
             }
         }
@@ -117,6 +122,15 @@ impl<'a> LightSet<'a> {
             return (s.towards, s.flux);
         }
         (direction_about(s.towards, 1.0 - u[0] * (1.0 - s.cos), u[1]), s.flux)
+    }
+
+    /// For each point light the unit direction towards it, its distance, m, and its fluence at `at` without attenuation, W/m².
+    pub(super) fn point_lights(&self, at: Vec3) -> impl Iterator<Item = (Vec3, f64, Bands)> {
+        self.points.iter().map(move |(position, intensity, distribution)| {
+            let r = (*position - at).length();
+            let towards = (*position - at) / r;
+            (towards, r, *intensity * (distribution.relative(-towards) / (r * r)))
+        })
     }
 
     /// A point of an emitter from three numbers of [0, 1); `None` without emitters.

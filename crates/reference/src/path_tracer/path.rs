@@ -1,6 +1,6 @@
 //! One path, backwards from a vertex: I = ∫ L f dω with f the scattering density of the vertex.
 //!
-//! At each vertex the path samples the suns and one point of an emitter (next-event estimation), then continues in a direction of
+//! At each vertex the path samples the suns, the point lights and one point of an emitter (next-event estimation), then continues in a direction of
 //! density f. Emission that the path hits counts too; both ways of finding an emitter share it by the balance heuristic (Veach
 //! 1997): with p_e the density of the emitter's point, β the throughput and τ the transmittance,
 //!
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! After a few bounces Russian roulette continues a path with the probability of its last albedo and weights it accordingly, which
-//! keeps the estimate unbiased. Light that arrives unscattered from a sun, a sky or a surface that the scene lists as a light is direct.
+//! keeps the estimate unbiased. Light that arrives unscattered from a sun, a sky, a point light or a surface that the scene lists as a light is direct.
 
 use super::detector::{Detector, SubcellPart};
 use super::flight::{FlightEnd, PathVertex, RayScene, sample_scattering};
@@ -233,7 +233,7 @@ impl PathSampler<'_> {
         true
     }
 
-    /// Next-event estimation: adds the light that suns and one emitter send to the vertex.
+    /// Next-event estimation: adds the light that suns, point lights and one emitter send to the vertex.
     fn sample_lights(&self, s: &mut PathState, numbers: &mut PathNumbers) {
         let direct = s.bounces == 0;
         let u: [f64; 3] = numbers.next_array();
@@ -245,6 +245,14 @@ impl PathSampler<'_> {
                 && let Some(transmittance) = self.space.transmittance(&s.vertex, towards, f64::INFINITY, None)
             {
                 s.radiance.add(s.throughput * transmittance * flux * f, direct);
+            }
+        }
+        for (towards, r, fluence) in self.lights.point_lights(s.vertex.at()) {
+            let f = s.vertex.density(towards);
+            if f > 0.0
+                && let Some(transmittance) = self.space.transmittance(&s.vertex, towards, r, None)
+            {
+                s.radiance.add(s.throughput * transmittance * fluence * f, direct);
             }
         }
         let u = if self.lights.sun_count() > 0 {

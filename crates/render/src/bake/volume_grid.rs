@@ -13,6 +13,7 @@ use super::group_fields::GroupField;
 use super::lit_scene::LitScene;
 use crate::medium::radiosity_field::RadiosityField;
 use rayon::prelude::*;
+use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Light, PerBand, Progress, Solution, VoxelGrid};
 use zonal_transport::Transport;
@@ -290,25 +291,31 @@ impl GridSource<'_> {
         let (s, transport) = (self.solution, self.transport);
         let cell = s.zones.voxels.at(zone).cell;
         let samples = if matches!(light_sampler.light(), Light::Sky { .. }) { SKY_SAMPLES } else { 1 };
+        let softened = |p: Vec3| self.softening(light_sampler, p);
         let (mut sum, mut n) = (Bands::ZERO, 0.0);
         for (i, [x, y, z]) in OCTANT_CENTRES.into_iter().enumerate() {
             let p = self.grid.point(at, vec3(x, y, z));
             if transport.volume_zone_at(&s.zones, cell, p) == Some(zone) {
-                sum += light_sampler.gather(self.shadow_rays, p, Receiver::Free, samples, i as u64);
+                let one = light_sampler.gather(self.shadow_rays, p, Receiver::Free, samples, i as u64);
+                sum += one * softened(p);
                 n += 1.0;
             }
         }
         if n > 0.0 {
             sum / n
         } else {
-            light_sampler.gather(
-                self.shadow_rays,
-                self.grid.point(at, vec3(0.5, 0.5, 0.5)),
-                Receiver::Free,
-                samples,
-                0,
-            )
+            let p = self.grid.point(at, vec3(0.5, 0.5, 0.5));
+            light_sampler.gather(self.shadow_rays, p, Receiver::Free, samples, 0) * softened(p)
         }
+    }
+
+    /// Factor of the fluence of a point light at a point that stands for a part of a cell: beside the light 1/r² is at most its mean over the ball of the part's
+    /// volume about the light, 3/R².
+    fn softening(&self, light_sampler: &LightSampler, p: Vec3) -> f64 {
+        let Light::Point { position, .. } = light_sampler.light() else { return 1.0 };
+        let volume = self.grid.map.cell().product() / (self.grid.parts as f64).powi(3);
+        let ball = (volume * 3.0 / (4.0 * PI)).powf(2.0 / 3.0) / 3.0;
+        ((p - *position).length2() / ball).min(1.0)
     }
 }
 

@@ -5,6 +5,7 @@
 //! | sun without extent | shadow ray, depth of the medium from [`SunDepthCache`] | exact lit intervals, [`SingleScattering`] |
 //! | sun with an extent | the same, more samples in the penumbra | [`DeepShadowMap`] |
 //! | sky | `sky_field`, or shadow rays of the light sampler | lit intervals of sampled directions |
+//! | point light | one shadow ray | lit intervals, [`SingleScattering`] |
 //! | emitter of few facets | shadow rays of the light sampler | [`AnalyticAreaLight`], or lit intervals of sampled points |
 //! | emitter of many facets | one sample a cluster, with Russian roulette where it is faint | field of [`crate::medium::many_lights`] |
 //!
@@ -285,7 +286,7 @@ impl<'a> DirectLights<'a> {
                 continue;
             }
             let n = match light.sampler.light() {
-                Light::Sun { .. } => 1,
+                Light::Sun { .. } | Light::Point { .. } => 1,
                 _ => sampler.count.div_ceil(2),
             };
             if let Some(area_light) = &light.area_light {

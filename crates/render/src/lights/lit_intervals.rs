@@ -90,6 +90,7 @@ impl EpipolarPlane {
         let (e, w, own) = match *source {
             EmissionSample::Distant { direction: towards, .. } => (towards, 0.0, None),
             EmissionSample::Point { position: at, facet, .. } => (at - origin, 1.0, Some(facet as u32)),
+            EmissionSample::Intensity { position: at, .. } => (at - origin, 1.0, None),
         };
         let length = e.length();
         // A ray towards the light spans no plane with it: tilt the direction a little.

@@ -249,7 +249,7 @@ fn points_along<'a>(
             lit: scattering.casters.lit_intervals(ray, source, range),
             along: scattering.sample_along(ray, source, None, range),
         }),
-        EmissionSample::Distant { .. } => None,
+        EmissionSample::Distant { .. } | EmissionSample::Intensity { .. } => None,
     };
     sources.iter().filter_map(point).collect()
 }

@@ -70,7 +70,7 @@ pub(crate) struct DeepShadowMap<'a> {
     transport: &'a Transport<'a>,
     /// Optical depths towards the sun's centre.
     depths: SunDepthCache<'a>,
-    source: EmissionSample,
+    source: EmissionSample<'static>,
     towards: Vec3,
     /// The axes u and v across the light.
     across: [Vec3; 2],

@@ -8,9 +8,9 @@
 //! ∫_a^b κΩ τ_a G e^{−D_a} e^{−x (t−a)/(b−a)} dt = κΩ (b−a) τ_a G e^{−D_a} (1 − e^{−x})/x,   x = κ(b−a) + D_b − D_a
 //! ```
 //!
-//! For a point of an emitter at the distance δ from the ray's line, nearest at t_c, dt/r² = dθ/δ with t = t_c + δ tanθ (equiangular
+//! For a point of an emitter, or a point light, at the distance δ from the ray's line, nearest at t_c, dt/r² = dθ/δ with t = t_c + δ tanθ (equiangular
 //! sampling: Kulla & Fajardo, EGSR 2012). The factor 1/r² is integrated exactly and the rest, smooth in θ, by the midpoint rule in
-//! steps of at most 0.3 rad; D/r is linear between nodes then. Emitters of few facets: see [`super::analytic_area_light`],
+//! steps of at most 0.3 rad, and of a quarter of the angle over which the intensity of a point light changes; D/r is linear between nodes then. Emitters of few facets: see [`super::analytic_area_light`],
 //! which does not depend on the choice of the point. Cost: one depth a node and light sample, one exponential a part.
 
 use super::ray_path::{RayPath, VoxelSegment, mean_exp};
@@ -27,6 +27,20 @@ use zonal_transport::lights::EmissionSample;
 const MAX_EQUIANGULAR_STEP: f64 = 0.3;
 /// Least and largest number of intervals between the nodes of optical depth along a ray.
 const DEPTH_INTERVALS: (usize, usize) = (4, 48);
+
+/// Steps over which the intensity of a point light changes, and the smallest of them, rad.
+const STEPS_OVER_RESOLUTION: f64 = 4.0;
+const MIN_EQUIANGULAR_STEP: f64 = 0.01;
+
+/// Largest step of the equiangular midpoint rule for a light, rad.
+fn max_equiangular_step(source: &EmissionSample) -> f64 {
+    match source {
+        EmissionSample::Intensity { distribution, .. } => (distribution.angular_resolution()
+            / STEPS_OVER_RESOLUTION)
+            .clamp(MIN_EQUIANGULAR_STEP, MAX_EQUIANGULAR_STEP),
+        EmissionSample::Point { .. } | EmissionSample::Distant { .. } => MAX_EQUIANGULAR_STEP,
+    }
+}
 
 /// The angle between the directions to two points of a line at `x` and `y` > `x` from the foot of the perpendicular `delta`, rad.
 fn angle_between(x: f64, y: f64, delta: f64) -> f64 {
@@ -52,12 +66,14 @@ pub(crate) struct SingleScattering<'a> {
 pub(crate) struct SampleAlongRay<'a> {
     scattering: &'a SingleScattering<'a>,
     ray: ViewRay,
-    source: &'a EmissionSample,
+    source: &'a EmissionSample<'a>,
     /// Cached depths towards a distant source.
     sun_depths: Option<&'a SunDepthCache<'a>>,
     lo: f64,
     step: f64,
     nodes: Vec<Option<Bands>>,
+    /// Largest step of the equiangular midpoint rule, rad.
+    max_step: f64,
 }
 
 /// A part of a ray inside one voxel segment and between the nodes `node` and `node` + 1.
@@ -105,7 +121,7 @@ impl SingleScattering<'_> {
     pub(crate) fn sample_along<'a>(
         &'a self,
         ray: ViewRay,
-        source: &'a EmissionSample,
+        source: &'a EmissionSample<'a>,
         sun_depths: Option<&'a SunDepthCache<'a>>,
         (lo, hi): (f64, f64),
     ) -> SampleAlongRay<'a> {
@@ -120,6 +136,7 @@ impl SingleScattering<'_> {
             lo,
             step: (hi - lo) / count as f64,
             nodes,
+            max_step: max_equiangular_step(source),
         }
     }
 }
@@ -138,7 +155,9 @@ impl SampleAlongRay<'_> {
                 let tint = sample.pane_transmittance(&tints, towards);
                 sample.add_distant(&part, tint, out);
             }
-            EmissionSample::Point { .. } => sample.add_point(&part, &tints, out),
+            EmissionSample::Point { .. } | EmissionSample::Intensity { .. } => {
+                sample.add_point(&part, &tints, out);
+            }
         });
     }
 
@@ -186,17 +205,15 @@ impl SampleAlongRay<'_> {
         *out += segment.scattering * (b - a) * tau * light * x.abs().map(mean_exp);
     }
 
-    /// Adds a part lit by a point of an emitter, by the equiangular midpoint rule.
+    /// Adds a part lit by a point of an emitter or a point light, by the equiangular midpoint rule.
     fn add_point(&mut self, part: &NodePart, tints: &[(u32, Vec3)], out: &mut Bands) {
-        let EmissionSample::Point { position: at, normal, two_sided: both, power, .. } = *self.source else {
-            return;
-        };
+        let Some((at, _)) = self.source.intensity_towards(self.ray.origin) else { return };
         let &NodePart { segment, node, a, b } = part;
         let ViewRay { origin, dir } = self.ray;
         let centre = (at - origin).dot(dir);
         let delta = (origin + dir * centre - at).length().max(1e-6 * self.step);
         let span = angle_between(a - centre, b - centre, delta);
-        let n = (span / MAX_EQUIANGULAR_STEP).ceil().max(1.0) as usize;
+        let n = (span / self.max_step).ceil().max(1.0) as usize;
         let start = if n > 1 { ((a - centre) / delta).atan() } else { 0.0 };
         for j in 0..n {
             let t = if n > 1 {
@@ -207,15 +224,14 @@ impl SampleAlongRay<'_> {
             };
             let to_light = at - origin - dir * t;
             let (r, towards) = (to_light.length(), to_light.normalized());
-            let cos = -normal.dot(towards);
-            let emitted_cos = if both { cos.abs() } else { cos.max(0.0) };
-            if emitted_cos == 0.0 {
+            let Some((_, intensity)) = self.source.intensity_towards(at - to_light) else { continue };
+            if intensity == Bands::ZERO {
                 continue;
             }
             let (tau, d) = (segment.transmittance_at(t), self.depth(node, t));
             let tint = self.pane_transmittance(tints, towards);
-            let weight = emitted_cos * span / (n as f64 * delta) / (4.0 * PI);
-            *out += segment.scattering * tau * power * weight * tint * (-d * r).exp();
+            let weight = span / (n as f64 * delta) / (4.0 * PI);
+            *out += segment.scattering * tau * intensity * weight * tint * (-d * r).exp();
         }
     }
 
@@ -224,7 +240,7 @@ impl SampleAlongRay<'_> {
         (((t - self.lo) / self.step * (1.0 + 1e-12) + 1e-9) as usize).min(self.nodes.len() - 2)
     }
 
-    /// Depth of the medium from node `k` towards the light; for a point of an emitter per metre, which stays smooth near it.
+    /// Depth of the medium from node `k` towards the light; for a point per metre, which stays smooth near it.
     fn node(&mut self, k: usize) -> Bands {
         if let Some(d) = self.nodes[k] {
             return d;
@@ -236,7 +252,7 @@ impl SampleAlongRay<'_> {
                 Some(cache) => cache.depth(x),
                 None => transport.medium_depth(x, transport.exterior_point(x, towards)),
             },
-            EmissionSample::Point { position: at, .. } => {
+            EmissionSample::Point { position: at, .. } | EmissionSample::Intensity { position: at, .. } => {
                 let r = (at - x).length().max(1e-12);
                 transport.medium_depth(x, at) / r
             }

@@ -2,7 +2,7 @@
 
 use super::values::BandValues;
 use crate::thermal::blackbody_emissive_power;
-use crate::{BandSet, Bands, Light, Pane, Plate};
+use crate::{BandSet, Bands, IntensityDistribution, Light, Pane, Plate};
 use zonal_math::Vec3;
 
 /// Angular diameter of the sun as seen from the earth, degrees.
@@ -90,6 +90,63 @@ impl From<Sky> for Light {
     }
 }
 
+/// A light without extent: a bulb, a spot, or a luminaire known by its photometric table.
+#[derive(Clone, Debug)]
+pub struct PointLight {
+    name: String,
+    position: Vec3,
+    intensity: Bands,
+    distribution: IntensityDistribution,
+}
+
+impl PointLight {
+    /// An isotropic light at a position, m, of no intensity yet.
+    #[must_use]
+    pub fn new(position: [f64; 3]) -> PointLight {
+        PointLight {
+            name: "point".into(),
+            position: Vec3::from_array(position),
+            intensity: Bands::ZERO,
+            distribution: IntensityDistribution::isotropic(),
+        }
+    }
+
+    /// Sets the intensity where the relative intensity is 1, W/sr: that of an isotropic light, or on the axis of a spot.
+    #[must_use]
+    pub fn intensity(mut self, intensity: impl BandValues) -> PointLight {
+        self.intensity = intensity.into_bands();
+        self
+    }
+
+    /// Makes the light a spot along `direction` (any length) with full intensity within the inner half-angle and none beyond the outer one, degrees.
+    #[must_use]
+    pub fn spot(self, direction: [f64; 3], half_angles_degrees: [f64; 2]) -> PointLight {
+        let half_angles = half_angles_degrees.map(f64::to_radians);
+        self.distribution(IntensityDistribution::spot(Vec3::from_array(direction), half_angles))
+    }
+
+    /// Sets the relative intensity over directions.
+    #[must_use]
+    pub fn distribution(mut self, distribution: IntensityDistribution) -> PointLight {
+        self.distribution = distribution;
+        self
+    }
+
+    /// Sets the name of its light group; `point` where not given.
+    #[must_use]
+    pub fn name(mut self, name: impl Into<String>) -> PointLight {
+        self.name = name.into();
+        self
+    }
+}
+
+impl From<PointLight> for Light {
+    fn from(light: PointLight) -> Light {
+        let PointLight { name, position, intensity, distribution } = light;
+        Light::Point { name, position, intensity, distribution }
+    }
+}
+
 /// A distant disc that emits in the infrared and reflects sunlight, uniformly; for thermal scenes.
 #[derive(Clone, Debug)]
 pub struct Planet {
@@ -150,7 +207,9 @@ impl From<Planet> for Light {
 
 /// Moves the power of a light that is the same in all bands to the band of sunlight of a thermal scene.
 pub(super) fn to_sunlight(light: &mut Light, bands: &BandSet) {
-    if let Light::Sun { irradiance: flux, .. } | Light::Sky { radiance: flux, .. } = light
+    if let Light::Sun { irradiance: flux, .. }
+    | Light::Sky { radiance: flux, .. }
+    | Light::Point { intensity: flux, .. } = light
         && flux.is_grey()
     {
         *flux = bands.in_solar_band(0, flux.first());

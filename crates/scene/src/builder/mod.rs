@@ -5,7 +5,7 @@ mod medium;
 mod mesh;
 mod values;
 
-pub use lights::{GlassPane, Planet, Sky, Sun};
+pub use lights::{GlassPane, Planet, PointLight, Sky, Sun};
 pub use medium::Medium;
 pub use mesh::Mesh;
 pub use values::{BandValues, VoxelValues};

@@ -69,7 +69,7 @@ pub(crate) fn illuminate_by(
     let GatheredLight { mut fields, mut error, rays, limited } =
         gather(scene, zones, transport, light, execution);
     let mut power = LightPower::measure(scene, zones, transport, light);
-    let is_emitter = matches!(light, Light::Emitter { .. });
+    let is_inside = matches!(light, Light::Emitter { .. } | Light::Point { .. });
     // Compare them, and normalize the fields unless they disagree too much.
     let agreement = compare(zones, &fields, &error, &power, normalization);
     let largest = |v: Bands| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -88,7 +88,7 @@ pub(crate) fn illuminate_by(
     if warning.is_none() && limited.0 > tolerance {
         warning = Some(sampling_text(&name, limited, tolerance));
     }
-    let (emitted, incoming) = if is_emitter { (power.sent, Bands::ZERO) } else { (Bands::ZERO, power.sent) };
+    let (emitted, incoming) = if is_inside { (power.sent, Bands::ZERO) } else { (Bands::ZERO, power.sent) };
     LightField {
         name,
         fields,

@@ -82,16 +82,16 @@ impl LightPower {
         }
     }
 
-    /// Reconciles the powers with the power `received` by the zones: the emission of a surface is known, the power that enters from
+    /// Reconciles the powers with the power `received` by the zones: the emission of a surface or of a point light is known, the power that enters from
     /// outside is not.
     pub(super) fn reconcile(&mut self, received: Bands, light: &Light) {
-        let is_emitter = matches!(light, Light::Emitter { .. });
+        let is_known = matches!(light, Light::Emitter { .. } | Light::Point { .. });
         for b in Band::all() {
             if received[b] <= 0.0 {
                 continue;
             }
             let lost = self.escaped[b] + self.absorbed_backfaces[b];
-            if is_emitter && lost > 0.0 && self.sent[b] >= received[b] {
+            if is_known && lost > 0.0 && self.sent[b] >= received[b] {
                 let factor = (self.sent[b] - received[b]) / lost;
                 self.escaped[b] *= factor;
                 self.absorbed_backfaces[b] *= factor;
@@ -143,6 +143,11 @@ impl LightRays<'_> {
                 let dir = cosine_hemisphere(-out, v);
                 let power = *radiance * PI * 4.0 * PI * radius * radius;
                 self.enter(centre + out * radius, dir, power, sum);
+            }
+            Light::Point { position, intensity, distribution, .. } => {
+                // All rays have the same power.
+                let dir = distribution.sample_direction(low_discrepancy::sobol_2d(k as u32, [0, 0]));
+                sum.add(*intensity * distribution.solid_angle_integral(), self.lost(*position, dir));
             }
             Light::Emitter { .. } => self.emit(k, u, v, sum),
         }

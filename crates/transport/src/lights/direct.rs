@@ -8,6 +8,7 @@
 //! |---|---|---|
 //! | sun, angular radius α, irradiance E⊥ on a plane normal to it | uniform over its cone | G: 2 E⊥/(1+cosα), times cosθ for H |
 //! | sky of radiance L | cosine-weighted for H, uniform over the sphere for G | π L, 4π L |
+//! | point light of intensity I₀ f(ω) | its position | I₀ f/r², times cosθ for H |
 //! | emitter of flux E(x), solid angle Ω | uniform over Ω in front of the receiver (`emitter`) | Ω E/π, times cosθ for H |
 //!
 //! (The sun's radiance is E⊥/(π sin²α) and its solid angle 2π(1−cosα); their product is 2E⊥/(1+cosα).) τ is that of
@@ -79,9 +80,13 @@ impl<'a> LightSampler<'a> {
         self.light
     }
 
-    /// True when every sample is the same: a sun of zero angular diameter.
+    /// True when every sample is the same: a point light, or a sun of zero angular diameter.
     pub fn is_delta(&self) -> bool {
-        matches!(self.light, Light::Sun { angular_diameter, .. } if *angular_diameter == 0.0)
+        match self.light {
+            Light::Sun { angular_diameter, .. } => *angular_diameter == 0.0,
+            Light::Point { .. } => true,
+            Light::Sky { .. } | Light::Emitter { .. } => false,
+        }
     }
 
     /// True for an emitter of many facets, which are sampled by clusters.
@@ -147,6 +152,19 @@ impl<'a> LightSampler<'a> {
                 };
                 distant_sample(transport, point, towards, weight, *radiance)
             }
+            Light::Point { position, intensity, distribution, .. } => {
+                let from = point - *position;
+                let r2 = from.length2();
+                let direction = -from / r2.sqrt();
+                let cos = cosine(receiver, direction);
+                let relative = distribution.relative(-direction);
+                // No light arrives from behind the receiver; at the light itself the direction is not defined.
+                (r2 > 0.0 && cos > 0.0 && relative > 0.0).then(|| LightSample {
+                    direction,
+                    end: *position,
+                    flux: *intensity * (relative * cos / r2),
+                })
+            }
             Light::Emitter { .. } => {
                 let spot = self.emitter.as_ref()?.sample_solid_angle(point, receiver, s)?;
                 emitter_sample(spot, point, receiver)
@@ -172,7 +190,7 @@ impl<'a> LightSampler<'a> {
     }
 
     /// The sample of the light at `s` ∈ [0,1)³, independent of the receiving point; `None` for an emitter without facets.
-    pub fn sample_emission(&self, s: [f64; 3]) -> Option<EmissionSample> {
+    pub fn sample_emission(&self, s: [f64; 3]) -> Option<EmissionSample<'a>> {
         match self.light {
             Light::Sun { direction, irradiance, angular_diameter, .. } => {
                 let cos_radius = (0.5 * angular_diameter).cos();
@@ -185,6 +203,9 @@ impl<'a> LightSampler<'a> {
                 direction: uniform_sphere([s[0], s[1]]),
                 fluence: 4.0 * PI * *radiance,
             }),
+            Light::Point { position, intensity, distribution, .. } => {
+                Some(EmissionSample::Intensity { position: *position, intensity: *intensity, distribution })
+            }
             Light::Emitter { .. } => self.emitter.as_ref()?.sample_area(s),
         }
     }

@@ -102,7 +102,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// The point at `s` ∈ [0,1)³, uniform over the area; `None` without facets.
-    pub(crate) fn sample_area(&self, s: [f64; 3]) -> Option<EmissionSample> {
+    pub(crate) fn sample_area(&self, s: [f64; 3]) -> Option<EmissionSample<'static>> {
         let (total, k) = (*self.cumulative_area.last()?, self.facet_at_area(s[2])?);
         let facet = &self.facets[k];
         let [u, v] = facet.plate.warp([s[0], s[1]]);

@@ -1,4 +1,4 @@
-//! Direct light: samples of suns, skies and emitting surfaces.
+//! Direct light: samples of suns, skies, point lights and emitting surfaces.
 //!
 //! | module | content |
 //! |---|---|
@@ -7,6 +7,7 @@
 //! | `direct` | [`LightSampler`]: irradiance H and fluence G of one light at a point |
 //! | `emitter` | points of an emitting surface, by area and by solid angle |
 //! | `visible_polygon` | uniform samples of the solid angle of a facet |
+//! | `zone_views` | plates and boxes as seen from a point light |
 //! | `light_tree` | hierarchy over the facets of a large emitter |
 
 mod direct;
@@ -15,7 +16,9 @@ mod light_tree;
 mod receiver;
 mod samples;
 mod visible_polygon;
+mod zone_views;
 
 pub use direct::LightSampler;
 pub use receiver::Receiver;
 pub use samples::{EmissionSample, LightSample};
+pub use zone_views::{BoxChord, BoxView, PlateView};

@@ -73,10 +73,14 @@ impl EmitterFacet {
         vec3(x.dot(t), x.dot(b), x.dot(n))
     }
 
+    /// (u, v) of a point given in the facet's axes.
+    pub(super) fn parameters_of(&self, at: Vec3) -> [f64; 2] {
+        self.parameters.map(|[x, y]| x * at.x + y * at.y)
+    }
+
     /// (u, v) of a point given in the facet's axes, clamped to the plate and off its borders.
     pub(super) fn clamped_uv(&self, at: Vec3) -> [f64; 2] {
-        let [u, v] =
-            self.parameters.map(|[x, y]| (x * at.x + y * at.y).clamp(BORDER_MARGIN, 1.0 - BORDER_MARGIN));
+        let [u, v] = self.parameters_of(at).map(|x| x.clamp(BORDER_MARGIN, 1.0 - BORDER_MARGIN));
         let over = (u + v) / (1.0 - BORDER_MARGIN);
         match self.plate.kind {
             PlateKind::Triangle if over > 1.0 => [u / over, v / over],

@@ -6,7 +6,7 @@
 //! | `case_context`, `box_scene`, `measures` | scenes as texts that a user could run; their solution; quantities of a solution |
 //! | `data` | the committed references, as printed, with their provenance |
 //! | `richardson` | extrapolation with its uncertainty |
-//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `gas_slabs`, `thick`, `discretization`, `textbook`, `macbeth`, `laws` | the cases, closed forms first |
+//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `gas_slabs`, `thick`, `discretization`, `textbook`, `macbeth`, `lighting`, `laws` | the cases, closed forms first |
 //! | `montecarlo` | seven cubes by Monte Carlo, two pictures; the example of that name shares them |
 //! | `openfoam`, `elmer`, `conduction` | other solvers |
 //! | `tables`, `page` | printed tables; `validation.md` with its plots |
@@ -27,6 +27,7 @@ mod furnace;
 mod gas_slabs;
 mod gases;
 mod laws;
+mod lighting;
 mod macbeth;
 mod measures;
 pub mod montecarlo;
@@ -70,7 +71,7 @@ pub struct ValidationOptions {
 
 /// All cases, in the order of the page.
 fn cases() -> impl Iterator<Item = &'static ValidationCase> {
-    let parts: [&'static [ValidationCase]; 17] = [
+    let parts: [&'static [ValidationCase]; 18] = [
         &factors::CASES,
         &slabs::CASES,
         &square::CASES,
@@ -87,6 +88,7 @@ fn cases() -> impl Iterator<Item = &'static ValidationCase> {
         &discretization::CASES,
         &textbook::CASES,
         &macbeth::CASES,
+        &lighting::CASES,
         &laws::CASES,
     ];
     parts.into_iter().flatten()

@@ -1,14 +1,16 @@
-//! `[[light]]`: sun, sky, and surfaces whose emission is direct light.
+//! `[[light]]`: sun, sky, point lights, and surfaces whose emission is direct light.
 //!
 //! In thermal mode their power is in the band of sunlight. A planet of angular radius α and flux M at its surface, W/m², is a disc of uniform radiance
 //! M/π, which gives a plane normal to it the irradiance M sin²α: infrared in the bands of the emission, reflected sunlight in that of sunlight.
 
+use super::light_quantities::{read_direction, read_flux};
+use super::point_lights::{read_luminaire_light, read_point, read_spot};
 use super::thermal::read_kelvin;
 use crate::input::error::InputError;
 use crate::input::suggestion::suggest;
-use crate::input::toml::light_keys::{EMITTER, PLANET, SKY, SUN};
+use crate::input::toml::keys::KeyGroups;
+use crate::input::toml::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SKY, SPOT, SUN};
 use crate::input::toml::node::{TomlNode, TomlTable};
-use zonal_math::Vec3;
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{Bands, Light, Surface, Thermal};
 
@@ -26,62 +28,37 @@ pub(super) fn read_light(
     surfaces: &[Surface],
     thermal: Option<&Thermal>,
 ) -> Result<Light, InputError> {
-    const KINDS: [&str; 4] = ["sun", "sky", "emitter", "planet"];
+    const KINDS: [&str; 7] = ["sun", "sky", "emitter", "planet", "point", "spot", "luminaire"];
     let (name, mut t) = node.named_table("light", index)?;
-    let kind_node = t.require("kind", "kind = \"sun\", \"sky\", \"emitter\" or \"planet\"")?;
+    let kind_node = t.require(
+        "kind",
+        "kind = \"sun\", \"sky\", \"emitter\", \"planet\", \"point\", \"spot\" or \"luminaire\"",
+    )?;
     let kind = kind_node.choice(&KINDS)?;
     if kind == 3 && thermal.is_none() {
         return Err(kind_node.error(
             "planets belong to thermal mode; give a sun of its angular diameter, or write mode = \"thermal\" at the top of the file",
         ));
     }
+    const KEYS: [KeyGroups; 7] = [SUN, SKY, EMITTER, PLANET, POINT, SPOT, LUMINAIRE];
+    t.check(KEYS[kind])?;
+    if kind == 2 {
+        let surface = t.require("surface", "surface = \"the name of an emitting surface\"")?;
+        let name = t.get("name").map(|_| name);
+        return Ok(Light::Emitter { name, surface: find_emitter(&surface, surfaces)? });
+    }
+    t.key = format!("light '{name}'");
     match kind {
-        0 => {
-            t.check(SUN)?;
-            t.key = format!("light '{name}'");
-            read_sun(&t, name)
-        }
+        0 => read_sun(&t, name),
         1 => {
-            t.check(SKY)?;
-            t.key = format!("light '{name}'");
             let radiance = t.require("radiance", "radiance = 100 (W/(m2 sr), number or [r, g, b])")?;
             Ok(Light::Sky { radiance: read_flux(&radiance)?, name })
         }
-        3 => {
-            t.check(PLANET)?;
-            t.key = format!("light '{name}'");
-            read_planet(&t, name, thermal)
-        }
-        _ => {
-            t.check(EMITTER)?;
-            let surface = t.require("surface", "surface = \"the name of an emitting surface\"")?;
-            let name = t.get("name").map(|_| name);
-            Ok(Light::Emitter { name, surface: find_emitter(&surface, surfaces)? })
-        }
+        3 => read_planet(&t, name, thermal),
+        4 => read_point(&t, name),
+        5 => read_spot(&t, name),
+        _ => read_luminaire_light(&t, name),
     }
-}
-
-/// A flux of light: in the bands of the scene, or in the band of sunlight.
-pub(super) fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
-    let Some(in_solar_band) = n.solar_band() else { return n.flux_bands() };
-    match n.is_list() {
-        true => Err(n.error("in thermal mode sunlight has one band; give a number")),
-        false => n.non_negative().map(in_solar_band),
-    }
-}
-
-/// The unit vector along which light travels.
-fn read_direction(t: &TomlTable<'_>) -> Result<Vec3, InputError> {
-    let direction = t.require("direction", "direction = [x, y, z], the way along which the light travels")?;
-    let d = direction.vector()?;
-    // Divide by the largest component first, so that the square neither overflows nor vanishes.
-    let unit = (d / d.max_abs()).normalized();
-    if !unit.is_finite() {
-        return Err(
-            direction.error("this direction has no length; give the way along which the light travels")
-        );
-    }
-    Ok(unit)
 }
 
 /// A planet in thermal mode.

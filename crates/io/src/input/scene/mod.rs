@@ -13,7 +13,7 @@
 //! | `gas_composition`, `gas` | gas models by name |
 //! | `voxel_grid`, `medium_properties`, `voxel_field`, `interior` | voxels while they are filled |
 //! | `boundary` | `[boundary]` |
-//! | `lights`, `camera` | `[[light]]`, `[[camera]]` |
+//! | `lights`, `point_lights`, `light_quantities`, `camera` | `[[light]]`, `[[camera]]` |
 
 pub(crate) mod bands;
 mod boundary;
@@ -23,12 +23,14 @@ mod emissivity;
 mod gas;
 pub(crate) mod gas_composition;
 mod interior;
+mod light_quantities;
 mod lights;
 mod medium;
 pub(crate) mod medium_properties;
 mod network;
 mod options;
 mod pane;
+mod point_lights;
 mod region;
 pub(crate) mod shapes;
 mod surface;

@@ -1,7 +1,7 @@
 //! Reading of surface properties from a table.
 
 use super::surface_properties::SurfaceProperties;
-use super::{emissivity, lights, network, thermal};
+use super::{emissivity, light_quantities, network, thermal};
 use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
@@ -57,7 +57,7 @@ pub(crate) fn read_properties(
         convection: network::read_convection(table)?,
         reflectance: thermal::read_reflectance(table)?.or(of_table),
         solar_absorptance: thermal::read_solar(table, "solar_absorptance", 1.0)?,
-        emission: without_file(table, "emission").map(|n| lights::read_flux(&n)).transpose()?,
+        emission: without_file(table, "emission").map(|n| light_quantities::read_flux(&n)).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
         patch_size: table.read("patch_size", |n| n.positive())?,
         texture: table.read("texture", |n| reader.texture(&n))?,

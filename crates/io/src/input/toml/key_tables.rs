@@ -4,7 +4,7 @@
 //! Types: *bands* is one number for all bands or a list of one for each, by default `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
 
 use super::keys::{KeyGroups, KeySpec, all, key};
-use super::light_keys::{EMITTER, PLANET, SKY, SPECTRUM, SUN, SURROUNDINGS};
+use super::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SKY, SPECTRUM, SPOT, SUN, SURROUNDINGS};
 use super::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
 
 const ROOT_KEYS: &[KeySpec] = &[
@@ -557,6 +557,9 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("light[] (sky)", SKY),
     ("light[] (emitter)", EMITTER),
     ("light[] (planet)", PLANET),
+    ("light[] (point)", POINT),
+    ("light[] (spot)", SPOT),
+    ("light[] (luminaire)", LUMINAIRE),
     ("SPECTRUM", SPECTRUM),
     ("camera[]", CAMERA),
 ];

@@ -1,6 +1,6 @@
 //! The keys of lights, surroundings and spectra.
 
-use super::keys::{KeyGroups, key};
+use super::keys::{KeyGroups, KeySpec, key};
 
 /// `[[light]]` with `kind = "sun"`.
 pub(crate) const SUN: KeyGroups = &[&[
@@ -22,6 +22,82 @@ pub(crate) const SKY: KeyGroups = &[&[
     key("name", "text", "", "light1, …", "name of the light group"),
     key("radiance", "bands from 0; a number in thermal mode", "W/(m2 sr)", "required", "radiance"),
 ]];
+/// Keys of every light without extent.
+const PLACED_LIGHT_KEYS: &[KeySpec] = &[
+    key("name", "text", "", "light1, …", "name of the light group"),
+    key("position", "point", "m", "required", "position"),
+];
+/// Keys of the strength of a point or a spot.
+const INTENSITY_KEYS: &[KeySpec] = &[
+    key(
+        "intensity",
+        "bands from 0; a number in thermal mode",
+        "W/sr",
+        "required without power",
+        "radiant intensity, of a spot on its axis",
+    ),
+    key(
+        "power",
+        "bands from 0; a number in thermal mode",
+        "W",
+        "",
+        "radiant power, in place of the intensity",
+    ),
+];
+/// `[[light]]` with `kind = "point"`.
+pub(crate) const POINT: KeyGroups = &[
+    &[key("kind", "\"point\"", "", "required", "light without extent, the same in all directions")],
+    PLACED_LIGHT_KEYS,
+    INTENSITY_KEYS,
+];
+/// `[[light]]` with `kind = "spot"`.
+pub(crate) const SPOT: KeyGroups = &[
+    &[key("kind", "\"spot\"", "", "required", "light without extent that fills a cone")],
+    PLACED_LIGHT_KEYS,
+    &[
+        key("direction", "direction", "", "required", "axis of the cone, the way along which light travels"),
+        key(
+            "inner_angle",
+            "number from 0 to outer_angle",
+            "degrees",
+            "0",
+            "angle between the axis and the directions up to which the intensity is full",
+        ),
+        key(
+            "outer_angle",
+            "number in [0.1, 180]",
+            "degrees",
+            "required",
+            "angle between the axis and the edge of the cone, where the intensity has fallen to 0",
+        ),
+    ],
+    INTENSITY_KEYS,
+];
+/// `[[light]]` with `kind = "luminaire"`.
+pub(crate) const LUMINAIRE: KeyGroups = &[
+    &[key(
+        "kind",
+        "\"luminaire\"",
+        "",
+        "required",
+        "light without extent with the intensities of a photometric file",
+    )],
+    PLACED_LIGHT_KEYS,
+    &[
+        key("file", "file name", "", "required", "photometric file, .ies (IES LM-63) or .ldt (EULUMDAT)"),
+        key("direction", "direction", "", "[0, 0, -1]", "direction of the angle 0 of the file"),
+        key(
+            "rotation",
+            "number",
+            "degrees",
+            "0",
+            "angle about the direction that turns the plane C = 0 towards C = 90",
+        ),
+        key("dimming", "number from 0", "", "1", "factor of the intensities"),
+        key("efficacy", "number above 0", "lm/W", "683", "lumens of a watt of radiant power"),
+        key("tint", "bands of mean 1", "", "1", "relative power of the bands (light mode)"),
+    ],
+];
 /// `[[light]]` with `kind = "emitter"`.
 pub(crate) const EMITTER: KeyGroups = &[&[
     key("kind", "\"emitter\"", "", "required", "surface whose emission is direct light"),

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh, Lens, Light,
-    LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SolveOptions, Surface, Surroundings, Thermal,
-    ThermalCondition, ZoneBasis,
+    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh,
+    IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SolveOptions,
+    Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
 };
 
 /// The version of the format.
@@ -135,10 +135,35 @@ enum LightFormat {
         #[serde(with = "bands")]
         radiance: Bands,
     },
+    Point {
+        name: String,
+        #[serde(with = "vector")]
+        position: Vec3,
+        #[serde(with = "bands")]
+        intensity: Bands,
+        #[serde(with = "distribution")]
+        distribution: IntensityDistribution,
+    },
     Emitter {
         name: Option<String>,
         surface: usize,
     },
+}
+
+/// A distribution of intensity as the numbers that determine it.
+mod distribution {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use zonal_scene::IntensityDistribution;
+
+    pub(super) fn serialize<S: Serializer>(d: &IntensityDistribution, s: S) -> Result<S::Ok, S::Error> {
+        d.defining_numbers().serialize(s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<IntensityDistribution, D::Error> {
+        let numbers = Vec::<f64>::deserialize(d)?;
+        IntensityDistribution::from_defining_numbers(&numbers)
+            .ok_or_else(|| serde::de::Error::custom("the distribution of intensity is none"))
+    }
 }
 
 #[derive(Serialize, Deserialize)]

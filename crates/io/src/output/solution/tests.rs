@@ -16,6 +16,7 @@ use zonal_scene::{
     ThermalFields, VolumeSample, VoxelGrid, VoxelPlace, VoxelSamples, VoxelZones, ZoneValues, Zones,
 };
 use zonal_scene::{Convection, LinkLaw, NodeCondition, NodeLink, NodeResult, ThermalNetwork, ThermalNode};
+use zonal_scene::{IntensityDistribution, IntensityTable, PlaneSymmetry};
 
 fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -42,6 +43,28 @@ fn lights() -> Vec<Light> {
             angular_diameter: 0.0093,
         },
         Light::Sky { name: "sky".into(), radiance: Bands::from_rgb([0.1, 0.2, 0.4]) },
+        Light::Point {
+            name: "spot".into(),
+            position: vec3(0.1, 0.2, 1.0 / 3.0),
+            intensity: Bands::from_rgb([1.0, 2.0, 1.0 / 3.0]),
+            distribution: IntensityDistribution::spot(vec3(0.1, 0.3, -0.7), [0.1, 1.0 / 3.0]),
+        },
+        Light::Point {
+            name: "luminaire".into(),
+            position: vec3(0.1, 0.2, 0.3),
+            intensity: Bands::ONE,
+            distribution: IntensityDistribution::table(
+                IntensityTable::new(
+                    &[0.0, 70.0, 90.0],
+                    &[0.0, 33.3, 90.0],
+                    &[1.0, 0.7, 0.1, 1.0, 0.6, 0.2, 1.0, 1.0 / 3.0, 0.0],
+                    PlaneSymmetry::Quadrants,
+                )
+                .unwrap(),
+                vec3(0.1, 0.3, -0.7),
+                0.3,
+            ),
+        },
         Light::Emitter { surface: 1, name: Some("lamp".into()) },
     ]
 }

@@ -68,14 +68,17 @@ fn root_mean_square(list: &[DirectLightEstimate]) -> f64 {
     (parts.iter().sum::<f64>() / list.len().max(1) as f64).sqrt()
 }
 
-/// The cells whose ratios may be averaged: none under a sun, whose penumbra is narrower than a cell.
+/// The cells whose ratios may be averaged: none under a sun or a point light, whose penumbra is narrower than a cell.
 fn unobstructed_cells<'a>(
     scene: &'a Scene,
     zones: &'a Zones,
     transport: &'a Transport<'a>,
     light: &Light,
 ) -> Option<UnobstructedCells<'a>> {
-    let grid = scene.voxel_grid().filter(|_| !matches!(light, Light::Sun { .. }))?;
+    let grid = scene.voxel_grid()?;
+    if matches!(light, Light::Sun { .. } | Light::Point { .. }) {
+        return None;
+    }
     Some(UnobstructedCells::new(grid, zones, transport))
 }
 

@@ -26,6 +26,7 @@
 //! |---|---|
 //! | `params` | sample counts and limits |
 //! | `zone_sampler` | samples of one zone and their statistics |
+//! | `point_light` | samples of a point light on one zone |
 //! | `pane_sampler` | panes |
 //! | `neighbour_agreement` | pilot samples of the cells around a zone |
 //! | `gather` | all zones, and the expected number of rays |
@@ -34,6 +35,7 @@ mod gather;
 mod neighbour_agreement;
 mod pane_sampler;
 mod params;
+mod point_light;
 mod zone_sampler;
 
 pub(crate) use gather::{GatheredLight, expected_rays, gather};

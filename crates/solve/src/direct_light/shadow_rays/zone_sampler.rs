@@ -3,11 +3,12 @@
 use super::params::{
     CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, SAMPLE_QUANTUM,
 };
+use super::point_light::{LitZones, PointLightOnZone};
 use crate::distribution::{Execution, Message};
 use crate::surroundings::zone_rays::voxel_point;
 use rayon::prelude::*;
 use zonal_math::{Vec3, scrambled_sobol};
-use zonal_scene::{Bands, Light, Scene, VoxelGrid, Zones};
+use zonal_scene::{Bands, IntensityDistribution, Light, Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -37,6 +38,20 @@ pub(super) fn largest(v: Bands) -> f64 {
 }
 
 impl SampleTally {
+    /// Adds a sample of contribution `flux` without occlusion; `tau` is its transmittance, `None` where it is not visible.
+    fn add(&mut self, flux: Bands, tau: Option<Bands>) {
+        let w = largest(flux);
+        self.weight += w;
+        self.square += w * w;
+        self.sent += flux;
+        if let Some(tau) = tau {
+            self.visible += w;
+            self.arrived += tau * flux;
+            let tau = largest(tau);
+            (self.through, self.through2) = (self.through + w * tau, self.through2 + w * tau * tau);
+        }
+    }
+
     /// Visible fraction of the light; ½ if no sample could contribute.
     fn visible_fraction(&self) -> f64 {
         if self.weight > 0.0 { self.visible / self.weight } else { 0.5 }
@@ -117,7 +132,8 @@ impl<'a> ZoneLightSampler<'a> {
         ZoneLightSampler {
             zones,
             transport,
-            has_closed_form: sampler.has_closed_form(),
+            // The weights of a point light are those of full intensity.
+            has_closed_form: sampler.has_closed_form() || matches!(light, Light::Point { .. }),
             is_inside: matches!(light, Light::Emitter { .. }),
             grid: scene.voxel_grid(),
             light: sampler,
@@ -151,20 +167,36 @@ impl<'a> ZoneLightSampler<'a> {
         };
         t.unoccluded += unoccluded;
         t.unoccluded2 += largest(unoccluded).powi(2);
-        let w = largest(sample.flux);
-        t.weight += w;
-        t.square += w * w;
-        t.sent += sample.flux;
         let tau = match self.is_inside {
             true => self.transport.transmittance_inside(x, sample.end),
             false => self.transport.transmittance(x, sample.end),
         };
-        if let Some(tau) = tau {
-            t.visible += w;
-            t.arrived += tau * sample.flux;
-            let tau = largest(tau);
-            (t.through, t.through2) = (t.through + w * tau, t.through2 + w * tau * tau);
+        t.add(sample.flux, tau);
+    }
+
+    /// The estimate of zone `i` from the samples of a range of a point light of unit intensity `intensity`.
+    fn sample_point_light(
+        &self,
+        (position, intensity, distribution): (Vec3, Bands, &IntensityDistribution),
+        i: usize,
+        range: std::ops::Range<usize>,
+    ) -> DirectLightEstimate {
+        let mut t = SampleTally { count: range.len(), ..SampleTally::default() };
+        let scene = LitZones { zones: self.zones, transport: self.transport, grid: self.grid };
+        let on_zone = PointLightOnZone::new(scene, (position, distribution), i);
+        for k in range {
+            let [u, v, w, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
+            let Some(one) = on_zone.as_ref().and_then(|z| z.sample([u, v, w])) else { continue };
+            let flux = intensity * one.weight;
+            t.unoccluded += flux;
+            t.unoccluded2 += largest(flux).powi(2);
+            let tau = match one.share > 0.0 {
+                true => self.transport.transmittance(one.at, position).map(|tau| tau * one.share),
+                false => None,
+            };
+            t.add(flux, tau);
         }
+        self.estimate(&t)
     }
 
     /// The estimate of a tally, with its error.
@@ -197,6 +229,9 @@ impl<'a> ZoneLightSampler<'a> {
 
     /// Estimates zone `i` from the samples of a range.
     pub(super) fn sample_zone(&self, i: usize, samples: std::ops::Range<usize>) -> DirectLightEstimate {
+        if let Light::Point { position, intensity, distribution, .. } = self.light.light() {
+            return self.sample_point_light((*position, *intensity, distribution), i, samples);
+        }
         let mut t = SampleTally::default();
         self.trace_shadow_rays(&mut t, i, samples);
         if t.weight == 0.0 && self.has_closed_form {
