@@ -1,18 +1,20 @@
 //! glTF 2.0: nodes, primitives and materials of diffuse surfaces and panes.
 //!
 //! Reference: the Khronos glTF 2.0 specification and KHR_materials_{emissive_strength, transmission, unlit, volume},
-//! KHR_texture_transform, KHR_mesh_quantization. The y axis stays up: turn with `rotate_degrees = [90, 0, 0]`.
+//! KHR_texture_transform, KHR_mesh_quantization, KHR_lights_punctual. The y axis stays up: turn with `rotate_degrees = [90, 0, 0]`.
 //!
 //! | module | contents |
 //! |---|---|
 //! | `container`, `accessors` | GLB chunks and URIs; buffers and accessors with checked bounds |
 //! | `document`, `nodes`, `primitives` | the validated JSON; the node tree; faces |
 //! | `materials`, `texture_mapping` | materials as surfaces and panes; texture coordinates |
+//! | `lights` | lights of nodes |
 //! | `volume` | the volume materials of a file |
 
 mod accessors;
 mod container;
 mod document;
+mod lights;
 mod materials;
 mod nodes;
 mod primitives;
@@ -35,10 +37,14 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     let mut mesh = MeshData::default();
     let materials = materials::read_materials(&document, files, path, &buffers, &mut mesh)?;
     let mut reader = PrimitiveReader { buffers: &buffers, materials, mesh, skipped: 0, shown: 0 };
-    for instance in nodes::mesh_instances(file, &document)? {
-        reader.read_node(&document, &instance)?;
+    let placed = nodes::placed_nodes(file, &document)?;
+    for instance in &placed.meshes {
+        reader.read_node(&document, instance)?;
     }
     let mut mesh = reader.mesh;
+    let (lights, notes) = lights::read_lights(file, &document, &placed.lights)?;
+    mesh.lights = lights;
+    mesh.notes.extend(notes);
     if reader.skipped > 0 {
         let n = reader.skipped;
         mesh.notes.push(format!("{file}: {n} primitives of points or lines were left out"));

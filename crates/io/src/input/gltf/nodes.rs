@@ -1,4 +1,4 @@
-//! The node tree of a glTF document: which nodes show a mesh, and their transformations to the file's world.
+//! The node tree of a glTF document: which nodes show a mesh or a light, and their transformations to the file's world.
 
 use crate::input::error::FileFault;
 use gltf::Document;
@@ -34,8 +34,25 @@ impl MeshInstance {
     }
 }
 
-/// The nodes of the default scene (or the first) that show a mesh. Each node is visited at most once, so that cycles end.
-pub(super) fn mesh_instances(file: &str, document: &Document) -> Result<Vec<MeshInstance>, FileFault> {
+/// A node with a light, in the file's world.
+pub(super) struct LightInstance {
+    pub(super) node: usize,
+    /// Index of the light.
+    pub(super) light: usize,
+    pub(super) position: Vec3,
+    /// The way along which it shines, of any length.
+    pub(super) direction: Vec3,
+}
+
+/// The nodes of a scene that show something.
+#[derive(Default)]
+pub(super) struct PlacedNodes {
+    pub(super) meshes: Vec<MeshInstance>,
+    pub(super) lights: Vec<LightInstance>,
+}
+
+/// The nodes of the default scene (or the first) that show a mesh or a light. Each node is visited at most once, so that cycles end.
+pub(super) fn placed_nodes(file: &str, document: &Document) -> Result<PlacedNodes, FileFault> {
     let root = document.as_json();
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let is_tree = scene.is_some();
@@ -46,7 +63,7 @@ pub(super) fn mesh_instances(file: &str, document: &Document) -> Result<Vec<Mesh
     let identity = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
     let mut stack: Vec<_> = roots.iter().rev().map(|i| (*i, identity, Vec3::ZERO)).collect();
     let mut visited = vec![false; root.nodes.len()];
-    let mut out = Vec::new();
+    let mut out = PlacedNodes::default();
     while let Some((index, pm, pt)) = stack.pop() {
         let Some(node) = document.nodes().nth(index) else {
             continue;
@@ -68,10 +85,19 @@ pub(super) fn mesh_instances(file: &str, document: &Document) -> Result<Vec<Mesh
             return Err(FileFault::new(file, format!("node {index}"), message));
         }
         if let Some(mesh) = node.mesh() {
-            out.push(MeshInstance { node: index, mesh: mesh.index(), linear: m, translation: t });
+            out.meshes.push(MeshInstance { node: index, mesh: mesh.index(), linear: m, translation: t });
+        }
+        if let Some(light) = light_of(document, index) {
+            out.lights.push(LightInstance { node: index, light, position: t, direction: -m[2] });
         }
         let children: Vec<usize> = node.children().map(|c| c.index()).collect();
         stack.extend(children.iter().rev().map(|c| (*c, m, t)));
     }
     Ok(out)
+}
+
+/// The index of the light of a node.
+fn light_of(document: &Document, node: usize) -> Option<usize> {
+    let extensions = document.as_json().nodes.get(node)?.extensions.as_ref()?;
+    Some(extensions.khr_lights_punctual.as_ref()?.light.value())
 }

@@ -3,7 +3,7 @@
 use super::container::{MAX_GLTF_FILE_BYTES, split_chunks};
 use super::document::parse_document;
 use super::materials::absorption_coefficient;
-use super::nodes::{MeshInstance, mesh_instances};
+use super::nodes::{MeshInstance, placed_nodes};
 use crate::files;
 use crate::input::error::{FileFault, InputError};
 use std::path::Path;
@@ -54,7 +54,7 @@ fn read(path: &Path, file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
 fn parse(bytes: &[u8], file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
     let (json, _) = split_chunks(file, bytes)?;
     let document = parse_document(file, json)?;
-    let instances = mesh_instances(file, &document)?;
+    let instances = placed_nodes(file, &document)?.meshes;
     let meshes = &document.as_json().meshes;
     let mut out = Vec::new();
     for (i, m) in document.materials().enumerate() {

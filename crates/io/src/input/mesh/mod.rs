@@ -8,6 +8,7 @@
 //! | `polygon` | polygons as plates |
 //! | `face_values` | values by face or by material from files |
 //! | `shells` | closed parts and their orientation |
+//! | `mesh_lights` | lights of a mesh file as lights of the scene |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
 
 mod face_values;
@@ -15,6 +16,7 @@ mod load;
 mod material_overrides;
 mod material_part;
 pub(crate) mod mesh_arrays;
+mod mesh_lights;
 pub(crate) mod mesh_surface;
 pub(crate) mod model;
 pub(crate) mod placement;
