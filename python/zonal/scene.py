@@ -214,6 +214,7 @@ class Scene:
         omit: Sequence[str] | None = None,
         materials: Mapping[str, Mapping[str, Any]] | None = None,
         solid: bool | None = None,
+        lights: bool | None = None,
         scale: float | None = None,
         translate: Vector | None = None,
         rotate_degrees: Vector | None = None,
@@ -262,6 +263,8 @@ class Scene:
             Properties of single materials of a mesh.
         solid : bool, optional
             Whether closed parts of a mesh are solids and rooms; true by default.
+        lights : bool, optional
+            Whether the lights of a glTF mesh become lights of the scene (light mode); true by default.
         scale, translate, rotate_degrees : optional
             Placement of a mesh: factor of lengths, then rotations about x, y and z, then a translation in m.
         rotate_z_degrees : float, optional
@@ -296,6 +299,7 @@ class Scene:
             omit=omit,
             materials=materials,
             solid=solid,
+            lights=lights,
         )
         if mesh is not None:
             table["mesh"] = _placed_mesh(mesh, scale, translate, rotate_degrees)

@@ -82,3 +82,55 @@ fn wrong_lights_are_refused_with_their_place_and_remedy() {
         assert!(found.contains(part), "{light}: {found}");
     }
 }
+
+/// A square with a directional light, a coloured point and a spot on nodes, as glTF.
+fn lit_quad() -> Vec<u8> {
+    let nodes = r#"{"mesh":0,"children":[1,2,3]},
+        {"extensions":{"KHR_lights_punctual":{"light":0}},"rotation":[0.7071067811865476,0,0,0.7071067811865476]},
+        {"extensions":{"KHR_lights_punctual":{"light":1}},"translation":[1,2,3]},
+        {"extensions":{"KHR_lights_punctual":{"light":2}},"translation":[0,0,4]}"#;
+    let more = r#","extensionsUsed":["KHR_lights_punctual"],"extensions":{"KHR_lights_punctual":{"lights":[
+        {"type":"directional","intensity":6830,"name":"sun"},
+        {"type":"point","intensity":683,"color":[1,0.5,0],"range":3},
+        {"type":"spot","intensity":1366,"name":"spot","spot":{"innerConeAngle":0.25,"outerConeAngle":0.5}}]}}"#;
+    let quad = support::Quad { nodes: nodes.into(), more: more.into(), ..support::Quad::default() };
+    quad.glb()
+}
+
+#[test]
+fn lights_of_gltf_meshes_are_lights_of_the_scene() {
+    let folder = Folder::new().with("q.glb", lit_quad());
+    let text = "[[surface]]\nname = \"q\"\nmesh = { file = \"q.glb\", scale = 2, translate = [0, 0, 1] }\n";
+    let scene = folder.scene(text);
+    let [sun, point, spot] = scene.lights() else { panic!("{:?}", scene.lights()) };
+    let Light::Sun { name, direction, irradiance, angular_diameter } = sun else { panic!("{sun:?}") };
+    // A quarter turn about x carries −z to +y.
+    assert!((*direction - vec3(0.0, 1.0, 0.0)).length() < 1e-6, "{direction:?}");
+    assert_eq!((name.as_str(), irradiance.first(), *angular_diameter), ("q/sun", 10.0, 0.0));
+    let Light::Point { name, position, intensity, distribution } = point else { panic!("{point:?}") };
+    assert_eq!(
+        (name.as_str(), intensity.to_rgb(), *position),
+        ("q/light2", [1.0, 0.5, 0.0], vec3(2.0, 4.0, 7.0))
+    );
+    assert_eq!(*distribution, IntensityDistribution::isotropic());
+    let Light::Point { position, intensity, distribution, .. } = spot else { panic!("{spot:?}") };
+    assert_eq!((intensity.first(), *position), (2.0, vec3(0.0, 0.0, 9.0)));
+    let at = |angle: f64| distribution.relative(vec3(angle.sin(), 0.0, -angle.cos()));
+    assert!(at(0.2) == 1.0 && at(0.4) > 0.0 && at(0.4) < 0.9 && at(0.51) == 0.0);
+    assert!(scene.notes().iter().any(|n| n.contains("the range of 1 light(s) is not read")));
+    assert!(folder.scene(&format!("{text}lights = false\n")).lights().is_empty());
+    let thermal = folder.scene(&format!("mode = \"thermal\"\n{text}temperature = 300\nemissivity = 0.5\n"));
+    assert!(thermal.lights().is_empty());
+    // A cone that is none, and a light that is not there.
+    for (from, to, part) in [
+        ("\"outerConeAngle\":0.5", "\"outerConeAngle\":0.1", "node 3"),
+        ("\"light\":2", "\"light\":7", "light"),
+    ] {
+        let mut bytes = lit_quad();
+        let at = bytes.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
+        bytes[at..at + to.len()].copy_from_slice(to.as_bytes());
+        folder.put("q.glb", bytes);
+        let found = folder.refusal(text);
+        assert!(found.contains(part), "{found}");
+    }
+}

@@ -27,7 +27,7 @@ const MIN_LAMP_DISTANCE: f64 = 1.6;
 /// The light that a scene gets.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum ProposedLight {
-    /// Surfaces of the model emit; those of small area by name, whose light is direct.
+    /// The model has lights, or surfaces that emit; those of small area by name, whose light is direct.
     OfModel(Vec<String>),
     /// Sun and sky; the direction of the sun's light.
     SunAndSky(Vec3),
@@ -35,7 +35,7 @@ pub(super) enum ProposedLight {
     Lamps(Vec<(Vec3, f64)>),
 }
 
-/// The light for a model; that of its own surfaces if some emit.
+/// The light for a model; its own if it has any.
 pub(super) fn propose(transport: &Transport, inside: Option<&ModelInside>) -> ProposedLight {
     if let Some(small) = emitting_surfaces(transport.scene()) {
         return ProposedLight::OfModel(small);
@@ -49,7 +49,7 @@ pub(super) fn propose(transport: &Transport, inside: Option<&ModelInside>) -> Pr
     }
 }
 
-/// The names of the surfaces that emit and are small, from the brightest on; `None` if none emits.
+/// The names of the surfaces that emit and are small, from the brightest on; `None` of a model without light.
 fn emitting_surfaces(scene: &Scene) -> Option<Vec<String>> {
     let mut areas = vec![0.0; scene.surfaces().len()];
     scene.facets().iter().for_each(|f| areas[f.surface] += f.plate.area());
@@ -61,7 +61,7 @@ fn emitting_surfaces(scene: &Scene) -> Option<Vec<String>> {
         .map(|(i, s)| (areas[i] * s.emission.max_element(), i))
         .filter(|(power, _)| *power > 0.0)
         .collect();
-    if emitting.is_empty() {
+    if emitting.is_empty() && scene.lights().is_empty() {
         return None;
     }
     emitting.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

@@ -92,7 +92,7 @@ pub fn propose(model: &Path, folder: &Path, options: &ModelOptions) -> Result<Sc
     let text = document.text();
     let scene = parse(&text)?;
     let light = match light {
-        ProposedLight::OfModel(_) => "materials of the model emit",
+        ProposedLight::OfModel(_) => "that of the model",
         ProposedLight::SunAndSky(_) => "sun and sky",
         ProposedLight::Lamps(_) => "lamps below the ceiling",
     };

@@ -1,7 +1,7 @@
 //! glTF 2.0: nodes, primitives and materials of diffuse surfaces and panes.
 //!
 //! Reference: the Khronos glTF 2.0 specification and KHR_materials_{emissive_strength, transmission, unlit, volume},
-//! KHR_texture_transform, KHR_mesh_quantization, KHR_draco_mesh_compression, EXT_meshopt_compression. The y axis stays up: turn with `rotate_degrees = [90, 0, 0]`.
+//! KHR_texture_transform, KHR_mesh_quantization, KHR_draco_mesh_compression, EXT_meshopt_compression, KHR_lights_punctual. The y axis stays up: turn with `rotate_degrees = [90, 0, 0]`.
 //!
 //! | module | contents |
 //! |---|---|
@@ -10,6 +10,7 @@
 //! | `document`, `nodes`, `primitives` | the validated JSON; the node tree; faces |
 //! | `cameras` | perspective cameras |
 //! | `materials`, `texture_mapping` | materials as surfaces and panes; texture coordinates |
+//! | `lights` | lights of nodes |
 //! | `volume` | the volume materials of a file |
 
 mod accessors;
@@ -17,6 +18,7 @@ mod cameras;
 mod compression;
 mod container;
 mod document;
+mod lights;
 mod materials;
 mod nodes;
 mod primitives;
@@ -41,12 +43,16 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     let materials = materials::read_materials(&document, files, path, &buffers, &mut mesh)?;
     let mut reader =
         PrimitiveReader { buffers: &buffers, materials, mesh, skipped: 0, shown: 0, draco: HashMap::new() };
-    for instance in nodes::node_instances(file, &document)? {
-        reader.read_node(&document, &instance)?;
-        reader.mesh.cameras.extend(cameras::camera_of_node(&document, &instance));
+    let instances = nodes::node_instances(file, &document)?;
+    for instance in &instances {
+        reader.read_node(&document, instance)?;
+        reader.mesh.cameras.extend(cameras::camera_of_node(&document, instance));
     }
     let mut mesh = reader.mesh;
     cameras::name_uniquely(&mut mesh.cameras);
+    let (lights, notes) = lights::read_lights(file, &document, &instances)?;
+    mesh.lights = lights;
+    mesh.notes.extend(notes);
     if reader.skipped > 0 {
         let n = reader.skipped;
         mesh.notes.push(format!("{file}: {n} primitives of points or lines were left out"));

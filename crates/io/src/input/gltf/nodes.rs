@@ -36,6 +36,24 @@ impl NodeInstance {
     }
 }
 
+/// A node with a light, in the file's world.
+pub(super) struct LightInstance {
+    pub(super) node: usize,
+    /// Index of the light.
+    pub(super) light: usize,
+    pub(super) position: Vec3,
+    /// The way along which it shines, of any length.
+    pub(super) direction: Vec3,
+}
+
+impl LightInstance {
+    /// The light of a node, if it has one.
+    pub(super) fn of(document: &Document, at: &NodeInstance) -> Option<LightInstance> {
+        let light = light_of(document, at.node)?;
+        Some(LightInstance { node: at.node, light, position: at.translation, direction: -at.linear[2] })
+    }
+}
+
 /// The nodes of the default scene (or the first). Each node is visited at most once, so that cycles end.
 pub(super) fn node_instances(file: &str, document: &Document) -> Result<Vec<NodeInstance>, FileFault> {
     let root = document.as_json();
@@ -75,4 +93,10 @@ pub(super) fn node_instances(file: &str, document: &Document) -> Result<Vec<Node
         stack.extend(children.iter().rev().map(|c| (*c, m, t)));
     }
     Ok(out)
+}
+
+/// The index of the light of a node.
+fn light_of(document: &Document, node: usize) -> Option<usize> {
+    let extensions = document.as_json().nodes.get(node)?.extensions.as_ref()?;
+    Some(extensions.khr_lights_punctual.as_ref()?.light.value())
 }

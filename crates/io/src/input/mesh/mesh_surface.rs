@@ -3,6 +3,7 @@
 use super::face_values::read_face_values;
 use super::material_overrides::{self, MaterialOverride};
 use super::material_part::MaterialPart;
+use super::mesh_lights::add_lights;
 use super::missing_values::refuse_missing;
 use super::model::{MeshData, MeshFace};
 use super::placement::load_placed;
@@ -43,6 +44,7 @@ pub(crate) fn read_mesh_surface(
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
     let (mesh, scale) = load_placed(node, reader)?;
+    add_lights(table, &mesh, name, reader)?;
     let overrides = material_overrides::read_overrides(table, &mesh, reader)?;
     let values = read_face_values(table, &mesh, reader)?;
     let first_face = reader.parts.faces.len();

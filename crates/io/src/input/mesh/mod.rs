@@ -8,6 +8,7 @@
 //! | `polygon`, `polygon_list` | polygons as plates; those of a file one after the other |
 //! | `face_values` | values by face or by material from files |
 //! | `shells` | closed parts and their orientation |
+//! | `mesh_lights` | lights of a mesh file as lights of the scene |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
 //! | `missing_values` | materials that lack values, in one error |
 
@@ -16,6 +17,7 @@ mod load;
 mod material_overrides;
 mod material_part;
 pub(crate) mod mesh_arrays;
+mod mesh_lights;
 pub(crate) mod mesh_surface;
 mod missing_values;
 pub(crate) mod model;

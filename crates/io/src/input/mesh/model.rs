@@ -14,6 +14,8 @@ pub(crate) struct MeshData {
     pub(crate) face_count: usize,
     /// The cameras of the file.
     pub(crate) cameras: Vec<Camera>,
+    /// Lights of the file.
+    pub(crate) lights: Vec<MeshLight>,
     /// Repairs and ignored contents.
     pub(crate) notes: Vec<String>,
 }
@@ -36,6 +38,27 @@ impl MeshFace {
         let plate = Plate::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
         MeshFace { material, plate, uv: [[0.0; 2]; 3], scale: 1.0, face }
     }
+}
+
+/// A light of a mesh file.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshLight {
+    pub(crate) name: String,
+    pub(crate) position: Vec3,
+    /// The way along which it shines, of any length.
+    pub(crate) direction: Vec3,
+    /// Luminous intensity, cd, or illuminance of a directional light, lx.
+    pub(crate) intensity: Bands,
+    pub(crate) kind: MeshLightKind,
+}
+
+/// The kind of a light of a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum MeshLightKind {
+    Directional,
+    Point,
+    /// Inner and outer half-angle, radians.
+    Spot([f64; 2]),
 }
 
 /// An image; it is decoded only if it is used.

@@ -64,6 +64,10 @@ pub(crate) fn load_placed(
             );
         }
     }
+    for light in &mut mesh.lights {
+        light.position = placement.vector(light.position) + placement.translate;
+        light.direction = placement.vector(light.direction);
+    }
     let before = mesh.faces.len();
     mesh.faces.retain(|f| {
         let p = &f.plate;

@@ -11,8 +11,13 @@ use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{Facet, Plate};
 
 /// Keys that belong to some shapes only.
-const KEYS_OF_SHAPES: [(&str, &[&str]); 4] =
-    [("faces", &["box", "room"]), ("omit", &["room"]), ("materials", &["mesh"]), ("solid", &["mesh"])];
+const KEYS_OF_SHAPES: [(&str, &[&str]); 5] = [
+    ("faces", &["box", "room"]),
+    ("omit", &["room"]),
+    ("materials", &["mesh"]),
+    ("solid", &["mesh"]),
+    ("lights", &["mesh"]),
+];
 
 /// Reads entry `index` of `[[surface]]`.
 pub(super) fn read_surface(

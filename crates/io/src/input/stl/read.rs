@@ -42,6 +42,7 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
         MeshFace { plate: Plate::triangle(a, b, c), ..MeshFace::template(f.part, f.number) }
     };
     Ok(MeshData {
+        lights: Vec::new(),
         materials: stl.parts.iter().map(|name| MeshMaterial::named(name)).collect(),
         faces: stl.facets.iter().map(face).collect(),
         face_count: stl.facet_count,

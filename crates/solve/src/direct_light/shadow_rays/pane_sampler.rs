@@ -1,16 +1,18 @@
 //! Direct light inside panes.
 //!
 //! The fluence of a pane follows from the power that it takes from the light, κ G t = Σ E c (1 − e^{−κt/c}) with c the cosine. Its error follows
-//! from the spread of parts of the points.
+//! from the spread of parts of the points; that of a point light also from the part of its beam that all points may miss, 1/(2(n + 1)) of the bound of its
+//! light for n points.
 
 use super::params::{
     ERROR_SHARE, FINE_TOLERANCE, MAX_PANE_GROWTH, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_PARTS,
     PANE_POINTS, SAMPLES_PER_PANE_POINT,
 };
+use super::point_light::irradiance_bound;
 use super::zone_sampler::{ZoneLightSampler, largest};
 use crate::distribution::Execution;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, PaneZone};
+use zonal_scene::{Bands, Light, PaneZone};
 use zonal_transport::lights::Receiver;
 
 impl ZoneLightSampler<'_> {
@@ -31,7 +33,18 @@ impl ZoneLightSampler<'_> {
         const N: f64 = PANE_PARTS as f64;
         let mean = Bands::from_fn(|b| parts.iter().map(|p| p[b]).sum::<f64>() / N);
         let square = Bands::from_fn(|b| parts.iter().map(|p| (p[b] - mean[b]).powi(2)).sum::<f64>());
-        [mean, (square / (N * (N - 1.0))).sqrt()]
+        let spread = square / (N * (N - 1.0));
+        let missed = self.missed_point_light(p, count);
+        [mean, (spread + missed * missed).sqrt()]
+    }
+
+    /// Error by the part of a beam of a point light that all of `count` points may miss, W/m²; 0 of other lights.
+    fn missed_point_light(&self, p: &PaneZone, count: usize) -> Bands {
+        let Light::Point { position, intensity, distribution, .. } = self.light.light() else {
+            return Bands::ZERO;
+        };
+        let share = 0.5 / (count as f64 + 1.0);
+        *intensity * (share * irradiance_bound(&p.plate, *position, distribution))
     }
 
     /// G_dir of all pane zones with their errors, and the number of rays: pilot points everywhere, more where the error exceeds a share of the

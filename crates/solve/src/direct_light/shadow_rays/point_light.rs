@@ -16,7 +16,7 @@
 use crate::surroundings::zone_rays::voxel_point;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{IntensityDistribution, Patch, VoxelGrid, VoxelZone, Zones};
+use zonal_scene::{IntensityDistribution, Patch, Plate, VoxelGrid, VoxelZone, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{BoxChord, BoxView, PlateView};
 
@@ -130,6 +130,20 @@ impl<'a> PointLightOnZone<'a> {
     }
 }
 
+/// I₀ M Ω/A of a plate over I₀, 1/m²: a bound of its mean irradiance from a light that is seen.
+pub(super) fn irradiance_bound(plate: &Plate, position: Vec3, distribution: &IntensityDistribution) -> f64 {
+    let Some(view) = PlateView::new(plate, position) else { return 0.0 };
+    let (bound, _) = bound_over_ball(distribution, position, bounding_ball(plate));
+    bound * view.solid_angle() / plate.area()
+}
+
+/// Centre and radius of a ball that holds a plate.
+fn bounding_ball(plate: &Plate) -> (Vec3, f64) {
+    let (corners, n) = plate.corners();
+    let centre = corners[..n].iter().fold(Vec3::ZERO, |sum, c| sum + *c) / n as f64;
+    (centre, corners[..n].iter().fold(0.0f64, |m, c| m.max((*c - centre).length())))
+}
+
 /// M over the ball of centre `centre` and radius `radius`, and the solid angle of the ball, sr.
 fn bound_over_ball(
     distribution: &IntensityDistribution,
@@ -156,10 +170,7 @@ fn patch_points<'a>(
     if (position - plate.origin).dot(patch.normal) <= 0.0 {
         return None;
     }
-    let (corners, n) = plate.corners();
-    let centre = corners[..n].iter().fold(Vec3::ZERO, |sum, c| sum + *c) / n as f64;
-    let radius = corners[..n].iter().fold(0.0f64, |m, c| m.max((*c - centre).length()));
-    let (bound, _) = bound_over_ball(distribution, position, (centre, radius));
+    let (bound, _) = bound_over_ball(distribution, position, bounding_ball(plate));
     if bound <= 0.0 {
         return None;
     }
