@@ -47,7 +47,7 @@ enum Command {
     /// Solve a scene and write the solution (.npz).
     Solve(solve::Args),
     /// Draw the frames of an animation (--animate), each rank some of them.
-    Render(render::Args),
+    Render(Box<render::Args>),
 }
 
 /// Exit code where MPI cannot be used.

@@ -1,7 +1,7 @@
 //! `zonal demo`: solves and draws a built-in scene.
 
 use super::context::Context;
-use super::render::args::ADAPTIVE_SAMPLES;
+use super::quality::ADAPTIVE_SAMPLES;
 use super::render::picture::{draw, save};
 use super::render::style::PictureStyle;
 use super::solving::solve_and_hash;

@@ -93,7 +93,7 @@ fn json(p: &SceneProposal, output: &Path) -> serde_json::Value {
         serde_json::json!({
             "name": m.name, "faces": m.faces, "area_m2": m.area * p.placement.unit.metres.powi(2),
             "reflectance": m.reflectance.map(Bands::to_rgb), "textured": m.is_textured, "emission": m.emission.to_rgb(),
-            "glass": m.glass.is_some(), "double_sided": m.double_sided, "unread_transparency": m.unread_transparency,
+            "glass": m.is_glass, "double_sided": m.double_sided, "unread_transparency": m.unread_transparency,
         })
     };
     let parts = &p.survey.parts;
@@ -182,7 +182,7 @@ fn print_materials(p: &SceneProposal) -> Result<(), Failure> {
     let metres2 = p.placement.unit.metres.powi(2);
     for m in materials.iter().take(MAX_LISTED_MATERIALS) {
         let [r, g, b] = m.reflectance.unwrap_or(zonal_scene::DEFAULT_REFLECTANCE).to_rgb();
-        let kind = match (m.glass.is_some(), m.emission != Bands::ZERO) {
+        let kind = match (m.is_glass, m.emission != Bands::ZERO) {
             (true, _) => "glass".to_string(),
             (false, true) => format!("emits {:.0} W/m2", m.emission.max_element()),
             (false, false) if m.reflectance.is_none() => "reflectance 0.5, not in the file".to_string(),

@@ -69,7 +69,7 @@ pub enum Command {
     /// Scale the light groups of a solution without solving again, or list them.
     Relight(relight::Args),
     /// Draw a picture from a solution, or the frames of a camera animation.
-    Render(render::Args),
+    Render(Box<render::Args>),
     /// Show a solution in a browser on this machine.
     View(view::Args),
     /// Write a solution for other programs (.csv, .html, .glb, .vtu, .vti).

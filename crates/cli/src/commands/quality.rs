@@ -6,8 +6,10 @@
 //! | patch size | twice that of the scene | that of the scene | half of it |
 //! | rays of a picture | one in each pixel | adaptive | 16 in each pixel, 64 for the indirect light of each |
 
-use super::render::args::ADAPTIVE_SAMPLES;
 use zonal_scene::{Scene, SolveOptions};
+
+/// Number of samples that stands for adaptive sampling.
+pub const ADAPTIVE_SAMPLES: u32 = 0;
 
 /// Accuracy against time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]

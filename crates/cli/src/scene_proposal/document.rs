@@ -102,7 +102,7 @@ impl SceneDocument<'_> {
             writeln!(out, "solid = false")?;
         }
         for m in &self.survey.materials {
-            if m.glass.is_some_and(|g| !g.has_thickness) {
+            if m.lacks_thickness {
                 let thickness = format!("pane = {{ thickness = {GLASS_THICKNESS} }}");
                 writeln!(out, "materials.{}.{thickness}   # m; the file gives none", quoted(&m.name))?;
             }

@@ -67,7 +67,7 @@ pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_
 pub use error::InputError;
 pub use facets::{FacetFile, read_facets};
 pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
-pub use model_survey::{ModelSurvey, PartCounts, SurveyedGlass, SurveyedMaterial, survey_model};
+pub use model_survey::{ModelSurvey, PartCounts, SurveyedMaterial, survey_model};
 pub use scene_template::SceneTemplate;
 pub use stl::{StlFacet, StlFile, read_stl};
 pub use table::{Quantity, RowKeys, ValueTable, read_values};

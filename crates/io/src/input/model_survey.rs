@@ -4,7 +4,7 @@
 //! and ceilings make it largest along the vertical.
 
 use super::error::{FileFault, InputError};
-use super::mesh::model::{GlassProperties, MeshData, MeshMaterial};
+use super::mesh::model::{MeshData, MeshMaterial};
 use super::mesh::read_mesh_file;
 use super::mesh::shells::{ShellKind, Shells, find_shells};
 use crate::files::FileSource;
@@ -52,21 +52,14 @@ pub struct SurveyedMaterial {
     pub is_textured: bool,
     /// Emission in W/m², 0 without.
     pub emission: Bands,
-    /// Glass, and whether its thickness is known; `None` of an opaque material.
-    pub glass: Option<SurveyedGlass>,
+    /// True if it lets light through.
+    pub is_glass: bool,
+    /// True of a glass whose thickness the file does not give.
+    pub lacks_thickness: bool,
     /// True if the file says that both sides are seen, false if the front only; `None` if it does not say.
     pub double_sided: Option<bool>,
     /// Transparency of the file that is not read, as a message.
     pub unread_transparency: Option<String>,
-}
-
-/// The glass of a material.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SurveyedGlass {
-    /// True if the file gives its thickness.
-    pub has_thickness: bool,
-    /// True if its faces are closed bodies, so that light passes two of them.
-    pub is_closed: bool,
 }
 
 /// Connected parts of the opaque faces.
@@ -141,11 +134,6 @@ impl ModelSurvey {
 
 impl SurveyedMaterial {
     fn of(m: &MeshMaterial, plates: &[Plate]) -> SurveyedMaterial {
-        let glass = m.glass.map(|g: GlassProperties| {
-            let shells = find_shells(plates);
-            let is_closed = (0..plates.len()).any(|i| shells.of(i) != ShellKind::Open);
-            SurveyedGlass { has_thickness: g.thickness.is_some(), is_closed }
-        });
         SurveyedMaterial {
             name: m.name.clone(),
             faces: plates.len(),
@@ -153,7 +141,8 @@ impl SurveyedMaterial {
             reflectance: m.reflectance,
             is_textured: m.texture.is_some(),
             emission: m.emission,
-            glass,
+            is_glass: m.glass.is_some(),
+            lacks_thickness: m.glass.is_some_and(|g| g.thickness.is_none()),
             double_sided: m.double_sided,
             unread_transparency: m.opaque_warning.clone(),
         }

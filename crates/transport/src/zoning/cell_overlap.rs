@@ -4,7 +4,7 @@
 //! cross product of an edge with a box's axis (separating axis theorem; Akenine-Möller 2001). A facet in a face of a cell touches
 //! the closed box but not one that is smaller by 10⁻⁹ of its size; it does not intersect the cell.
 
-use super::work_sharing::{WorkSharing, decode_contact, encode_contact};
+use super::work_sharing::WorkSharing;
 use crate::transport::Transport;
 use rayon::prelude::*;
 use zonal_math::{Vec3, vec3};
@@ -22,6 +22,16 @@ pub(super) struct FacetContact {
     pub(super) facet: u32,
     /// True if the facet intersects the interior of the cell.
     pub(super) intersects: bool,
+}
+
+impl FacetContact {
+    /// The contact as one number: facet · 2³³ + cell · 2 + (1 if the facet intersects the interior).
+    fn word(&self) -> u64 {
+        u64::from(self.facet) << 33 | u64::from(self.cell) << 1 | u64::from(self.intersects)
+    }
+    fn from_word(word: u64) -> FacetContact {
+        FacetContact { cell: (word >> 1) as u32, facet: (word >> 33) as u32, intersects: word & 1 == 1 }
+    }
 }
 
 /// Contact of a cell with facets.
@@ -77,10 +87,10 @@ fn facet_contacts(
     };
     let of_block = |b: usize| {
         let facets = b * FACETS_PER_BLOCK..((b + 1) * FACETS_PER_BLOCK).min(count);
-        facets.flat_map(of_facet).map(|c| encode_contact(&c)).collect()
+        facets.flat_map(of_facet).map(|c| c.word()).collect()
     };
     let words = sharing.map_lists(count.div_ceil(FACETS_PER_BLOCK), &of_block);
-    words.into_iter().flatten().map(decode_contact).collect()
+    words.into_iter().flatten().map(FacetContact::from_word).collect()
 }
 
 /// The cells of the voxel grid whose interior facets cross, in ascending order.

@@ -1,14 +1,12 @@
 //! Zoning by several processes: each resolves some blocks of facets and of cells, and all receive the results as words of 64 bits.
 //!
 //! ```text
-//!     contact of a facet with a cell   facet · 2³³ + cell · 2 + (1 if the facet intersects the interior)
 //!     cell                             number of parts, or 2⁶⁴ − 1 for a whole cell; then the parts
 //!     part                             mask of sub-cells, volume, centre, then a word for each sample
 //! ```
 //!
 //! Results do not depend on the processes: a block never depends on the one that computes it.
 
-use super::cell_overlap::FacetContact;
 use super::cell_parts::{CellPart, ResolvedCell};
 use zonal_math::Vec3;
 use zonal_scene::{VoxelGrid, VoxelSamples};
@@ -21,16 +19,6 @@ pub trait WorkSharing: Sync {
 
 /// The word of a whole cell in the place of a number of parts.
 const WHOLE_CELL: u64 = u64::MAX;
-
-/// The word of a contact.
-pub(super) fn encode_contact(c: &FacetContact) -> u64 {
-    u64::from(c.facet) << 33 | u64::from(c.cell) << 1 | u64::from(c.intersects)
-}
-
-/// The inverse of [`encode_contact`].
-pub(super) fn decode_contact(word: u64) -> FacetContact {
-    FacetContact { cell: (word >> 1) as u32, facet: (word >> 33) as u32, intersects: word & 1 == 1 }
-}
 
 /// Appends the words of a cell.
 pub(super) fn encode_cell(cell: &ResolvedCell, out: &mut Vec<u64>) {

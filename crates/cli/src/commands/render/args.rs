@@ -106,8 +106,6 @@ pub enum FieldQuantity {
     Irradiance,
 }
 
-/// Number of samples that stands for adaptive sampling.
-pub const ADAPTIVE_SAMPLES: u32 = 0;
 /// Largest number of pixels of a picture.
 const MAX_PIXELS: usize = 1 << 26;
 

@@ -94,7 +94,7 @@ fn camera_with_lens(args: &Args, solution: &Solution, size: (usize, usize)) -> R
     Ok(camera)
 }
 
-/// Draws a picture with a number of samples per pixel, or [`super::args::ADAPTIVE_SAMPLES`].
+/// Draws a picture with a number of samples per pixel, or [`crate::commands::quality::ADAPTIVE_SAMPLES`].
 pub fn draw(
     s: &Solution,
     camera: &Camera,

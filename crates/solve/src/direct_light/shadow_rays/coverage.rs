@@ -257,6 +257,8 @@ fn stated_errors_hold_for_any_number_of_samples() {
     const REFERENCE_SAMPLES: usize = 1 << 17;
     for (name, text) in sampled_cases(scenes(), &[1, 2, 6, 8]) {
         let scene = zonal_io::input::parse_scene(&text.replace("TOL", "0.1"), None, "room").unwrap();
+        // Shadows of a point are sharp: fewer zones lie across their edges.
+        let least = if text.contains("kind = \"point\"") { 10 } else { 20 };
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
         let g = ZoneLightSampler::new(&scene, &zones, &transport, &scene.lights()[0]);
@@ -277,7 +279,10 @@ fn stated_errors_hold_for_any_number_of_samples() {
                 within += usize::from(difference <= 2.0 * error);
             }
             let (ratio, within) = ((off / stated).sqrt(), within as f64 / n as f64);
-            assert!(n > 10 && ratio < 1.4 && within > 0.9, "{name} {samples}: {ratio:.2} {within:.2} of {n}");
+            assert!(
+                n > least && ratio < 1.4 && within > 0.9,
+                "{name} {samples}: {ratio:.2} {within:.2} of {n}"
+            );
         }
     }
 }
