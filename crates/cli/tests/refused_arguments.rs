@@ -270,7 +270,7 @@ fn wrong_tone_and_lens_options_are_refused() {
 }
 
 #[test]
-fn render_without_output_or_camera_is_refused() {
+fn render_without_output_or_with_an_unknown_camera_is_refused() {
     let f = Folder::new();
     f.put("room.npz", solution());
     for command in ["render", "export"] {
@@ -280,7 +280,7 @@ fn render_without_output_or_camera_is_refused() {
     let blind = ROOM.split("[[camera]]").next().unwrap();
     f.put("blind.toml", blind);
     f.done(&["solve", "blind.toml", "-o", "blind.npz"]);
-    refused(&f, Program, &["render", "blind.npz", "-o", "out/x.png"], "camera");
+    refused(&f, Program, &["render", "blind.npz", "-o", "out/x.png", "--camera=door"], "overview");
 }
 
 const FACTORS: [&str; 4] = ["factors", "pairs.csv", "-o", "out/x.csv"];

@@ -3,7 +3,7 @@
 use super::error::InputError;
 use super::scene::camera::read_camera;
 use super::text::read_text;
-use super::toml::key_tables::CAMERA_FILE;
+use super::toml::camera_keys::CAMERA_FILE;
 use super::toml::node::TomlTable;
 use super::toml::source::SourceText;
 use std::path::Path;

@@ -6,7 +6,7 @@ use super::error::InputError;
 use super::scene::camera::{read_aperture, read_fov};
 use super::suggestion::suggest;
 use super::text::read_text;
-use super::toml::key_tables::{CAMERA_PATH, KEY_FRAME};
+use super::toml::camera_keys::{CAMERA_PATH, KEY_FRAME};
 use super::toml::node::{TomlNode, TomlTable};
 use super::toml::source::SourceText;
 use std::path::Path;

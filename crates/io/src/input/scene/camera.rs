@@ -1,7 +1,7 @@
 //! `[[camera]]`: position, direction and lens.
 
 use crate::input::error::InputError;
-use crate::input::toml::key_tables::CAMERA;
+use crate::input::toml::camera_keys::CAMERA;
 use crate::input::toml::node::TomlNode;
 use zonal_math::vec3;
 use zonal_scene::{Camera, Lens};

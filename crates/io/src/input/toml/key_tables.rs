@@ -3,6 +3,7 @@
 //!
 //! Types: *bands* is one number for all bands or a list of one for each, by default `[red, green, blue]`; *point* and *direction* are `[x, y, z]`.
 
+use super::camera_keys::CAMERA;
 use super::keys::{KeyGroups, KeySpec, all, key};
 use super::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SKY, SPECTRUM, SPOT, SUN, SURROUNDINGS};
 use super::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
@@ -483,43 +484,6 @@ pub(crate) const GAS: KeyGroups = &[&[
     key("soot", "number from 0 to 1, or array", "", "0", "volume fraction of soot"),
     key("pressure", "number above 0, or array", "Pa", "101325", "total pressure"),
 ]];
-
-/// Keys of a camera's position and lens.
-const VIEW_KEYS: &[KeySpec] = &[
-    key("origin", "point", "m", "required", "position"),
-    key("target", "point", "m", "required", "point in the middle of the picture"),
-    key("up", "direction", "", "[0, 0, 1]", "upward direction"),
-    key("fov", "number in (0, 180)", "degrees", "60", "angle of view across the picture's width"),
-    key("aperture", "number from 0", "m", "0", "diameter of the lens"),
-    key("focus", "number above 0", "m", "distance of the picture's middle", "distance in focus"),
-];
-/// `[[camera]]`.
-pub(crate) const CAMERA: KeyGroups = &[&[key("name", "text", "", "camera1, …", "unique name")], VIEW_KEYS];
-
-/// A file of cameras.
-pub(crate) const CAMERA_FILE: KeyGroups = &[&[key("camera", "list of tables", "", "required", "cameras")]];
-/// A camera path.
-pub(crate) const CAMERA_PATH: KeyGroups = &[&[
-    key("frames_per_second", "number in (0, 1000]", "1/s", "24", "frame rate"),
-    key("exposure", "number above 0", "(m2 sr)/W", "automatic", "factor of the radiance"),
-    key("key", "list of tables", "", "required", "key frames by ascending time"),
-]];
-/// `[[key]]` of a camera path.
-pub(crate) const KEY_FRAME: KeyGroups = &[
-    &[
-        key("time", "number", "s", "required", "time"),
-        key("camera", "text", "", "", "camera of the scene"),
-        key(
-            "stops",
-            "number in [-30, 30]",
-            "stops",
-            "that of the key before",
-            "exposure above that of all frames",
-        ),
-        key("lights", "table of bands", "", "those of the key before", "factors of light groups"),
-    ],
-    VIEW_KEYS,
-];
 
 /// The tables of the scene format by path; `[]` marks lists, capitals a free name.
 pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[

@@ -6,11 +6,13 @@
 //! | `node` | typed reading; every value carries its key, line and column |
 //! | `keys` | the description of one key, and its lookup in a table of keys |
 //! | `key_tables` | every key of the scene and camera-path formats, with type, unit, default and description |
+//! | `camera_keys` | those of cameras and camera paths |
 //! | `light_keys` | those of lights and spectra |
 //! | `thermal_keys` | those of emissivities by temperature and side |
 //! | `migrate` | former keys replaced in a text, with comments and layout kept |
 //! | `template` | numbers replaced in a text |
 
+pub(crate) mod camera_keys;
 pub(crate) mod key_tables;
 pub(crate) mod keys;
 pub(crate) mod light_keys;

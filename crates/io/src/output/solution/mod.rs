@@ -36,6 +36,8 @@
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
 mod faces;
+#[cfg(test)]
+mod former_header_tests;
 mod header;
 mod network;
 mod read;
