@@ -17,7 +17,7 @@ pub struct ViewArgs {
     /// default of a scene without a camera.
     #[arg(long, value_name = "NAME", conflicts_with = "animate", help_heading = VIEW_HEADING)]
     pub camera: Option<String>,
-    /// Take the cameras of this file ([[camera]] tables as in a scene, such as the viewer saves) in place of those of the scene.
+    /// Take the cameras of this file, which has the tables of cameras of a scene, in place of those of the scene.
     #[arg(long, value_name = "CAMERAS.toml", conflicts_with = "animate", help_heading = VIEW_HEADING)]
     pub camera_file: Option<PathBuf>,
     /// Stand at this point, m.
