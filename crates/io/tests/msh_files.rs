@@ -3,8 +3,8 @@
 use crate::support;
 
 use std::fmt::Write;
-use support::{Folder, check};
-use zonal_io::input::{FacetFile, FilesInMemory, read_facets, read_scene_from_bytes};
+use support::{Folder, check, read_faces as read};
+use zonal_io::input::{FacetFile, FilesInMemory, read_scene_from_bytes};
 
 /// Corners of two faces over one another: a quadrilateral and two triangles.
 const POSITIONS: [[f64; 3]; 8] = [
@@ -218,12 +218,6 @@ fn text_file(nodes: &[[f64; 3]], elements: &[&str]) -> String {
         writeln!(out, "{} {kind} 2 {group} 1 {}", k + 1, nodes.join(" ")).unwrap();
     }
     out + "$EndElements\n"
-}
-
-fn read(name: &str, bytes: impl AsRef<[u8]>) -> Result<FacetFile, String> {
-    let folder = Folder::new().with(name, bytes);
-    let path = folder.path().join(name);
-    read_facets(&path).map_err(|e| e.to_string().replace(&path.display().to_string(), name))
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use crate::support;
 
-use support::{CUBE, Folder, check};
-use zonal_io::input::{FacetFile, FilesInMemory, read_facets, read_scene_from_bytes};
+use support::{CUBE, Folder, check, read_faces as read};
+use zonal_io::input::{FilesInMemory, read_scene_from_bytes};
 
 /// The faces of the cube of `CUBE`, from 0.
 const CUBE_FACES: [[u32; 4]; 6] =
@@ -64,12 +64,6 @@ fn text_cube() -> String {
     header("ascii", ["float", "uchar", "int"]) + &corners + "1 0\n2 3 7 7 7\n" + &faces
 }
 
-fn read(name: &str, bytes: impl AsRef<[u8]>) -> Result<FacetFile, String> {
-    let folder = Folder::new().with(name, bytes);
-    let path = folder.path().join(name);
-    read_facets(&path).map_err(|e| e.to_string().replace(&path.display().to_string(), name))
-}
-
 #[test]
 fn all_encodings_and_types_give_the_faces_of_the_obj() {
     let wanted = read("a.obj", CUBE).unwrap();
@@ -78,7 +72,7 @@ fn all_encodings_and_types_give_the_faces_of_the_obj() {
     let one_line = text.replace("end_header\n", "end_header\r").replace('\n', " ").replace('\r', "\n");
     assert_eq!(read(text.clone().into_bytes()), wanted);
     assert_eq!(read(text.replace('\n', "\r\n").into_bytes()), wanted);
-    assert!(super::ply_files::read("a.ply", one_line).unwrap_err().contains("first line is not ply"));
+    assert!(support::read_faces("a.ply", one_line).unwrap_err().contains("first line is not ply"));
     for types in [
         ["float", "uchar", "int"],
         ["double", "uint8", "uint32"],

@@ -30,7 +30,7 @@ pub struct Args {
     /// Scene file to write [default: MODEL.toml in this folder].
     #[arg(long, short, value_name = "SCENE.toml")]
     pub output: Option<PathBuf>,
-    /// What the model is and becomes.
+    /// Unit, upward axis and number of patches.
     #[command(flatten)]
     pub options: ModelArgs,
     /// Replace an existing scene file.

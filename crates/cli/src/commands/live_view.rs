@@ -19,11 +19,11 @@ const FILE_CHECK_INTERVAL: Duration = Duration::from_millis(300);
 /// Vertices of the first data over those of the last.
 const FIRST_VERTEX_SHARE: f64 = 0.3;
 
-/// What a live page shows.
+/// Input and settings of a live page.
 pub(super) struct LiveInput {
     /// Scene or mesh file.
     pub(super) path: PathBuf,
-    /// What a mesh file is and becomes.
+    /// Unit, upward axis and number of patches of a mesh file.
     pub(super) model: ModelArgs,
     /// The last quality.
     pub(super) quality: Quality,
@@ -80,7 +80,7 @@ impl LiveInput {
                     std::thread::sleep(FILE_CHECK_INTERVAL);
                 }
             }
-            page.begin_solve(name(Quality::Draft));
+            page.begin_solve(Quality::Draft.name());
             scene = self.read();
         }
     }
@@ -113,7 +113,7 @@ impl LiveInput {
         let stages =
             if self.quality == Quality::Draft { vec![(Quality::Draft, 1.0)] } else { vec![draft, last] };
         for (quality, vertex_share) in stages {
-            page.begin_solve(name(quality));
+            page.begin_solve(quality.name());
             let options = quality.of_solve(scene);
             let staged = scene.clone().with_options(options).map_err(|e| option_failure(&e))?;
             let solution = solve_and_hash(staged, &SolveSettings::new(self.memory_limit, page))?;
@@ -124,21 +124,12 @@ impl LiveInput {
             let (size, zones) = (bytes.len(), solution.zones.len());
             let version = page.publish(bytes);
             if self.json {
-                let line = serde_json::json!({ "version": version, "quality": name(quality), "zones": zones, "bytes": size });
+                let line = serde_json::json!({ "version": version, "quality": quality.name(), "zones": zones, "bytes": size });
                 say(&line.to_string())?;
             } else {
-                say(&format!("{}: {zones} zones, {:.1} MB", name(quality), size as f64 / 1e6))?;
+                say(&format!("{}: {zones} zones, {:.1} MB", quality.name(), size as f64 / 1e6))?;
             }
         }
         Ok(())
-    }
-}
-
-/// The word for a quality.
-fn name(quality: Quality) -> &'static str {
-    match quality {
-        Quality::Draft => "draft",
-        Quality::Normal => "normal",
-        Quality::Fine => "fine",
     }
 }

@@ -35,6 +35,12 @@ const FINE_SAMPLES: u32 = 16;
 const FINE_GATHER_RAYS: u32 = 64;
 
 impl Quality {
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        ["draft", "normal", "fine"][self as usize]
+    }
+
     /// The settings of a scene at this quality.
     #[must_use]
     pub fn of_solve(self, scene: &Scene) -> SolveOptions {

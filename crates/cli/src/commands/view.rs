@@ -33,7 +33,7 @@ pub struct Args {
     /// Quality of the solve of a scene or model, after the draft.
     #[arg(long, value_enum, default_value_t)]
     pub quality: Quality,
-    /// What a model is and becomes.
+    /// Unit, upward axis and number of patches of a model.
     #[command(flatten)]
     pub model: ModelArgs,
     /// Memory limit of the solve of a scene or model, GB.

@@ -18,7 +18,7 @@ const LAMP_EMISSION: f64 = 500.0;
 /// Cells of the commented medium along the longest side of the scene.
 const MEDIUM_CELLS: f64 = 40.0;
 
-/// What the text says.
+/// The content of a scene file.
 pub(super) struct SceneDocument<'a> {
     pub(super) name: &'a str,
     /// The model's file as the scene names it.

@@ -43,7 +43,7 @@ pub struct SceneProposal {
     pub text: String,
     /// The scene of that text.
     pub scene: Scene,
-    /// What the model contains.
+    /// Extent, materials and parts of the model.
     pub survey: ModelSurvey,
     /// How it lies in the scene.
     pub placement: ModelPlacement,

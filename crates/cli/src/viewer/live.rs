@@ -1,4 +1,4 @@
-//! What a page shows while its solution is still being computed: the newest data, and how far the next ones are.
+//! The content of a page during a solve: the newest data, and the progress of the next.
 //!
 //! The page asks for `progress.json` and loads `scene.bin` again whenever the version there is higher than that of its data:
 //!

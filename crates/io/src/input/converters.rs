@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// What a file is to give.
+/// The content wanted from a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FileContents {
     Mesh,

@@ -1,4 +1,4 @@
-//! What a mesh file contains, before a scene exists: extent, materials, closed and open parts, doubled faces, cameras.
+//! Survey of a mesh file without a scene: extent, materials, closed and open parts, doubled faces, cameras.
 //!
 //! Everything is in the unit and the axes of the file. [`ModelSurvey::axis_areas`] sums the area of the faces seen along each axis, Σ A |n_k|: in buildings floors
 //! and ceilings make it largest along the vertical.
@@ -16,7 +16,7 @@ use zonal_scene::{Bands, Camera, Plate};
 /// Steps of the grid on which corners of doubled faces are compared, over the extent of the mesh.
 const EXTENT_OVER_CORNER_STEP: f64 = 1e6;
 
-/// What a mesh file contains.
+/// Extent, materials, parts and cameras of a mesh file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelSurvey {
     /// Lower and upper corner.
@@ -42,7 +42,7 @@ pub struct ModelSurvey {
 pub struct SurveyedMaterial {
     /// Name.
     pub name: String,
-    /// Number of faces, and their area in squares of the file's unit.
+    /// Number of faces.
     pub faces: usize,
     /// Area of its faces in squares of the file's unit.
     pub area: f64,
@@ -109,12 +109,10 @@ impl ModelSurvey {
             let (area, normal) = (p.area(), p.normal());
             (0..3).for_each(|k| axis_areas[k] += area * normal[k].abs());
         }
-        let of_material = |m: usize| -> Vec<Plate> {
-            mesh.faces.iter().filter(|f| f.material == m).map(|f| f.plate).collect()
-        };
-        let used = mesh.materials.iter().enumerate().map(|(m, material)| (material, of_material(m)));
-        let used = used.filter(|(_, plates)| !plates.is_empty());
-        let materials = used.map(|(material, plates)| SurveyedMaterial::of(material, &plates));
+        let mut plates_of_material = vec![Vec::new(); mesh.materials.len()];
+        mesh.faces.iter().for_each(|f| plates_of_material[f.material].push(f.plate));
+        let used = mesh.materials.iter().zip(&plates_of_material).filter(|(_, plates)| !plates.is_empty());
+        let materials = used.map(|(material, plates)| SurveyedMaterial::of(material, plates));
         let mut materials: Vec<SurveyedMaterial> = materials.collect();
         materials.sort_by(|a, b| b.area.total_cmp(&a.area));
         let is_opaque = |f: &&crate::input::mesh::model::MeshFace| mesh.materials[f.material].glass.is_none();

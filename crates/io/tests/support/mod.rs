@@ -5,7 +5,7 @@ pub(crate) mod vdb;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use zonal_io::input::parse_scene;
+use zonal_io::input::{FacetFile, parse_scene, read_facets};
 use zonal_scene::Scene;
 
 static FOLDER_COUNTER: AtomicUsize = AtomicUsize::new(0);
@@ -188,4 +188,11 @@ pub(crate) fn check(folder: &Folder, cases: &[RefusedScene<'_>]) {
         assert!(message.contains([';', '?']), "no mend in:\n{message}");
         assert!(!message.contains('\n'), "several lines:\n{message}");
     }
+}
+
+/// The faces of a file of this name and content; an error names it without its folder.
+pub(crate) fn read_faces(name: &str, bytes: impl AsRef<[u8]>) -> Result<FacetFile, String> {
+    let folder = Folder::new().with(name, bytes);
+    let path = folder.path().join(name);
+    read_facets(&path).map_err(|e| e.to_string().replace(&path.display().to_string(), name))
 }

@@ -67,8 +67,8 @@ impl Sample {
             arrays.push(ArrayLayout { name, shape, unit });
             numbers.extend(values);
         };
-        let (n, names);
-        n = solution.zones.len();
+        let n = solution.zones.len();
+        let names: Vec<String>;
         match (&solution.fields.heat, &solution.report.heat) {
             (Some(heat), Some(report)) => {
                 add("temperature", vec![n], "K", heat.temperature.clone());
@@ -94,28 +94,26 @@ impl Sample {
             }
             _ => {
                 let bands = solution.scene.bands().count();
-                let of = |value: &dyn Fn(&Solution, usize) -> Bands| {
-                    (0..n).flat_map(|i| solution.all_bands(|s| value(s, i))).collect::<Vec<_>>()
+                let of = |count: usize, value: &dyn Fn(&Solution, usize) -> Bands| {
+                    (0..count).flat_map(|i| solution.all_bands(|s| value(s, i))).collect::<Vec<_>>()
                 };
+                let incident = |s: &Solution, i: usize| s.fields.incident[i] + s.fields.direct_light(i);
                 let shape = || vec![n, bands];
-                add("radiosity", shape(), "W/m2", of(&|s, i| s.fields.radiosity[i]));
-                add("incident", shape(), "W/m2", of(&|s, i| s.fields.incident[i] + s.fields.direct_light(i)));
-                add("incident_error", shape(), "W/m2", of(&|s, i| s.fields.total_error(i)));
+                add("radiosity", shape(), "W/m2", of(n, &|s, i| s.fields.radiosity[i]));
+                add("incident", shape(), "W/m2", of(n, &incident));
+                add("incident_error", shape(), "W/m2", of(n, &|s, i| s.fields.total_error(i)));
                 let named = absorbed_powers(&solution.report.energy);
-                let powers = |value: &dyn Fn(&Solution, usize) -> Bands| {
-                    (0..named.len()).flat_map(|r| solution.all_bands(|s| value(s, r))).collect::<Vec<_>>()
-                };
-                let shape = || vec![named.len(), bands];
-                let absorbed = powers(&|s, r| absorbed_powers(&s.report.energy)[r].1);
-                add("absorbed_power", shape(), "W", absorbed);
+                let rows = named.len();
+                let absorbed = of(rows, &|s, r| absorbed_powers(&s.report.energy)[r].1);
+                add("absorbed_power", vec![rows, bands], "W", absorbed);
                 if solution.scene.options().discretization_error == Some(true) {
                     // Unknown errors are infinite.
                     let unknown = Bands::splat(f64::INFINITY);
-                    let of = |s: &Solution, r: usize| {
+                    let error = |s: &Solution, r: usize| {
                         let errors = s.report.discretization_error.as_ref();
                         errors.map_or(unknown, |d| absorbed_powers(&d.energy)[r].1)
                     };
-                    add("absorbed_power_discretization_error", shape(), "W", powers(&of));
+                    add("absorbed_power_discretization_error", vec![rows, bands], "W", of(rows, &error));
                 }
                 names = named.into_iter().map(|(name, _)| name.to_string()).collect();
             }

@@ -1,7 +1,7 @@
 //! Compressed geometry: EXT_meshopt_compression of buffer views, KHR_draco_mesh_compression of primitives.
 //!
 //! A view that meshopt compresses is decoded as a whole and read as any other. A primitive that Draco compresses brings its points and triangles; its
-//! accessors tell how integers stand for coordinates. What a file gives besides for programs that read neither is not used.
+//! accessors tell how integers stand for coordinates. Uncompressed copies for programs that read neither extension are not used.
 //!
 //! Reference: the Khronos specifications of both extensions; the decoders are those of the crates `meshoptimizer-rs` and `draco-core`.
 

@@ -83,7 +83,7 @@ pub(crate) fn read_mesh_surface(
     Ok(())
 }
 
-/// What a material becomes.
+/// Kind of the part of the scene that a material gives.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum MaterialKind {
     Opaque,
