@@ -294,6 +294,27 @@ fn mean_over_flat_wall_is_its_radiosity() {
     assert!((mean * PI / (zones / front) - 1.0).abs() < 1e-3, "{} {}", mean * PI, zones / front);
 }
 
+/// The radiance of the second band along x at the distance δ from a light at the origin, as drawn and by quadrature; `fluence` is that of the light without a
+/// medium.
+fn inscattered(
+    parts: SceneParts,
+    delta: f64,
+    (kappa, albedo): (f64, f64),
+    fluence: impl Fn(Vec3) -> f64,
+) -> [f64; 2] {
+    let s = solution(parts, |_, _| 0.0, |_| 0.0);
+    let from = vec3(-2.0, delta, 0.0);
+    let image = render(&s, &camera(from, from + vec3(1.0, 0.0, 0.0), 1e-6), &size(2, 2), &NoProgress);
+    let n = 200_000;
+    let ds = 5.0 / n as f64;
+    let at = |i: usize| {
+        let t = (i as f64 + 0.5) * ds;
+        let x = vec3(t - 2.0, delta, 0.0);
+        kappa * albedo * (-kappa * (t + x.length())).exp() * fluence(x) / (4.0 * PI) * ds
+    };
+    [image.pixels[0][1] as f64, (0..n).map(at).sum()]
+}
+
 #[test]
 fn point_lights_in_homogeneous_medium_agree_with_quadrature() {
     // Seen along x at distance δ: ∫ κΩ e^{−κ(s + r)} I(ω)/r² /(4π) ds.
@@ -319,20 +340,8 @@ fn point_lights_in_homogeneous_medium_agree_with_quadrature() {
                 lights: vec![lamp],
                 ..SceneParts::default()
             };
-            let s = solution(parts, |_, _| 0.0, |_| 0.0);
-            let from = vec3(-2.0, delta, 0.0);
-            let image = render(&s, &camera(from, from + vec3(1.0, 0.0, 0.0), 1e-6), &size(2, 2), &NoProgress);
-            let n = 200_000;
-            let ds = 5.0 / n as f64;
-            let sum: f64 = (0..n)
-                .map(|i| {
-                    let t = (i as f64 + 0.5) * ds;
-                    let x = vec3(t - 2.0, delta, 0.0);
-                    let g = 3.0 * distribution.relative(x.normalized()) / x.length2();
-                    kappa * albedo * (-kappa * (t + x.length())).exp() * g / (4.0 * PI) * ds
-                })
-                .sum();
-            let found = image.pixels[0][1] as f64;
+            let fluence = |x: Vec3| 3.0 * distribution.relative(x.normalized()) / x.length2();
+            let [found, sum] = inscattered(parts, delta, (kappa, albedo), fluence);
             assert!((found - sum).abs() <= tolerance * sum, "{distribution:?} {delta}: {found} {sum}");
         }
     }
@@ -351,20 +360,8 @@ fn small_emitter_in_homogeneous_medium_agrees_with_quadrature() {
             lights: vec![Light::Emitter { surface: 0, name: None }],
             ..SceneParts::default()
         };
-        let s = solution(parts, |_, _| 0.0, |_| 0.0);
-        let from = vec3(-2.0, delta, 0.0);
-        let image = render(&s, &camera(from, from + vec3(1.0, 0.0, 0.0), 1e-6), &size(2, 2), &NoProgress);
-        let n = 200_000;
-        let ds = 5.0 / n as f64;
-        let sum: f64 = (0..n)
-            .map(|i| {
-                let t = (i as f64 + 0.5) * ds;
-                let r = ((t - 2.0) * (t - 2.0) + delta * delta).sqrt();
-                let g = 5.0 * h * h / PI * delta / r.powi(3);
-                kappa * albedo * (-kappa * (t + r)).exp() * g / (4.0 * PI) * ds
-            })
-            .sum();
-        let found = image.pixels[0][1] as f64;
+        let fluence = |x: Vec3| 5.0 * h * h / PI * delta / x.length().powi(3);
+        let [found, sum] = inscattered(parts, delta, (kappa, albedo), fluence);
         assert!((found / sum - 1.0).abs() < 0.02, "{delta}: {found} {sum}");
     }
 }
