@@ -3,7 +3,7 @@
 source "$(dirname "$0")/common.sh"
 zonal=$1 folder=$2
 
-[ -e "$folder/demo/chapel.npz" ] || "$zonal" demo --size small -o "$folder/demo"
+[ -e "$folder/chapel/chapel.npz" ] || "$zonal" demo chapel --size small -o "$folder/chapel"
 cat >"$folder/painted.toml" <<-'END'
 	[[surface]]
 	name = "painted"
@@ -17,9 +17,9 @@ END
 "$zonal" solve "$folder/painted.toml" -o "$folder/painted.npz"
 "$zonal" export "$folder/painted.npz" -o "$folder/painted.glb" --light-groups
 for extension in glb vtu vti; do
-    "$zonal" export "$folder/demo/chapel.npz" -o "$folder/chapel.$extension"
+    "$zonal" export "$folder/chapel/chapel.npz" -o "$folder/chapel.$extension"
 done
-.ci/python.sh "numpy vtk" .ci/check_export.py "$folder/demo/chapel.npz" "$folder"/chapel.{vtu,vti,medium.npz}
+.ci/python.sh "numpy vtk" .ci/check_export.py "$folder/chapel/chapel.npz" "$folder"/chapel.{vtu,vti,medium.npz}
 if command -v npm >/dev/null && npm install --silent --prefix "$folder/node" gltf-validator@2.0.0-dev.3.10; then
     NODE_PATH="$folder/node/node_modules" node .ci/check_glb.cjs "$folder"/{chapel,painted}.glb
 else

@@ -14,8 +14,8 @@ if [ ${#needed[@]} -gt 0 ]; then
     fi
 fi
 npm ci --silent --no-audit --no-fund --prefix viewer || { missing "the viewer's npm packages are not available"; exit; }
-[ -e "$folder/demo/chapel.npz" ] || "$zonal" demo --size small -o "$folder/demo"
+[ -e "$folder/chapel/chapel.npz" ] || "$zonal" demo chapel --size small -o "$folder/chapel"
 npm run --silent --prefix viewer check
 npm test --silent --prefix viewer
 cargo build --quiet --locked --example floats
-BUILT=$(dirname "$zonal") CHAPEL=$folder/demo/chapel.npz npm run --silent --prefix viewer browser
+BUILT=$(dirname "$zonal") CHAPEL=$folder/chapel/chapel.npz npm run --silent --prefix viewer browser

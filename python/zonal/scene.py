@@ -799,7 +799,7 @@ class Scene:
         patch_size : float, optional
             Target edge of a patch, m; a thirtieth of the diagonal by default.
         patch_rule : {"edge", "area", "voxels"}, optional
-            What the patch size limits.
+            What the patch size limits; "area" with a mesh file, else "edge".
         closure : {"measure", "restore"}, optional
             Treatment of row sums that miss closure; "restore" in thermal mode, else "measure".
         residual : float, optional

@@ -97,7 +97,7 @@ fn quality(out: &mut String, s: &Solution) {
 }
 
 /// Diagnostics of the solve, and of the second solve for the discretization error.
-fn diagnostics(r: &Report) -> impl Iterator<Item = &Diagnostic> {
+pub fn diagnostics(r: &Report) -> impl Iterator<Item = &Diagnostic> {
     r.warnings.iter().chain(r.discretization_error.iter().flat_map(|z| &z.notes))
 }
 
@@ -205,31 +205,49 @@ fn energy_balance(out: &mut String, s: &Solution) {
 }
 
 fn powers(out: &mut String, s: &Solution) {
-    let mut row = |name: &str, of: &dyn Fn(&EnergyBalance) -> Bands| {
+    power_rows(s).iter().for_each(|r| band_row_with_errors(out, &r.name, &r.values, &r.errors));
+}
+
+/// A power of the energy balance in every band, W.
+pub struct PowerRow {
+    /// What it is.
+    pub name: String,
+    /// The power in each band, W.
+    pub values: Vec<f64>,
+    /// Its error in each band, W.
+    pub errors: Vec<f64>,
+}
+
+/// The powers of the energy balance of light with errors: exchange error, plus discretization error if it is known.
+#[must_use]
+pub fn power_rows(s: &Solution) -> Vec<PowerRow> {
+    let row = |name: &str, of: &dyn Fn(&EnergyBalance) -> Bands| {
         let error = |t: &Solution| {
             let zones = t.report.discretization_error.as_ref();
             let exchange = of(&t.report.energy_error);
             zones.map_or(exchange, |z| exchange + of(&z.energy))
         };
-        band_row_with_errors(out, name, &s.all_bands(|t| of(&t.report.energy)), &s.all_bands(error));
+        let values = s.all_bands(|t| of(&t.report.energy));
+        PowerRow { name: name.into(), values, errors: s.all_bands(error) }
     };
-    row("emitted", &|e| e.emitted);
-    row("incoming", &|e| e.incoming);
     let absorbed = &s.report.energy.absorbed_surfaces;
     let by =
         |e: &EnergyBalance, k: usize| e.absorbed_surfaces.get(k).map_or(Bands::splat(f64::INFINITY), |x| x.1);
-    for (k, (name, _)) in absorbed.iter().enumerate().take(MAX_SURFACE_ROWS) {
-        row(&format!("absorbed by {name}"), &|e| by(e, k));
-    }
+    let of_surface = |(k, (name, _)): (usize, &(String, Bands))| {
+        row(&format!("absorbed by {name}"), &|e: &EnergyBalance| by(e, k))
+    };
+    let mut out = vec![row("emitted", &|e| e.emitted), row("incoming", &|e| e.incoming)];
+    out.extend(absorbed.iter().enumerate().take(MAX_SURFACE_ROWS).map(of_surface));
     let all = absorbed.len();
     if all > MAX_SURFACE_ROWS {
         let name = format!("absorbed by {} more surfaces", all - MAX_SURFACE_ROWS);
-        row(&name, &|e| (MAX_SURFACE_ROWS..all).fold(Bands::ZERO, |s, k| s + by(e, k)));
+        out.push(row(&name, &|e| (MAX_SURFACE_ROWS..all).fold(Bands::ZERO, |s, k| s + by(e, k))));
     }
-    row("absorbed by the medium", &|e| e.absorbed_volumes);
-    row("absorbed by panes", &|e| e.absorbed_panes);
-    row("escaped", &|e| e.escaped);
-    row("absorbed by backfaces", &|e| e.absorbed_backfaces);
+    out.push(row("absorbed by the medium", &|e| e.absorbed_volumes));
+    out.push(row("absorbed by panes", &|e| e.absorbed_panes));
+    out.push(row("escaped", &|e| e.escaped));
+    out.push(row("absorbed by backfaces", &|e| e.absorbed_backfaces));
+    out
 }
 
 /// Number of bands in a line of a table.
@@ -276,7 +294,8 @@ fn two_digits(e: f64) -> String {
 }
 
 /// A value and its error; digits of the value below those of the error are left out.
-fn value_with_error(x: f64, e: f64) -> String {
+#[must_use]
+pub fn value_with_error(x: f64, e: f64) -> String {
     match e > 0.0 || e.is_nan() {
         true if !e.is_finite() => format!("{} ± unknown", large_number(x)),
         true if e >= 1e-3 && (1e-3..1e12).contains(&x.abs()) => {
@@ -288,7 +307,8 @@ fn value_with_error(x: f64, e: f64) -> String {
 }
 
 /// A whole number with spaces between groups of three digits.
-fn thousands(n: u64) -> String {
+#[must_use]
+pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (k, d) in digits.chars().enumerate() {

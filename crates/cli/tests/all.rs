@@ -16,6 +16,7 @@ mod mirrors;
 mod refused_arguments;
 mod refused_scenes;
 mod relight;
+mod report;
 mod robustness;
 mod scene_keys;
 mod support;

@@ -13,7 +13,10 @@ fn every_command_has_help() {
         "solve",
         "relight",
         "render",
+        "view",
+        "init",
         "export",
+        "report",
         "exchange",
         "factors",
         "gas",
@@ -190,7 +193,7 @@ fn outputs_are_replaced_as_a_whole() {
 #[test]
 fn written_demo_scene_is_valid() {
     let f = Folder::new();
-    f.done(&["demo", "--size", "small", "--write", "chapel.toml"]);
+    f.done(&["demo", "chapel", "--size", "small", "--write", "chapel.toml"]);
     assert!(f.done(&["check", "chapel.toml"]).contains("cameras: nave, aisle"));
 }
 

@@ -158,7 +158,7 @@ fn wrong_demo_arguments_are_refused() {
     let f = Folder::new();
     f.put("plain", "a file");
     std::fs::create_dir_all(f.path().join("solution/chapel.npz")).unwrap();
-    let small = ["demo", "--size", "small", "-o"];
+    let small = ["demo", "chapel", "--size", "small", "-o"];
     for (folder, named) in [("plain", "plain"), ("plain/below", "plain"), ("solution", "chapel.npz")] {
         refused(&f, Program, &[&small, [folder].as_slice()].concat(), named);
     }
@@ -173,7 +173,7 @@ fn wrong_demo_arguments_are_refused() {
 fn unwritable_demo_picture_is_refused_before_the_solve() {
     let f = Folder::new();
     std::fs::create_dir_all(f.path().join("out/nave.png")).unwrap();
-    refused(&f, Program, &["demo", "--size", "small", "-o", "out"], "nave.png");
+    refused(&f, Program, &["demo", "chapel", "--size", "small", "-o", "out"], "nave.png");
 }
 
 #[test]

@@ -1,17 +1,22 @@
 //! The generated church is sealed, lit through its panes only, and a valid scene.
 
-use zonal_demo::church::{ChurchModel, ChurchPlan, GlassHue, HUES, build, glb_model, scene_text};
+use zonal_demo::church::{
+    ChurchModel, ChurchPlan, ChurchResolution, GlassHue, HUES, build, glb_model, scene_text,
+};
 use zonal_io::{input, output};
 use zonal_math::{Vec3, direction_sampling, low_discrepancy, vec3};
 use zonal_scene::Scene;
 use zonal_transport::Transport;
+
+const RESOLUTION: ChurchResolution =
+    ChurchResolution { patch: 0.9, cell: 0.75, tolerance: 0.12, closure: "measure" };
 
 fn scene(plan: &ChurchPlan, name: &str) -> Scene {
     let folder = std::env::temp_dir().join(format!("zonal-church-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let model: ChurchModel = build(plan);
     output::write_glb(&folder.join("church.glb"), &glb_model(&model)).unwrap();
-    std::fs::write(folder.join("church.toml"), scene_text(plan, "church.glb", 0.9, 0.75)).unwrap();
+    std::fs::write(folder.join("church.toml"), scene_text(plan, "church.glb", &RESOLUTION)).unwrap();
     let scene = input::read_scene(folder.join("church.toml")).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     scene

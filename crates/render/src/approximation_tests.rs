@@ -66,16 +66,16 @@ fn blocks(pixels: &[f64], width: usize) -> Vec<f64> {
     out
 }
 
-/// The light group of an emitter with its direct light on every zone.
-fn own_group(s: &Solution, lamp: &LightSampler, transport: &Transport) -> LightGroup {
-    let free = Receiver::Free;
-    let volume = |z: zonal_scene::VoxelZone| lamp.gather(transport, z.centre, free, 64, 7);
+/// The light group of light 0 with its direct light on every zone by `samples` shadow rays, and a scale.
+fn own_group(s: &Solution, transport: &Transport, samples: usize, direct_scale: Bands) -> LightGroup {
+    let (light, free) = (LightSampler::new(&s.scene, &s.scene.lights()[0]), Receiver::Free);
+    let volume = |z: zonal_scene::VoxelZone| light.gather(transport, z.centre, free, samples, 7);
     let mut direct = vec![Bands::ZERO; s.zones.voxel_offset()];
     direct.extend(s.zones.voxels.iter().map(volume));
     LightGroup {
         kind: LightGroupKind::Light(0),
         direct: ZoneValues::Double(direct),
-        direct_scale: Bands::from_rgb([2.0, 1.0, 0.5]),
+        direct_scale,
         ..LightGroup::default()
     }
 }
@@ -87,7 +87,7 @@ fn many_lights_in_fog_agree_with_sampled_points() {
     let lamp = LightSampler::new(&s.scene, &s.scene.lights()[0]);
     assert!((30..36).contains(&lamp.clusters().len()), "one or two clusters a flame");
     let mut kept = s.clone();
-    kept.groups = vec![own_group(&s, &lamp, &transport)];
+    kept.groups = vec![own_group(&s, &transport, 64, Bands::from_rgb([2.0, 1.0, 0.5]))];
     let reference = Integrator::new(&s, &transport).with_sampled_lights_only();
     let ends = |i: u64| {
         let unit = |k: u64| low_discrepancy::hash_to_unit(6 * i + k);
@@ -134,6 +134,44 @@ fn adaptive_pictures_have_the_block_means_of_exhaustive_ones() {
     let all = adaptive.iter().sum::<f64>() / exact.iter().sum::<f64>() - 1.0;
     assert!(mean < 0.01 && all.abs() < 0.003, "{mean} {all}");
     assert!(worst < 0.15, "{worst}");
+}
+
+/// Median over the pixels of the second difference along rows, over the value: grain.
+fn grain(pixels: &[f64], width: usize) -> f64 {
+    let rows = pixels.chunks(width);
+    let of_row = |row: &[f64]| -> Vec<f64> {
+        row.windows(3).map(|p| (p[0] - 2.0 * p[1] + p[2]).abs() / (6.0f64.sqrt() * p[1])).collect()
+    };
+    let mut all: Vec<f64> = rows.flat_map(of_row).collect();
+    all.sort_by(f64::total_cmp);
+    all[all.len() / 2]
+}
+
+#[test]
+fn sky_light_of_zones_agrees_with_sampled_directions() {
+    let mut parts = candle_room(1, false);
+    parts.surfaces[1].emission = Bands::ZERO;
+    parts.lights = vec![Light::Sky { name: "sky".into(), radiance: Bands::ONE }];
+    let s = solution(parts, |_, _| 0.02, |_| 0.0);
+    let transport = Transport::new(&s.scene);
+    let mut apart = s.clone();
+    apart.groups = vec![own_group(&s, &transport, 400, Bands::ONE)];
+    let (w, h) = (56, 40);
+    let cam = camera(vec3(-1.7, -1.6, 1.4), vec3(0.4, 0.3, 1.2), 75.0);
+    let pixels = |s: &Solution, samples: usize| {
+        let image = render(s, &cam, &RenderOptions { samples, ..size(w, h) }, &NoProgress);
+        image.pixels.iter().map(|p| p[0] as f64).collect::<Vec<_>>()
+    };
+    let (of_zones, sampled, exact) = (pixels(&apart, 0), pixels(&s, 0), pixels(&apart, 64));
+    let (found, wanted) = (blocks(&of_zones, w), blocks(&exact, w));
+    let mut off: Vec<f64> = found.iter().zip(&wanted).map(|(a, e)| (a / e - 1.0).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let all = found.iter().sum::<f64>() / wanted.iter().sum::<f64>() - 1.0;
+    assert!(off[off.len() / 2] < 0.01 && off[off.len() - 1] < 0.06 && all.abs() < 0.01, "{off:?} {all}");
+    let [less, more] = [grain(&of_zones, w), grain(&sampled, w)];
+    assert!(less < 0.005 && more > 2.0 * less, "{less} {more}");
+    assert!(crate::sky_noise(&apart, &size(w, h)).is_none());
+    assert!(crate::sky_noise(&s, &size(w, h)).is_some_and(|d| d.to_string().contains("'sky'")));
 }
 
 #[test]

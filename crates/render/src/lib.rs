@@ -48,7 +48,7 @@ pub use bloom::bloom;
 pub use image::Image;
 pub use item_buffer::{ItemBuffer, PaneVisibility};
 pub use options::RenderOptions;
-pub use picture::{focus_distances, render, render_each};
+pub use picture::{focus_distances, render, render_each, sky_noise};
 
 #[cfg(test)]
 mod approximation_tests;

@@ -26,6 +26,8 @@ impl Default for RenderOptions {
 pub(crate) struct RenderParams {
     /// Rays of a pixel behind a lens where `samples` is 0.
     pub lens_rays: usize,
+    /// Rays of a pixel from which skies are sampled in the medium; fewer take the fluence of the zones, which has no grain.
+    pub sky_rays: usize,
     /// Maximum number of steps of a ray through the deep shadow map of a sun, where a pixel has several rays.
     pub max_sun_steps: usize,
     /// … and where a pixel has one ray or shares it with its neighbours.
@@ -35,5 +37,10 @@ pub(crate) struct RenderParams {
 }
 
 /// The values in use.
-pub(crate) const RENDER_PARAMS: RenderParams =
-    RenderParams { lens_rays: 64, max_sun_steps: 256, max_sun_steps_adaptive: 1024, depth_node_spacing: 1.5 };
+pub(crate) const RENDER_PARAMS: RenderParams = RenderParams {
+    lens_rays: 64,
+    sky_rays: 64,
+    max_sun_steps: 256,
+    max_sun_steps_adaptive: 1024,
+    depth_node_spacing: 1.5,
+};

@@ -9,11 +9,12 @@ use crate::image::{Image, to_pixel};
 use crate::integrator::node_lattice::Viewpoint;
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
+use crate::integrator::sky_field::StoredSkies;
 use crate::options::{RENDER_PARAMS, RenderOptions};
 use crate::spectral_colour::{colour_of, triple_colours};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
-use zonal_scene::{Bands, Camera, EvenExtension, Lens, Progress, Scene, Solution};
+use zonal_scene::{Bands, Camera, Diagnostic, EvenExtension, Lens, Light, Progress, Scene, Solution};
 use zonal_transport::Transport;
 
 /// Renders the view of a camera. The same bits for any number of threads.
@@ -114,8 +115,10 @@ pub fn render_each<E>(
     let transports: Vec<Transport> = triples.iter().map(|s| Transport::new(&s.scene)).collect();
     let accuracy =
         if options.samples == 0 { DirectLightAccuracy::Clustered } else { DirectLightAccuracy::PerFacet };
-    let of_triple =
-        |(s, transport)| Integrator::new(s, transport).with_gather(options.gather).with_accuracy(accuracy);
+    let of_triple = |(s, transport)| {
+        let integrator = Integrator::new(s, transport).with_gather(options.gather).with_accuracy(accuracy);
+        if samples_skies(options) { integrator } else { integrator.with_skies_of_zones() }
+    };
     let mut integrators: Vec<Integrator> = triples.iter().copied().zip(&transports).map(of_triple).collect();
     for (i, camera) in cameras.iter().enumerate() {
         let focus = camera.lens.focus.or_else(|| focus_distance(&transports[0], camera));
@@ -137,6 +140,27 @@ pub fn render_each<E>(
         take(i, image)?;
     }
     Ok(())
+}
+
+/// True for pictures of so many rays that skies are sampled along each, without the means over voxel zones.
+fn samples_skies(options: &RenderOptions) -> bool {
+    options.samples >= RENDER_PARAMS.sky_rays
+}
+
+/// The warning of a picture whose sky light in the medium is sampled by few directions of each ray: that of a solution without it apart.
+#[must_use]
+pub fn sky_noise(solution: &Solution, options: &RenderOptions) -> Option<Diagnostic> {
+    let grid = solution.scene.voxel_grid()?;
+    let sky = solution.scene.lights().iter().find(|l| matches!(l, Light::Sky { .. }))?;
+    let scatters = |c: usize| (grid.extinction(c) * grid.albedo(c)).any(|x| x > 0.0);
+    if samples_skies(options) || StoredSkies::of(solution).is_some() || !(0..grid.len()).any(scatters) {
+        return None;
+    }
+    let text = format!(
+        "light '{}': sky light in a scattering medium is sampled, since the solution has it in one sum with other lights; single pixels have noise of 10 % and more: solve with --light-groups each, or render with --samples 64",
+        sky.name(solution.scene.surfaces())
+    );
+    Some(Diagnostic::warning("sky-noise", text))
 }
 
 /// The picture in linear sRGB from those of the triples of bands, whose pixels are radiances of bands.

@@ -137,6 +137,13 @@ impl Plot {
         Ok(())
     }
 
+    /// The plot as text of an SVG file; `None` if it cannot be drawn.
+    #[must_use]
+    pub fn svg(&self) -> Option<String> {
+        let mut svg = String::new();
+        self.draw(&mut svg).ok().map(|()| svg)
+    }
+
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
         let is_drawable = |&(x, y): &(f64, f64)| {
             x.is_finite() && y.is_finite() && self.scales[0].can_draw(x) && self.scales[1].can_draw(y)

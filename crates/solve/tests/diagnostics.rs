@@ -61,19 +61,3 @@ fn reached_maximum_of_iterations_is_reported_once() {
         assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, stated));
     }
 }
-
-#[test]
-fn sky_light_in_a_scattering_medium_is_reported() {
-    let scene = |albedo: f64, light: &str| {
-        read(&format!(
-            "[[surface]]\nrectangle={{origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}}\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[2,2,2]\nextinction=0.02\nalbedo={albedo}\n[[light]]\n{light}\n"
-        ))
-    };
-    let stated = |albedo: f64, light: &str| {
-        zonal_solve::report::cost_estimate::problem_size::sky_in_medium(&scene(albedo, light))
-    };
-    let sky = "kind='sky'\nname='blue'\nradiance=[40,55,80]";
-    assert!(stated(0.95, sky).is_some_and(|w| w.contains("'blue'")));
-    assert_eq!(stated(0.0, sky), None);
-    assert_eq!(stated(0.95, "kind='sun'\ndirection=[0,0,-1]\nirradiance=900"), None);
-}

@@ -100,18 +100,31 @@ pub fn pane_plates(scene: &Scene, zones: &Zones) -> (Vec<usize>, Vec<Plate>, Vec
         first.push(plates.len());
         plates.extend(pane.plates.iter().copied());
     }
-    let base_of = |z: &PaneZone| {
-        let centre = z.plate.centre();
-        let distance = |plate: &Plate| {
-            let [u, v] = clamped_parameters(plate, centre);
-            (plate.at(u, v) - centre).length()
-        };
+    let mut last = 0usize;
+    let base_of = zones.panes.iter().map(|z| {
         let own = &scene.panes()[z.pane].plates;
-        let best = (0..own.len()).min_by(|&a, &b| distance(&own[a]).total_cmp(&distance(&own[b])));
-        first[z.pane] + best.unwrap_or(0)
-    };
-    let base_of = zones.panes.iter().map(base_of).collect();
+        last = plate_of_piece(own, z, last.saturating_sub(first[z.pane])) + first[z.pane];
+        last
+    });
+    let base_of = base_of.collect();
     (first, plates, base_of)
+}
+
+/// Distance of a piece's centre from its plate over the diameter of the piece, up to which the plate holds it.
+const ON_PLATE_SHARE: f64 = 1e-7;
+
+/// The plate from which a piece of a pane is cut: one near number `start` that holds its centre, since pieces follow the order of plates; otherwise the
+/// nearest of all.
+fn plate_of_piece(plates: &[Plate], piece: &PaneZone, start: usize) -> usize {
+    let centre = piece.plate.centre();
+    let distance = |plate: &Plate| {
+        let [u, v] = clamped_parameters(plate, centre);
+        (plate.at(u, v) - centre).length()
+    };
+    let near = ON_PLATE_SHARE * piece.plate.diameter();
+    let next = (start..plates.len()).take(2).find(|&k| distance(&plates[k]) <= near);
+    let nearest = || (0..plates.len()).min_by(|&a, &b| distance(&plates[a]).total_cmp(&distance(&plates[b])));
+    next.or_else(nearest).unwrap_or(0)
 }
 
 /// Parameters of `point` on the plate, clamped to the plate.

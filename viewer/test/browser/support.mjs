@@ -50,7 +50,7 @@ export const run = (...args) => execFileSync(zonal, args, { cwd: folder, encodin
 /** The demo's small chapel, solved once a test file. */
 export function chapel() {
   if (!existsSync(file('chapel.npz')) && process.env.CHAPEL) copyFileSync(process.env.CHAPEL, file('chapel.npz'));
-  if (!existsSync(file('chapel.npz'))) run('demo', '--size', 'small', '-o', '.');
+  if (!existsSync(file('chapel.npz'))) run('demo', 'chapel', '--size', 'small', '-o', '.');
   return 'chapel.npz';
 }
 

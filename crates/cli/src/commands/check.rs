@@ -5,6 +5,7 @@ use super::quality::Quality;
 use std::path::PathBuf;
 use std::time::Instant;
 use zonal_exchange::pair::PairSettings;
+use zonal_math::Vec3;
 use zonal_report::{Failure, say};
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages, Zones};
 use zonal_solve::mirrors::{self, MirroredSolve};
@@ -174,11 +175,14 @@ fn check_scene<'a>(
 
 fn json(c: &SceneCheck) -> serde_json::Value {
     let (scene, size, e) = (c.scene, &c.size, c.estimate.as_ref().ok());
+    let (lower, upper) = scene.bounds();
+    let extent = [lower, upper].map(Vec3::array);
     let phases = |e: &CostEstimate| {
         e.parts.iter().map(|(k, s)| serde_json::json!({"phase": k, "seconds": s})).collect::<Vec<_>>()
     };
     serde_json::json!({
         "verdict": if e.is_some() { "valid" } else { "refused" },
+        "extent": extent,
         "scene": scene.name(), "surfaces": scene.surfaces().len(), "facets": scene.facets().len(),
         "patches": size.patches, "voxel_zones": size.voxels, "cut_voxel_zones": size.cut, "pane_zones": size.panes,
         "pairs": size.pairs, "distinct_bands": size.groups, "dense_bytes": size.bytes,
@@ -197,6 +201,7 @@ fn print_text(args: &Args, c: &SceneCheck) -> Result<(), Failure> {
     let (scene, size) = (c.scene, &c.size);
     let verdict = if c.estimate.is_ok() { "valid" } else { "`zonal solve` will refuse it" };
     say(&format!("{}: {verdict}", args.scene.display()))?;
+    say(&format!("  {}", extent_text(scene.bounds())))?;
     say(&format!(
         "  {} surfaces, {} facets, {} possible occluders",
         scene.surfaces().len(),
@@ -223,6 +228,13 @@ fn print_text(args: &Args, c: &SceneCheck) -> Result<(), Failure> {
     let cameras: Vec<&str> = scene.cameras().iter().map(|c| c.name.as_str()).collect();
     say(&format!("  cameras: {}", if cameras.is_empty() { "none".into() } else { cameras.join(", ") }))?;
     c.diagnostics.iter().try_for_each(|d| say(&format!("  {}", d.line())))
+}
+
+/// Size and place of a scene, in metres.
+fn extent_text((lower, upper): (Vec3, Vec3)) -> String {
+    let size = (upper - lower).array().map(|x| format!("{x:.4}"));
+    let corner = |p: Vec3| p.array().map(|x| format!("{x:.4}")).join(", ");
+    format!("extent {} m, from ({}) to ({})", size.join(" × "), corner(lower), corner(upper))
 }
 
 /// Prints engine, time and memory of a solve.

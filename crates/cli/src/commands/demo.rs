@@ -18,12 +18,12 @@ use zonal_solve::settings::DEFAULT_MEMORY_LIMIT;
 
 /// Solve and draw a built-in scene with stained glass and dusty air.
 ///
-/// chapel takes about a minute. church is generated at the size of the paper's pictures (a hundred thousand patches, one and a half million voxels) and
-/// takes long; with --size small it has two bays.
+/// bays, two bays of a church, takes less than a minute. chapel is one room, and its scene file has no mesh. church is generated at the size of the paper's
+/// pictures (a hundred thousand patches, one and a half million voxels) and takes long; with --size small it has two bays.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Scene.
-    #[arg(value_enum, default_value_t = DemoScene::Chapel)]
+    #[arg(value_enum, default_value_t = DemoScene::Bays)]
     pub scene: DemoScene,
     /// Resolution of zones and pictures.
     #[arg(long, value_enum, default_value_t = DemoSize::Full)]
@@ -42,6 +42,8 @@ pub struct Args {
 /// A built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum DemoScene {
+    /// Two bays of the church.
+    Bays,
     /// One room of 6 m × 10 m.
     Chapel,
     /// Nave, aisles and apse, 34 m long.
@@ -51,9 +53,9 @@ pub enum DemoScene {
 /// Resolution of a built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum DemoSize {
-    /// For tests: seconds for the chapel, two bays of the church.
+    /// For tests: seconds for bays and chapel, two bays of the church.
     Small,
-    /// As in the paper: figure 10 for the chapel, figures 11 and 12 for the church.
+    /// Pictures to look at; those of the chapel as figure 10 of the paper, those of the church as its figures 11 and 12.
     Full,
 }
 
@@ -69,61 +71,78 @@ impl From<DemoSize> for zonal_demo::Size {
 impl DemoScene {
     fn name(self) -> &'static str {
         match self {
+            DemoScene::Bays => "bays",
             DemoScene::Chapel => "chapel",
             DemoScene::Church => "church",
         }
     }
     fn description(self) -> &'static str {
         match self {
+            DemoScene::Bays => {
+                "Two bays of a church with aisles and apse, stained glass and dusty air; sun, sky and candles."
+            }
             DemoScene::Chapel => "A chapel of 6 m × 10 m with stained glass, dusty air and sunlight.",
             DemoScene::Church => {
                 "A church of nave, aisles and apse with ribbed vaults, stained glass and dusty air; sun, sky and candles."
             }
         }
     }
+    /// Plan of a church and size of its zones; `None` for a scene without a mesh.
+    fn plan(self, size: DemoSize) -> Option<(church::ChurchPlan, church::ChurchResolution)> {
+        let resolution =
+            |patch, cell, tolerance, closure| church::ChurchResolution { patch, cell, tolerance, closure };
+        match (self, size) {
+            (DemoScene::Chapel, _) => None,
+            (DemoScene::Bays | DemoScene::Church, DemoSize::Small) => {
+                Some((church::ChurchPlan::TWO_BAYS, resolution(0.9, 0.75, 0.12, "measure")))
+            }
+            (DemoScene::Bays, DemoSize::Full) => {
+                Some((church::ChurchPlan::TWO_FINE_BAYS, resolution(0.45, 0.5, 0.25, "restore")))
+            }
+            (DemoScene::Church, DemoSize::Full) => {
+                Some((church::ChurchPlan::SIX_BAYS, resolution(0.29, 0.179, 0.12, "measure")))
+            }
+        }
+    }
     /// Writes the scene as `path`, and its mesh beside it.
     fn write(self, size: DemoSize, path: &Path) -> Result<(), Failure> {
-        let text = match self {
-            DemoScene::Chapel => chapel_text(size.into()),
-            DemoScene::Church => {
-                let (plan, patch, cell) = match size {
-                    DemoSize::Small => (church::ChurchPlan::TWO_BAYS, 0.9, 0.75),
-                    DemoSize::Full => (church::ChurchPlan::SIX_BAYS, 0.29, 0.179),
-                };
+        let text = match self.plan(size) {
+            None => chapel_text(size.into()),
+            Some((plan, resolution)) => {
                 let mesh = path.with_extension("glb");
                 check_output(&mesh, &["glb"])?;
                 output::write_glb(&mesh, &church::glb_model(&church::build(&plan)))?;
                 let name = mesh.file_name().unwrap_or_default().to_string_lossy().replace(['"', '\\'], "_");
-                church::scene_text(&plan, &name, patch, cell)
+                church::scene_text(&plan, &name, &resolution)
             }
         };
         Ok(output::write_bytes(path, text.as_bytes())?)
     }
-    /// The scene; that of the church is read from its files in the folder.
+    /// The scene; that of a church is read from its files in the folder.
     fn read(self, size: DemoSize, folder: &Path) -> Result<Scene, Failure> {
-        match self {
-            DemoScene::Chapel => {
-                Ok(input::parse_scene(&chapel_text(size.into()), None, "the embedded chapel")?)
-            }
-            DemoScene::Church => {
-                let path = folder.join("church.toml");
-                check_output(&path, &["toml"])?;
-                self.write(size, &path)?;
-                Ok(input::read_scene(&path)?)
-            }
+        if self == DemoScene::Chapel {
+            return Ok(input::parse_scene(&chapel_text(size.into()), None, "the embedded chapel")?);
         }
+        let path = folder.join(format!("{}.toml", self.name()));
+        check_output(&path, &["toml"])?;
+        self.write(size, &path)?;
+        Ok(input::read_scene(&path)?)
     }
     fn picture_name(self, camera: &str) -> String {
         match self {
             DemoScene::Chapel => format!("{camera}.png"),
-            DemoScene::Church => format!("church-{camera}.png"),
+            DemoScene::Bays | DemoScene::Church => format!("{}-{camera}.png", self.name()),
         }
+    }
+    /// Number of cameras whose pictures are drawn, at most.
+    fn picture_count(self) -> usize {
+        if self == DemoScene::Bays { 2 } else { usize::MAX }
     }
     /// Tone of the pictures: contrast against haze, bloom of the windows.
     fn picture_style(self) -> PictureStyle {
         match self {
             DemoScene::Chapel => PictureStyle::default(),
-            DemoScene::Church => PictureStyle { contrast: 1.7, bloom: 0.06, stops: -0.4 },
+            DemoScene::Bays | DemoScene::Church => PictureStyle { contrast: 1.7, bloom: 0.06, stops: -0.4 },
         }
     }
     /// Pixels across and down of the pictures.
@@ -131,7 +150,8 @@ impl DemoScene {
         match (self, size) {
             (DemoScene::Chapel, DemoSize::Small) => (160, 120),
             (DemoScene::Chapel, DemoSize::Full) => (640, 480),
-            (DemoScene::Church, DemoSize::Small) => (240, 150),
+            (DemoScene::Bays | DemoScene::Church, DemoSize::Small) => (240, 150),
+            (DemoScene::Bays, DemoSize::Full) => (800, 500),
             (DemoScene::Church, DemoSize::Full) => (1280, 800),
         }
     }
@@ -181,7 +201,8 @@ fn solve_and_draw(args: &Args, context: Context) -> Result<DemoRun, Failure> {
     let start = Instant::now();
     let scene = args.scene.read(args.size, &args.output)?;
     let picture_path = |camera: &str| args.output.join(args.scene.picture_name(camera));
-    scene.cameras().iter().try_for_each(|c| check_output(&picture_path(&c.name), &["png"]))?;
+    let mut drawn = scene.cameras().iter().take(args.scene.picture_count());
+    drawn.try_for_each(|c| check_output(&picture_path(&c.name), &["png"]))?;
     // Solve.
     let progress = context.progress();
     let settings = SolveSettings {
@@ -193,7 +214,7 @@ fn solve_and_draw(args: &Args, context: Context) -> Result<DemoRun, Failure> {
     output::write_solution(&solution_path, &solution)?;
     // Draw.
     let mut pictures = Vec::new();
-    for camera in solution.scene.cameras() {
+    for camera in solution.scene.cameras().iter().take(args.scene.picture_count()) {
         let path = picture_path(&camera.name);
         let size = args.scene.picture_size(args.size);
         let image = draw(&solution, camera, size, ADAPTIVE_SAMPLES, &progress);

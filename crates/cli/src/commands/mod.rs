@@ -18,6 +18,7 @@ pub mod migrate;
 pub mod quality;
 pub mod relight;
 pub mod render;
+pub mod report;
 pub mod reproduce;
 pub mod solve;
 pub mod solving;
@@ -74,6 +75,8 @@ pub enum Command {
     View(view::Args),
     /// Write a solution for other programs (.csv, .html, .glb, .vtu, .vti).
     Export(export::Args),
+    /// Write a page with pictures, tables with errors, and provenance of a solution (.html).
+    Report(report::Args),
     /// Write the exchange areas of all pairs of zones of a scene with their error radii (.npz, .csv, .mtx).
     Exchange(exchange::Args),
     /// Compute fluxes for other temperatures, powers or emissivities from stored exchange areas.
@@ -112,6 +115,7 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Render(a) => render::run(&a, context),
         Command::View(a) => view::run(&a, context),
         Command::Export(a) => export::run(&a, context),
+        Command::Report(a) => report::run(&a, context),
         Command::Exchange(a) => exchange::run(&a, context),
         Command::Update(a) => update::run(&a, context),
         Command::Dataset(a) => dataset::run(&a, context),

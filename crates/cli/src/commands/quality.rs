@@ -2,7 +2,7 @@
 //!
 //! | | draft | normal | fine |
 //! |---|---|---|---|
-//! | tolerance of a solve | 0.3, or that of the scene if larger | that of the scene | a third of it |
+//! | tolerance of a solve | 0.5, or that of the scene if larger | that of the scene | a third of it |
 //! | patch size | twice that of the scene | that of the scene | half of it |
 //! | rays of a picture | one in each pixel | adaptive | 16 in each pixel, 64 for the indirect light of each |
 
@@ -14,7 +14,7 @@ pub const ADAPTIVE_SAMPLES: u32 = 0;
 /// Accuracy against time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Quality {
-    /// A first look: larger patches, a tolerance of 0.3, one ray in each pixel.
+    /// A first look: larger patches, a tolerance of 0.5, one ray in each pixel.
     Draft,
     /// The scene as it is.
     #[default]
@@ -24,7 +24,7 @@ pub enum Quality {
 }
 
 /// Tolerance of a draft.
-const DRAFT_TOLERANCE: f64 = 0.3;
+const DRAFT_TOLERANCE: f64 = 0.5;
 /// Patch size of a draft over that of the scene.
 const DRAFT_PATCH_FACTOR: f64 = 2.0;
 /// Tolerance and patch size of a fine solve over those of the scene.

@@ -24,7 +24,7 @@ use zonal_report::{Failure, say};
 /// `zonal export RUN.npz -o page.html` writes the same page as one file that needs no server.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  zonal demo --size small\n  zonal view zonal-demo/chapel.npz --open\n  zonal view hall.glb --open"
+    after_help = "Examples:\n  zonal demo chapel --size small\n  zonal view zonal-demo/chapel.npz --open\n  zonal view hall.glb --open"
 )]
 pub struct Args {
     /// Solution (.npz), scene (.toml) or mesh file.

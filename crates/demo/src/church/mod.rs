@@ -45,7 +45,7 @@ pub use glass::{GlassHue, HUES};
 pub use mesh::glb_model;
 pub use model::ChurchModel;
 pub use plan::ChurchPlan;
-pub use scene::scene_text;
+pub use scene::{ChurchResolution, scene_text};
 
 use layout::Church;
 use plan::SIDES;

@@ -21,6 +21,8 @@ impl ChurchPlan {
     /// The church of the pictures.
     pub const SIX_BAYS: ChurchPlan =
         ChurchPlan { bays: 6, pieces: 10, sides: 20, arc: 8, cell: 0.24, fine: true };
+    /// Two bays in the detail of six.
+    pub const TWO_FINE_BAYS: ChurchPlan = ChurchPlan { bays: 2, ..ChurchPlan::SIX_BAYS };
     /// Two bays with larger panes, for tests.
     pub const TWO_BAYS: ChurchPlan =
         ChurchPlan { bays: 2, pieces: 4, sides: 8, arc: 3, cell: 0.5, fine: false };

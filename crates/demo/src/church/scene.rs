@@ -65,8 +65,22 @@ pub(crate) fn appearance(stuff: ChurchMaterial) -> MaterialAppearance {
     }
 }
 
-/// The scene file: `mesh` is the name of the mesh beside it, `patch` the wanted root of a patch's area and `cell` the edge of a voxel, m.
-pub fn scene_text(plan: &ChurchPlan, mesh: &str, patch: f64, cell: f64) -> String {
+/// Size of the zones of a church, and the tolerance of its solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChurchResolution {
+    /// Wanted root of a patch's area, m.
+    pub patch: f64,
+    /// Edge of a voxel, m.
+    pub cell: f64,
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Treatment of row sums that miss closure: "measure" or "restore".
+    pub closure: &'static str,
+}
+
+/// The scene file: `mesh` is the name of the mesh beside it.
+pub fn scene_text(plan: &ChurchPlan, mesh: &str, resolution: &ChurchResolution) -> String {
+    let ChurchResolution { patch, cell, tolerance, closure } = *resolution;
     let mut out = format!(
         "# A church of {} bays: nave and aisles under ribbed vaults, an apse, stained glass, dusty air. z is up, the nave runs along y.
 #
@@ -74,7 +88,8 @@ pub fn scene_text(plan: &ChurchPlan, mesh: &str, patch: f64, cell: f64) -> Strin
 name = \"church\"
 
 [solve]
-tolerance = 0.12
+tolerance = {tolerance}
+closure = \"{closure}\"
 patch_size = {patch}         # metres: the root of a patch's area
 patch_rule = \"area\"
 light_groups = \"each\"

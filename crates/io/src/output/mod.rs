@@ -46,8 +46,8 @@ pub use images::exr::{
     write_exr, write_exr_field,
 };
 pub use images::png::{
-    encode_picture_png, encode_png, read_png_text, read_png_text_from, write_png, write_png_bytes,
-    write_png_with_text,
+    encode_picture_png, encode_png, encode_png_bytes, read_png_text, read_png_text_from, write_png,
+    write_png_bytes, write_png_with_text,
 };
 pub use images::texture::encode_texture_png;
 pub use images::tone::{ToneCurve, ToneMapping, auto_exposure, srgb_to_byte};

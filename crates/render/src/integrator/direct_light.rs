@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | sun without extent | shadow ray, depth of the medium from [`SunDepthCache`] | exact lit intervals, [`SingleScattering`] |
 //! | sun with an extent | the same, more samples in the penumbra | [`DeepShadowMap`] |
-//! | sky | `sky_field`, or shadow rays of the light sampler | lit intervals of sampled directions |
+//! | sky | `sky_field`, or shadow rays of the light sampler | field of the zones, or lit intervals of sampled directions |
 //! | point light | one shadow ray | lit intervals, [`SingleScattering`] |
 //! | emitter of few facets | shadow rays of the light sampler | [`AnalyticAreaLight`], or lit intervals of sampled points |
 //! | emitter of many facets | one sample a cluster, with Russian roulette where it is faint | field of [`crate::medium::many_lights`] |

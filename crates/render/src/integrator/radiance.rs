@@ -14,7 +14,7 @@ use super::final_gather::{FinalGather, GatherInputs};
 use super::medium_segment::{CameraRayEnd, MediumSegment};
 use super::node_lattice::Viewpoint;
 use super::ray_sampler::RaySampler;
-use super::sky_field::{SkyField, is_sky};
+use super::sky_field::{SkyField, StoredSkies, is_sky};
 use crate::denoise::denoise_patches;
 use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
@@ -51,6 +51,8 @@ pub(crate) struct Integrator<'a> {
     contacts: Option<ContactField<'a>>,
     /// Irradiance of skies for that camera.
     skies: Option<SkyField<'a>>,
+    /// True if `medium` contains the light of skies that the medium scatters once.
+    medium_has_skies: bool,
 }
 
 impl<'a> Integrator<'a> {
@@ -77,12 +79,22 @@ impl<'a> Integrator<'a> {
             gather: None,
             contacts: None,
             skies: None,
+            medium_has_skies: false,
         }
     }
 
     /// The same with clustered emitters evaluated as `accuracy` says.
     pub(crate) fn with_accuracy(mut self, accuracy: DirectLightAccuracy) -> Integrator<'a> {
         self.lights.accuracy = accuracy;
+        self
+    }
+
+    /// The same with skies that light the medium by the fluence of its zones, where the solution has it apart.
+    pub(crate) fn with_skies_of_zones(mut self) -> Integrator<'a> {
+        if let (Some(field), Some(skies)) = (&mut self.medium, StoredSkies::of(self.solution)) {
+            field.add_radiosity(|zone| skies.scattered(zone));
+            self.medium_has_skies = true;
+        }
         self
     }
 
@@ -232,7 +244,9 @@ impl<'a> Integrator<'a> {
     /// Radiance of direct light scattered along the path, W/(m² sr).
     fn direct_radiance(&self, ray: ViewRay, path: &RayPath, sampler: RaySampler) -> Bands {
         let many_lights_in_field = self.medium.as_ref().is_some_and(|v| v.many_lights().is_some());
-        let skip = |light_sampler: &LightSampler| many_lights_in_field && light_sampler.is_clustered();
+        let skip = |light: &LightSampler| {
+            (many_lights_in_field && light.is_clustered()) || (self.medium_has_skies && is_sky(light))
+        };
         self.lights.inscattered(ray, path, sampler, &skip)
     }
 }

@@ -1,4 +1,4 @@
-//! Irradiance of skies on surfaces, without grain: the hemisphere is divided where the sky begins.
+//! Light of skies without grain: on surfaces the hemisphere is divided where the sky begins, in the medium the zones have it.
 //!
 //! With ω(u, v) the map of the unit square to directions of cosine density, the irradiance of skies of radiance L is
 //!
@@ -9,10 +9,14 @@
 //! with τ = 0 behind a facet. The square has n × n cells, each with one sample; a cell whose value differs from that of a neighbour is sampled again at
 //! k × k points. The boundary of what is visible is thereby resolved to 1/(n k), and a window of 1 % of the hemisphere is known to a few per cent with
 //! a few hundred rays. Where little is visible n is doubled. The values are those of nodes (`node_lattice`), the same for all rays of a picture.
+//!
+//! In the medium the fluence G of a sky varies over distances of its openings. The solution has the mean of every voxel zone, and the light that is
+//! scattered once, ΩG/4, is interpolated between the zones like indirect light. No ray samples the sky there.
 
 use super::node_lattice::{NodeLattice, Viewpoint};
 use crate::lazy_values::LazyValues;
 use zonal_math::{Vec3, low_discrepancy};
+use zonal_scene::light_group::{LightGroup, LightGroupKind};
 use zonal_scene::{Band, Bands, Light, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
@@ -40,6 +44,32 @@ pub(crate) struct SkyField<'a> {
 /// True for a light whose irradiance the field has.
 pub(crate) fn is_sky(sampler: &LightSampler) -> bool {
     matches!(sampler.light(), Light::Sky { .. })
+}
+
+/// The fluence of all skies at the volume zones, as the solution has it.
+pub(crate) struct StoredSkies<'a> {
+    solution: &'a Solution,
+    groups: Vec<&'a LightGroup>,
+}
+
+impl<'a> StoredSkies<'a> {
+    /// `None` for a scene without skies, and where the solution lacks the direct light of one apart.
+    pub(crate) fn of(s: &'a Solution) -> Option<StoredSkies<'a>> {
+        let lights = s.scene.lights().iter().enumerate();
+        let skies = lights.filter(|(_, l)| matches!(l, Light::Sky { .. })).map(|(l, _)| l);
+        let group =
+            |l: usize| s.groups.iter().find(|g| g.kind == LightGroupKind::Light(l) && !g.direct.is_empty());
+        let groups = skies.map(group).collect::<Option<Vec<_>>>()?;
+        (!groups.is_empty()).then_some(StoredSkies { solution: s, groups })
+    }
+
+    /// Radiosity by light of the skies that voxel zone `zone` scatters once, ΩG/4, W/m².
+    pub(crate) fn scattered(&self, zone: usize) -> Bands {
+        let zones = &self.solution.zones;
+        let fluence: Bands =
+            self.groups.iter().map(|g| g.direct_scale * g.direct.at(zones.voxel_offset() + zone)).sum();
+        zones.voxels.at(zone).albedo * fluence / 4.0
+    }
 }
 
 impl<'a> SkyField<'a> {

@@ -38,6 +38,11 @@ impl<'a> RadiosityField<'a> {
         Some(field)
     }
 
+    /// Adds `more` to the mean of every voxel zone, W/m²; before the field is evaluated.
+    pub(crate) fn add_radiosity(&mut self, more: impl Fn(usize) -> Bands) {
+        self.interpolation.values.iter_mut().enumerate().for_each(|(i, v)| *v += more(i));
+    }
+
     /// The emitters whose far part is in the field.
     pub(crate) fn many_lights(&self) -> Option<&ManyLights<'a>> {
         self.interpolation.many_lights.as_ref().map(|c| &c.0)

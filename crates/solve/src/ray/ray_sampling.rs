@@ -20,8 +20,10 @@ pub(crate) type RaysPerZone = [usize; 2];
 pub(crate) struct RaySamplingParams {
     /// c, rays of a patch times the tolerance: up to `max_zones_for_escape`, and above.
     pub rays_times_tolerance: [f64; 2],
-    /// Fewest rays of a patch.
+    /// Fewest rays of a patch; fewer above `coarse_tolerance`, inversely to the tolerance.
     pub min_rays_per_zone: f64,
+    /// Tolerance above which a patch may have fewer rays.
+    pub coarse_tolerance: f64,
     /// Most rays of a patch.
     pub max_rays_per_zone: f64,
     /// Rays of a volume zone over those of a patch: up to `max_zones_for_escape`, and above.
@@ -36,6 +38,7 @@ pub(crate) struct RaySamplingParams {
 pub(crate) const RAY_SAMPLING_PARAMS: RaySamplingParams = RaySamplingParams {
     rays_times_tolerance: [10.0, 6.0],
     min_rays_per_zone: 32.0,
+    coarse_tolerance: 0.3,
     max_rays_per_zone: 2048.0,
     volume_to_patch_ratio: [0.3, 0.17],
     max_rays_in_total: 1.34e8,
@@ -60,7 +63,9 @@ pub(crate) fn volume_to_patch_ratio(zones: &Zones) -> f64 {
 
 /// Numbers of rays for a tolerance, at most `max_rays` over all zones.
 pub(crate) fn rays_per_zone(zones: &Zones, tolerance: f64, max_rays: f64) -> RaysPerZone {
-    let wanted = RAY_SAMPLING_PARAMS.rays_times_tolerance[usize::from(is_large(zones))] / tolerance;
+    let p = &RAY_SAMPLING_PARAMS;
+    let least = p.min_rays_per_zone * (p.coarse_tolerance / tolerance).min(1.0);
+    let wanted = (p.rays_times_tolerance[usize::from(is_large(zones))] / tolerance).max(least);
     limited_rays(zones, wanted, max_rays)
 }
 
@@ -75,7 +80,6 @@ fn limited_rays(zones: &Zones, wanted: f64, max_rays: f64) -> RaysPerZone {
     let (p, ratio) = (&RAY_SAMPLING_PARAMS, volume_to_patch_ratio(zones));
     // The number of a volume zone is rounded up: one ray for each is set aside.
     let max_rays = (max_rays - volumes).min(p.max_rays_in_total);
-    let fits = (max_rays / (patches + ratio * volumes).max(1.0))
-        .min(wanted.clamp(p.min_rays_per_zone, p.max_rays_per_zone));
+    let fits = (max_rays / (patches + ratio * volumes).max(1.0)).min(wanted.min(p.max_rays_per_zone));
     [fits.max(1.0) as usize, (ratio * fits).max(1.0).ceil() as usize]
 }

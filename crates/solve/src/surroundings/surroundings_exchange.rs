@@ -17,7 +17,8 @@ use zonal_transport::Transport;
 
 /// Limits on the number of rays to the surroundings.
 struct SurroundingsSamplingParams {
-    /// Rays of a zone times the square of the tolerance, and limits of that number.
+    /// Rays of a zone times the square of the tolerance, and limits of that number; the lower one falls with the square of tolerances above
+    /// `coarse_tolerance`.
     rays_times_tolerance_squared: f64,
     escape_rays_per_zone: [usize; 2],
     /// Factor on the numbers of rays if the surroundings have a radiance.
@@ -44,6 +45,8 @@ struct SurroundingsSamplingParams {
     expected_opening_tolerance: f64,
     /// Maximum number of rays of a zone.
     max_escape_rays_per_zone: usize,
+    /// Tolerance above which a zone may have fewer rays.
+    coarse_tolerance: f64,
     /// Tolerance below which the total number of rays grows, like the tolerance to the power of −4/3.
     fine_tolerance: f64,
 }
@@ -64,6 +67,7 @@ const PARAMS: SurroundingsSamplingParams = SurroundingsSamplingParams {
     expected_opening_rays: 1500.0,
     expected_opening_tolerance: 0.05,
     max_escape_rays_per_zone: 1 << 18,
+    coarse_tolerance: 0.12,
     fine_tolerance: 0.01,
 };
 
@@ -257,6 +261,8 @@ impl SurroundingsExchange {
 pub(crate) fn escape_rays_per_zone(scene: &Scene) -> usize {
     let tolerance = scene.options().tolerance;
     let [least, most] = PARAMS.escape_rays_per_zone;
+    let coarse = (PARAMS.coarse_tolerance / tolerance).min(1.0);
+    let least = (least as f64 * coarse * coarse).ceil() as usize;
     let factor = if scene.surroundings().has_radiance() { PARAMS.radiance_factor } else { 1 };
     ((PARAMS.rays_times_tolerance_squared / (tolerance * tolerance)) as usize).clamp(least, most) * factor
 }

@@ -5,7 +5,7 @@
 use super::args::{Args, FieldQuantity, is_linear, parse_size};
 use crate::colour_scale::{ColourScale, finite_range};
 use crate::commands::context::Context;
-use crate::legend::{Legend, beside};
+use crate::legend::{Canvas, Legend, beside};
 use zonal_io::output::{self, ColourMap, ScalarImage};
 use zonal_render::{ItemBuffer, PaneVisibility};
 use zonal_report::plot::AxisScale;
@@ -249,10 +249,40 @@ pub(super) fn write(
         let scale = choose_scale(settings, &visible, rounding)?;
         let colour = |z: Option<usize>| z.map_or(BACKGROUND, |z| scale.colour(values[z]));
         let picture = view.false_colours(&colour, progress);
-        write_colours(args, settings, (&picture, &scale, visible.without_value), solution)?;
+        let canvas = colour_canvas(settings, (&picture, &scale, visible.without_value), solution);
+        write_canvas(args, settings, &canvas, &scale)?;
         Some(scale)
     };
     Ok(FieldPictureSummary::new(settings, camera, &visible, scale))
+}
+
+/// A picture in false colours of the visible values, with their scale.
+///
+/// # Errors
+/// If the solution lacks the quantity, or no visible zone has a value.
+pub fn draw(
+    solution: &Solution,
+    quantity: FieldQuantity,
+    (camera, size): (&Camera, (usize, usize)),
+    progress: &dyn Progress,
+) -> Result<Canvas, Failure> {
+    let settings = FieldPictureSettings {
+        quantity,
+        size,
+        range: None,
+        slice: None,
+        scale: AxisScale::Linear,
+        writes_values: false,
+    };
+    let missing = || Failure::new(format!("the solution has no {}", quantity.name()));
+    let (values, rounding) = quantity.values(solution).ok_or_else(missing)?;
+    let panes = if quantity.is_thermal() { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
+    let view = ItemBuffer::new(solution, camera, size, panes);
+    let visible = visible_values(&view.zones(progress), &values);
+    let scale = choose_scale(&settings, &visible, rounding)?;
+    let colour = |z: Option<usize>| z.map_or(BACKGROUND, |z| scale.colour(values[z]));
+    let picture = view.false_colours(&colour, progress);
+    Ok(colour_canvas(&settings, (&picture, &scale, visible.without_value), solution))
 }
 
 /// Refuses a picture without any zone.
@@ -317,13 +347,12 @@ fn write_values(
     Ok(output::write_exr_field(&args.output, &ScalarImage { width, height, values, quantity, unit })?)
 }
 
-/// Writes the colours with their scale as a .png.
-fn write_colours(
-    args: &Args,
+/// The colours with their scale beside them.
+fn colour_canvas(
     settings: &FieldPictureSettings,
     (picture, scale, without_value): (&[[f32; 3]], &ColourScale, usize),
     s: &Solution,
-) -> Result<(), Failure> {
+) -> Canvas {
     let quantity = settings.quantity;
     let (prefix, factor) = match scale.low.abs().max(scale.high.abs()) {
         _ if quantity == FieldQuantity::Temperature => ("", 1.0),
@@ -338,7 +367,17 @@ fn write_colours(
     title.push(format!("{prefix}{}", quantity.unit().replace('2', "²")));
     let shown = ColourScale { low: scale.low * factor, high: scale.high * factor, ..*scale };
     let legend = Legend { title, scale: shown, has_no_value: without_value > 0 };
-    let canvas = beside(picture, settings.size, &legend);
+    beside(picture, settings.size, &legend)
+}
+
+/// Writes colours with their scale as a .png.
+fn write_canvas(
+    args: &Args,
+    settings: &FieldPictureSettings,
+    canvas: &Canvas,
+    scale: &ColourScale,
+) -> Result<(), Failure> {
+    let quantity = settings.quantity;
     let range = format!("{} {}", scale.low, scale.high);
     let mut text = vec![("show", quantity.name()), ("unit", quantity.unit()), ("range", range.as_str())];
     text.extend(args.slice.as_deref().map(|slice| ("slice", slice)));

@@ -5,10 +5,9 @@ use super::style::PictureStyle;
 use crate::commands::context::{Context, read_picture_solution};
 use std::path::Path;
 use zonal_io::output::{self, ToneMapping};
-use zonal_render::{Image, RenderOptions};
+use zonal_render::{Image, RenderOptions, sky_noise};
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::{Camera, Diagnostic, Progress, Solution};
-use zonal_solve::report::cost_estimate::problem_size::sky_in_medium;
 
 /// Fraction of clipped pixels above which the command suggests a lower exposure.
 const CLIPPED_FRACTION_NOTE: f64 = 1e-3;
@@ -21,7 +20,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let settings = PictureArguments::from_args(args)?;
     let solution = read_picture_solution(&args.run)?;
     let (camera, saved) = write(args, &settings, &solution, &context.progress())?;
-    let warnings: Vec<Diagnostic> = sky_in_medium(&solution.scene).into_iter().collect();
+    let options = render_options(args, settings.size);
+    let warnings: Vec<Diagnostic> = sky_noise(&solution, &options).into_iter().collect();
     if context.json {
         print_json(args, &camera, &saved, &warnings)?;
     } else {

@@ -125,6 +125,9 @@ fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(
     if let Some(thermal) = &mut reader.parts.thermal {
         thermal.network = thermal.network.take().filter(|n| !n.is_empty());
     }
+    if !has_patch_rule(root)? && !reader.parts.faces.is_empty() {
+        reader.parts.options.patch_rule = PatchRule::Area;
+    }
     let medium_node = root.get("medium");
     if surfaces.is_empty() && reader.parts.panes.is_empty() && medium_node.is_none() {
         return Err(root.error("the scene is empty; add a [[surface]], a [[pane]] or a [medium]"));
@@ -140,6 +143,12 @@ fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(
         reader.parts.voxel_grid = Some(voxel_grid);
     }
     Ok(())
+}
+
+/// True if the scene says what the patch size limits.
+fn has_patch_rule(root: &TomlTable<'_>) -> Result<bool, InputError> {
+    let settings = root.get("solve").map(|n| n.any_table()).transpose()?;
+    Ok(settings.is_some_and(|t| t.get("patch_rule").is_some()))
 }
 
 /// The surroundings; in thermal mode their radiance follows from their temperature.

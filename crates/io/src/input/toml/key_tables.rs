@@ -74,7 +74,7 @@ pub(crate) const SOLVE: KeyGroups = &[&[
         "patch_rule",
         "\"edge\" | \"area\" | \"voxels\"",
         "",
-        "\"edge\"",
+        "\"area\" with a mesh file, else \"edge\"",
         "quantity that the patch size limits",
     ),
     key(

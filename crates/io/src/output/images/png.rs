@@ -68,11 +68,24 @@ pub fn encode_picture_png(
     linear: &[[f32; 3]],
     tone: &ToneMapping,
 ) -> Result<Vec<u8>, FileError> {
+    let (bytes, tones) = exposed(Path::new("picture"), size, linear, tone)?;
+    encode_png_bytes(size, &bytes, &tones.each_ref().map(|(keyword, text)| (*keyword, text.as_str())))
+}
+
+/// As [`write_png_bytes`], into memory.
+///
+/// # Errors
+///
+/// As [`write_png_bytes`].
+pub fn encode_png_bytes(
+    (width, height): (usize, usize),
+    bytes: &[u8],
+    notes: &[(&str, &str)],
+) -> Result<Vec<u8>, FileError> {
     let path = Path::new("picture");
-    let (bytes, tones) = exposed(path, size, linear, tone)?;
-    let tones = tones.each_ref().map(|(keyword, text)| (*keyword, text.as_str()));
+    check_size(path, width, height, bytes.len() / 3)?;
     let mut out = Vec::new();
-    encode(&mut out, size, &bytes, &tones).map_err(|e| FileError::new(path, "", e.to_string()))?;
+    encode(&mut out, (width, height), bytes, notes).map_err(|e| FileError::new(path, "", e.to_string()))?;
     Ok(out)
 }
 

@@ -7,9 +7,7 @@ use crate::layered::layer_stack::{LayerStack, has_varying_layers};
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use zonal_exchange::pair::StripImages;
-use zonal_scene::{
-    Bands, Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones,
-};
+use zonal_scene::{Diagnostic, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones};
 use zonal_transport::Transport;
 
 /// Counts and memory of a solve.
@@ -137,7 +135,6 @@ pub(crate) fn max_voxel_thickness(scene: &Scene, zones: &Zones) -> f64 {
 #[must_use]
 pub fn scene_diagnostics(scene: &Scene, thickness: f64, basis: ZoneBasis) -> Vec<Diagnostic> {
     let mut out: Vec<Diagnostic> = scene.notes().to_vec();
-    out.extend(sky_in_medium(scene));
     let least = (TINY_FACET_SIZE * scene.diagonal()).powi(2);
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
     if tiny > 0 {
@@ -157,22 +154,6 @@ pub fn scene_diagnostics(scene: &Scene, thickness: f64, basis: ZoneBasis) -> Vec
         )));
     }
     out
-}
-
-/// The diagnostic of sky light in a scattering medium: pictures sample the sky at few points along each ray.
-pub fn sky_in_medium(scene: &Scene) -> Option<Diagnostic> {
-    let map = scene.voxel_grid()?;
-    let sky = scene.lights().iter().find_map(|l| match l {
-        Light::Sky { name, radiance } if *radiance != Bands::ZERO => Some(name),
-        _ => None,
-    })?;
-    let scatters = |c: usize| (map.extinction(c) * map.albedo(c)).any(|x| x > 0.0);
-    (0..map.len()).any(scatters).then(|| {
-        let text = format!(
-            "light '{sky}': sky light in a scattering medium is sampled; single pixels of pictures have noise of 10 % and more, which no stated error includes: render with more --samples"
-        );
-        Diagnostic::warning("sky-noise", text)
-    })
 }
 
 /// Zones and rays of each that are sampled for openings.

@@ -28,7 +28,7 @@ pub(super) fn factory(folder: &SceneFolder) -> Result<String, Error> {
     with_shared(include_str!("../../../../../scenes/victorian-factory.toml"), folder.shared)
 }
 
-/// The chapel of `zonal demo`.
+/// The chapel of `zonal demo chapel`.
 pub(super) fn chapel(_: &SceneFolder) -> Result<String, Error> {
     Ok(chapel_text(Size::Full))
 }
