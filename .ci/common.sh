@@ -8,10 +8,22 @@ missing() { # message
     [ -z "${CI:-}" ]
 }
 
-# Prints the path of a Python in which the packages can be imported; installs them into a virtual environment in the folder where necessary.
+# The folder that all steps of one CI run share, or one of this script, which is removed at its end.
+shared_folder() {
+    folder=${ZONAL_CI_FOLDER:-}
+    if [ -z "$folder" ]; then
+        folder=$(mktemp -d)
+        trap 'rm -rf "$folder"' EXIT
+    fi
+}
+
+# Prints the path of a Python in which the packages can be imported; installs them into the virtual environment of the folder where necessary.
 python_with() { # folder, packages …
     local folder=$1 python package
     shift
+    if [ -x "$folder/venv/bin/python" ]; then
+        PATH=$folder/venv/bin:$PATH
+    fi
     python=$(command -v python3 || command -v python || true)
     [ -n "$python" ] || return 1
     local imports=true

@@ -8,7 +8,7 @@ cat >"$folder/painted.toml" <<-'END'
 	[[surface]]
 	name = "painted"
 	room = { min = [0, 0, 0], max = [2, 3, 1] }
-	texture = "demo/nave.png"
+	texture = "chapel/nave.png"
 	[[surface]]
 	name = "lamp"
 	rectangle = { origin = [0.5, 0.5, 0.9], edge1 = [0, 0.5, 0], edge2 = [0.5, 0, 0] }

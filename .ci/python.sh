@@ -3,8 +3,7 @@
 source "$(dirname "$0")/common.sh"
 packages=$1
 shift
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+shared_folder
 # shellcheck disable=SC2086
 python=$(python_with "$folder" $packages) || { missing "Python with $packages is not available"; exit; }
 "$python" "$@"

@@ -5,8 +5,7 @@
 # block of the README, pyright in strict mode, stubtest, and the licences of the crates in the wheel.
 source "$(dirname "$0")/common.sh"
 zonal=$1
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+shared_folder
 python=$(command -v python3 || true)
 tools=(maturin numpy pytest mypy pyright tqdm pandas xarray meshio trimesh pyvista scipy matplotlib fdsreader)
 if [ -z "$python" ] || ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||

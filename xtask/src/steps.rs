@@ -71,14 +71,14 @@ const STEPS: [Step; 15] = [
         command: &["{zonal}", "demo", "--size", "small", "-o", "{demo}/demo"],
     },
     Step {
-        name: "numpy",
-        checks: "the demo's files in numpy",
-        command: &[".ci/python.sh", "numpy", ".ci/check_demo.py", "{demo}/demo"],
-    },
-    Step {
         name: "python",
         checks: "the Python package: wheel, tests, types",
         command: &[".ci/python_package.sh", "{zonal}"],
+    },
+    Step {
+        name: "numpy",
+        checks: "the demo's files in numpy",
+        command: &[".ci/python.sh", "numpy", ".ci/check_demo.py", "{demo}/demo"],
     },
     Step {
         name: "mpi",
@@ -107,7 +107,8 @@ const STEPS: [Step; 15] = [
     },
 ];
 
-/// Variables of every step: colours off, no debug information, no incremental compilation.
+/// Variables of every step: colours off, no debug information, no incremental compilation. Scripts share the virtual environment in the folder
+/// `ZONAL_CI_FOLDER`.
 const ENVIRONMENT: [(&str, &str); 5] = [
     ("CARGO_INCREMENTAL", "0"),
     ("CARGO_PROFILE_DEV_DEBUG", "0"),
@@ -159,7 +160,12 @@ fn run_step(root: &Path, step: &Step, zonal: &Path, output: &Path) -> bool {
     let words: Vec<String> = step.command.iter().map(fill).collect();
     println!("\n=== {}: {}\n    {}", step.name, step.checks, words.join(" "));
     let begin = Instant::now();
-    let status = Command::new(&words[0]).args(&words[1..]).envs(ENVIRONMENT).current_dir(root).status();
+    let status = Command::new(&words[0])
+        .args(&words[1..])
+        .envs(ENVIRONMENT)
+        .env("ZONAL_CI_FOLDER", output)
+        .current_dir(root)
+        .status();
     let seconds = begin.elapsed().as_secs();
     match status {
         Ok(status) if status.success() => {

@@ -9,7 +9,9 @@ use crate::iteration::IterationResult;
 use crate::operator::ErrorModel;
 use crate::ray::padded_bands::PaddedBands;
 use crate::ray::ray_operator::{PathContinuation, RayOperator};
-use crate::ray::ray_sampling::{RaysPerZone, is_large, rays_measure_escape, rays_per_zone};
+use crate::ray::ray_sampling::{
+    RAY_SAMPLING_PARAMS, RaysPerZone, is_large, rays_measure_escape, rays_per_zone,
+};
 use crate::report::closure;
 use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
@@ -162,8 +164,8 @@ impl StoredSolution {
         Ok(StoredSolution { results, strengths, incident, noise })
     }
 
-    /// The numbers of rays with which the noise of the radiosities has its share of the tolerance; `None` where `rays` suffice or are the most, and for
-    /// large scenes, whose few rays of each zone show too much noise: the gather states what reaches the result.
+    /// The numbers of rays with which the noise of the radiosities has its share of the tolerance; `None` where `rays` suffice or are the most, for
+    /// coarse tolerances, and for large scenes, whose few rays of each zone show too much noise: the gather states what reaches the result.
     fn more_rays(
         &self,
         context: &SolveContext,
@@ -172,7 +174,7 @@ impl StoredSolution {
         max_rays: f64,
     ) -> Option<RaysPerZone> {
         let (zones, tolerance) = (context.zones, context.scene.options().tolerance);
-        if is_large(zones) {
+        if is_large(zones) || tolerance > RAY_SAMPLING_PARAMS.coarse_tolerance {
             return None;
         }
         let fields = Fields {
