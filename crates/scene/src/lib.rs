@@ -8,6 +8,7 @@
 //! | `plate`, [`shells`] | triangles and parallelograms; open shells, solids and enclosures |
 //! | `surface`, `light`, `camera`, `voxel_grid` | surfaces and panes; lights and surroundings; cameras; the medium |
 //! | `intensity_distribution` | radiant intensity of point lights over directions: spots, photometric tables |
+//! | `sky_distribution`, `sun_position` | radiance of skies over directions; the sun by place and time |
 //! | `face_table`, `face_results` | faces of mesh files, values and results by face |
 //! | [`thermal`] | prescribed temperatures and net powers, band fractions of the emission |
 //! | `options` | settings of a solve |
@@ -58,8 +59,10 @@ mod scene;
 mod scene_error;
 mod scene_parts;
 pub mod shells;
+mod sky_distribution;
 mod solution;
 mod solve_status;
+mod sun_position;
 mod surface;
 pub mod thermal;
 mod thermal_network;
@@ -98,8 +101,10 @@ pub use results::SurfaceResult;
 pub use scene::Scene;
 pub use scene_error::{SceneError, SceneErrorKind};
 pub use scene_parts::SceneParts;
+pub use sky_distribution::{SkyDistribution, SkyIrradiance, SkyPlacement};
 pub use solution::Solution;
 pub use solve_status::SolveStatus;
+pub use sun_position::{SunPosition, UniversalTime};
 pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture};
 pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
 pub use thermal_network::{Convection, LinkLaw, NodeCondition, NodeLink, ThermalNetwork, ThermalNode};

@@ -163,7 +163,7 @@ pub fn scene_diagnostics(scene: &Scene, thickness: f64, basis: ZoneBasis) -> Vec
 pub fn sky_in_medium(scene: &Scene) -> Option<Diagnostic> {
     let map = scene.voxel_grid()?;
     let sky = scene.lights().iter().find_map(|l| match l {
-        Light::Sky { name, radiance } if *radiance != Bands::ZERO => Some(name),
+        Light::Sky { name, radiance, .. } if *radiance != Bands::ZERO => Some(name),
         _ => None,
     })?;
     let scatters = |c: usize| (map.extinction(c) * map.albedo(c)).any(|x| x > 0.0);
