@@ -18,6 +18,7 @@
 //! | `grid_geometry`, `cell_values` | position and size of the cells of a grid; values stored once if they are equal |
 //! | `zones`, `voxel_zones`, [`voxel_samples`] | patches and pane zones; voxel zones; samples of cut voxels |
 //! | `fields`, [`light_group`], `energy_balance`, `heat_report`, `report`, `solution` | results |
+//! | `photometry` | illuminances of a solution |
 //! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
 //! | `progress`, [`checkpoint_store`] | observers and checkpoints of long computations |
 //! | [`limits`] | ranges of physical quantities |
@@ -50,6 +51,7 @@ pub mod light_group;
 pub mod limits;
 mod mirror_validation;
 mod options;
+mod photometry;
 mod plate;
 mod printable;
 mod progress;
@@ -93,6 +95,7 @@ pub use intensity_distribution::{IntensityDistribution, IntensityTable, PlaneSym
 pub use light::{Light, Surroundings};
 pub use light_group::{LightGroup, LightGroupKind, ZoneValues};
 pub use options::{Engine, LightGrouping, PatchRule, SolveOptions, ZoneBasis};
+pub use photometry::{Photometry, SurfaceIlluminance};
 pub use plate::{Plate, PlateKind};
 pub use printable::{printable, printable_lines};
 pub use progress::{NoProgress, Progress};

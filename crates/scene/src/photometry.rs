@@ -12,9 +12,6 @@
 use crate::scene_error::{SceneError, invalid};
 use crate::{Bands, Fields, Solution};
 
-/// Luminous efficacy of light of 555 nm, lm/W.
-pub const MAX_LUMINOUS_EFFICACY: f64 = 683.0;
-
 /// Photometric quantities of a solution in light mode.
 #[derive(Clone, Copy, Debug)]
 pub struct Photometry<'a> {
@@ -62,7 +59,10 @@ impl<'a> Photometry<'a> {
             return invalid("mode", "photometric quantities belong to light mode; this solution is thermal");
         }
         if solution.scene.bands().wavelengths().is_some() {
-            return invalid("bands", "bands with wavelengths have no common luminous efficacy; solve in bands without wavelengths");
+            return invalid(
+                "bands",
+                "bands with wavelengths have no common luminous efficacy; solve in bands without wavelengths",
+            );
         }
         if !(efficacy.is_finite() && efficacy > 0.0) {
             return invalid("efficacy", "the luminous efficacy is a number above 0, in lm/W");
@@ -70,12 +70,11 @@ impl<'a> Photometry<'a> {
         Ok(Photometry { solution, efficacy })
     }
 
-    /// η times the mean over the bands of a field of zone `i`.
-    fn of(&self, i: usize, field: impl Fn(&Fields) -> Bands) -> f64 {
+    /// η times the mean over the bands of a field of one zone.
+    fn of(&self, field: impl Fn(&Fields) -> Bands) -> f64 {
         let s = self.solution;
         let count = s.scene.bands().count() as f64;
         let sum: f64 = s.all_bands(|t| field(&t.fields)).into_iter().sum();
-        let _ = i;
         self.efficacy * sum / count
     }
 
@@ -83,14 +82,14 @@ impl<'a> Photometry<'a> {
     #[must_use]
     pub fn illuminance(&self, i: usize) -> [f64; 2] {
         let at = |list: &[Bands]| list.get(i).copied().unwrap_or_default();
-        let value = self.of(i, |f| at(&f.incident) + at(&f.direct));
-        [value, self.of(i, |f| at(&f.error) + at(&f.direct_error))]
+        let value = self.of(|f| at(&f.incident) + at(&f.direct));
+        [value, self.of(|f| at(&f.error) + at(&f.direct_error))]
     }
 
     /// Luminous exitance of zone `i`, lm/m².
     #[must_use]
     pub fn exitance(&self, i: usize) -> f64 {
-        self.of(i, |f| f.radiosity.get(i).copied().unwrap_or_default())
+        self.of(|f| f.radiosity.get(i).copied().unwrap_or_default())
     }
 
     /// Illuminances of all surfaces with patches, in the order of the scene.

@@ -75,8 +75,8 @@ impl SunPosition {
         let days = time.days();
         let t = days / CENTURY;
         // Mean longitude, mean anomaly and eccentricity.
-        let mean_longitude = 280.46646 + t * (36_000.76983 + t * 0.000_303_2);
-        let anomaly = (357.52911 + t * (35_999.05029 - t * 0.000_153_7)).to_radians();
+        let mean_longitude = 280.46646 + t * (36_000.769_83 + t * 0.000_303_2);
+        let anomaly = (357.52911 + t * (35_999.050_29 - t * 0.000_153_7)).to_radians();
         let eccentricity = 0.016_708_634 - t * (0.000_042_037 + t * 0.000_000_126_7);
         // Equation of the centre, and the apparent longitude with aberration and nutation.
         let centre = (1.914_602 - t * (0.004_817 + t * 0.000_014)) * anomaly.sin()

@@ -168,7 +168,7 @@ impl SkyModel {
     pub(super) fn perez(e: SkyIrradiance, placement: SkyPlacement) -> Result<SkyModel, String> {
         let SkyIrradiance { direct_normal: direct, diffuse_horizontal: diffuse, extraterrestrial } = e;
         let valid = |x: f64| x.is_finite() && x > 0.0;
-        if !valid(diffuse) || !valid(extraterrestrial) || !(direct.is_finite() && direct >= 0.0) {
+        if !(valid(diffuse) && valid(extraterrestrial) && direct.is_finite() && direct >= 0.0) {
             return Err("the Perez sky needs a diffuse irradiance above 0 and a direct one from 0".into());
         }
         let z = placement.zenith_angle()?;

@@ -5,14 +5,14 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use zonal_math::low_discrepancy::r2;
 use zonal_math::vec3;
 
-const UP: Vec3 = vec3(0.0, 0.0, 1.0);
+const ZENITH: Vec3 = vec3(0.0, 0.0, 1.0);
 
 fn direction(zenith: f64, azimuth: f64) -> Vec3 {
     vec3(zenith.sin() * azimuth.cos(), zenith.sin() * azimuth.sin(), zenith.cos())
 }
 
 fn placement(zenith: f64) -> SkyPlacement {
-    SkyPlacement { sun: direction(zenith, 0.7) * 3.0, up: UP * 2.0, ground_reflectance: 0.0 }
+    SkyPlacement { sun: direction(zenith, 0.7) * 3.0, up: ZENITH * 2.0, ground_reflectance: 0.0 }
 }
 
 /// ∫ f cos Z dω above the horizon by midpoints in Z and in the azimuth.
@@ -74,7 +74,7 @@ fn radiance_follows_the_published_formulas() {
     // A uniform type, and the sky that the ground does not light.
     let uniform = SkyDistribution::cie(5, placement(0.3)).unwrap();
     close(uniform.relative(direction(1.3, 2.0)).first(), 1.0);
-    assert_eq!(uniform.relative(-UP), Bands::ZERO);
+    assert_eq!(uniform.relative(-ZENITH), Bands::ZERO);
     // Perez: values over that of the zenith from another implementation of the formulas, at angles from the zenith and azimuths from the sun.
     for (direct, diffuse, zenith, expected) in PEREZ_VALUES {
         let irradiance =
@@ -127,7 +127,7 @@ fn pictures_surround_the_scene() {
     // The middle looks forward, the right half to the right, the top up.
     let mut pixels = vec![[1.0f32; 3]; 8 * 4];
     (pixels[8 + 4], pixels[8 + 5], pixels[3]) = ([2.0; 3], [3.0; 3], [4.0; 3]);
-    let sky = SkyDistribution::picture(Texture { width: 8, height: 4, pixels }, UP, 0.0).unwrap();
+    let sky = SkyDistribution::picture(Texture { width: 8, height: 4, pixels }, ZENITH, 0.0).unwrap();
     let at = |x: f64, y: f64, z: f64| sky.relative(vec3(x, y, z).normalized()).first();
     assert_eq!([at(1.0, -0.1, 0.1), at(0.8, -1.0, 0.1), at(1.0, 0.1, 5.0)], [2.0, 3.0, 4.0]);
     assert_eq!([at(1.0, 0.1, 0.1), at(1.0, -0.1, -0.1)], [1.0, 1.0]);
@@ -153,15 +153,19 @@ fn wrong_skies_are_refused() {
             "between 0 and 1",
         ),
         (
-            SkyDistribution::picture(Texture { width: 3, height: 2, pixels: vec![[1.0; 3]; 6] }, UP, 0.0),
+            SkyDistribution::picture(Texture { width: 3, height: 2, pixels: vec![[1.0; 3]; 6] }, ZENITH, 0.0),
             "twice",
         ),
         (
-            SkyDistribution::picture(Texture { width: 2, height: 1, pixels: vec![[0.0; 3]; 2] }, UP, 0.0),
+            SkyDistribution::picture(Texture { width: 2, height: 1, pixels: vec![[0.0; 3]; 2] }, ZENITH, 0.0),
             "black",
         ),
         (
-            SkyDistribution::picture(Texture { width: 2, height: 1, pixels: vec![[-1.0; 3]; 2] }, UP, 0.0),
+            SkyDistribution::picture(
+                Texture { width: 2, height: 1, pixels: vec![[-1.0; 3]; 2] },
+                ZENITH,
+                0.0,
+            ),
             "from 0",
         ),
     ] {

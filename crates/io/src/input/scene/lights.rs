@@ -26,39 +26,39 @@ const MAX_LISTED_PARTS: usize = 12;
 /// Surfaces that an error lists.
 const MAX_LISTED_SURFACES: usize = 24;
 
+/// The kinds of lights with their keys.
+const KINDS: [(&str, KeyGroups); 11] = [
+    ("sun", SUN),
+    ("sky", SKY),
+    ("emitter", EMITTER),
+    ("planet", PLANET),
+    ("point", POINT),
+    ("spot", SPOT),
+    ("luminaire", LUMINAIRE),
+    ("cie-sky", CIE_SKY),
+    ("perez-sky", PEREZ_SKY),
+    ("image-sky", IMAGE_SKY),
+    ("tube", TUBE),
+];
+
 /// Reads entry `index` of `[[light]]`.
 pub(super) fn read_light(
     node: &TomlNode<'_>,
     index: usize,
     reader: &mut SceneReader<'_>,
 ) -> Result<Light, InputError> {
-    const KINDS: [&str; 11] = [
-        "sun",
-        "sky",
-        "emitter",
-        "planet",
-        "point",
-        "spot",
-        "luminaire",
-        "cie-sky",
-        "perez-sky",
-        "image-sky",
-        "tube",
-    ];
     let (name, mut t) = node.named_table("light", index)?;
     let kind_node = t.require(
         "kind",
         "kind = \"sun\", \"sky\", \"cie-sky\", \"perez-sky\", \"image-sky\", \"emitter\", \"planet\", \"point\", \"spot\", \"tube\" or \"luminaire\"",
     )?;
-    let kind = kind_node.choice(&KINDS)?;
+    let kind = kind_node.choice(&KINDS.map(|k| k.0))?;
     if kind == 3 && reader.parts.thermal.is_none() {
         return Err(kind_node.error(
             "planets belong to thermal mode; give a sun of its angular diameter, or write mode = \"thermal\" at the top of the file",
         ));
     }
-    const KEYS: [KeyGroups; 11] =
-        [SUN, SKY, EMITTER, PLANET, POINT, SPOT, LUMINAIRE, CIE_SKY, PEREZ_SKY, IMAGE_SKY, TUBE];
-    t.check(KEYS[kind])?;
+    t.check(KINDS[kind].1)?;
     if kind == 2 {
         let surface = t.require("surface", "surface = \"the name of an emitting surface\"")?;
         let name = t.get("name").map(|_| name);

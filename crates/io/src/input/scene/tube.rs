@@ -10,6 +10,7 @@ use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::TomlTable;
 use std::f64::consts::PI;
+use zonal_math::Vec3;
 use zonal_math::direction_sampling::sin_cos_turns;
 use zonal_scene::{DEFAULT_REFLECTANCE, Facet, Light, Plate, Sides, Surface};
 
@@ -60,19 +61,26 @@ pub(super) fn read_tube(
     reader.source.inherit_place(&format!("surface '{name}'"), &t.key);
     reader.parts.surfaces.push(surface);
     let surface = reader.parts.surfaces.len() - 1;
+    let facet = |plate| Facet { surface, plate, uv: [[0.0; 2]; 3] };
+    reader.parts.facets.extend(prism(start, axis, radius).map(facet));
+    Ok(Light::Emitter { name: None, surface })
+}
+
+/// The sides of the prism about an axis that begins at `start`, with their fronts outside.
+fn prism(start: Vec3, axis: Vec3, radius: f64) -> [Plate; SIDES] {
     // Corners on a circle that gives the prism the perimeter of the cylinder.
-    let (across, along) = (axis / length).frame();
+    let (across, along) = axis.normalized().frame();
     let circle = PI * radius / (SIDES as f64 * (PI / SIDES as f64).sin());
     let corner = |k: usize| {
         let (sin, cos) = sin_cos_turns(k as f64 / SIDES as f64);
         start + (across * cos + along * sin) * circle
     };
-    for k in 0..SIDES {
+    std::array::from_fn(|k| {
         let (a, b) = (corner(k), corner((k + 1) % SIDES));
         let outward = Plate::parallelogram(a, b - a, axis);
-        let is_outward = outward.normal().dot(a + b - start * 2.0) > 0.0;
-        let plate = if is_outward { outward } else { Plate::parallelogram(a, axis, b - a) };
-        reader.parts.facets.push(Facet { surface, plate, uv: [[0.0; 2]; 3] });
-    }
-    Ok(Light::Emitter { name: None, surface })
+        match outward.normal().dot(a + b - start * 2.0) > 0.0 {
+            true => outward,
+            false => Plate::parallelogram(a, axis, b - a),
+        }
+    })
 }

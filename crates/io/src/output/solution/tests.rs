@@ -34,19 +34,9 @@ fn voxel_grid() -> VoxelGrid {
     voxel_grid.seal().unwrap()
 }
 
-fn lights() -> Vec<Light> {
-    vec![
-        Light::Sun {
-            name: "sun".into(),
-            direction: vec3(0.0, 0.6, -0.8),
-            irradiance: Bands::from_rgb([1.0, 2.0, 3.0]),
-            angular_diameter: 0.0093,
-        },
-        Light::Sky {
-            name: "sky".into(),
-            radiance: Bands::from_rgb([0.1, 0.2, 0.4]),
-            distribution: SkyDistribution::uniform(),
-        },
+/// A model of a sky and a picture.
+fn varying_skies() -> [Light; 2] {
+    [
         Light::Sky {
             name: "clear".into(),
             radiance: Bands::ONE,
@@ -65,6 +55,22 @@ fn lights() -> Vec<Light> {
                 0.3,
             )
             .unwrap(),
+        },
+    ]
+}
+
+fn lights() -> Vec<Light> {
+    vec![
+        Light::Sun {
+            name: "sun".into(),
+            direction: vec3(0.0, 0.6, -0.8),
+            irradiance: Bands::from_rgb([1.0, 2.0, 3.0]),
+            angular_diameter: 0.0093,
+        },
+        Light::Sky {
+            name: "sky".into(),
+            radiance: Bands::from_rgb([0.1, 0.2, 0.4]),
+            distribution: SkyDistribution::uniform(),
         },
         Light::Point {
             name: "spot".into(),
@@ -121,7 +127,7 @@ fn scene() -> Scene {
             emission: Bands::ZERO,
         }],
         voxel_grid: Some(voxel_grid()),
-        lights: lights(),
+        lights: [lights(), varying_skies().to_vec()].concat(),
         periodic: [false; 3],
         mirrors: [[true, false], [false; 2], [false; 2]],
         boundary_box: None,
