@@ -56,7 +56,7 @@ fn luminaires_have_the_watts_of_their_candelas() {
 #[test]
 fn tilt_factors_belong_to_the_aim() {
     let file = |geometry: usize| IES.replace("NONE", &format!("INCLUDE\n{geometry}\n3\n0 45 90\n1 0.8 0.5"));
-    let folder = Folder::new().with("along.ies", &file(1)).with("across.ies", &file(2));
+    let folder = Folder::new().with("along.ies", file(1)).with("across.ies", file(2));
     let text = |name: &str, aim: &str| {
         format!(
             "{WALL}[[light]]\nkind = \"luminaire\"\nposition = [0, 0, 2]\nfile = \"{name}.ies\"\ndirection = {aim}\n"

@@ -25,7 +25,7 @@ fn cie(kind: usize) -> String {
 /// The irradiance of a plane of normal `n` by the sky of a scene, W/m², by midpoints in the height and the turn.
 fn irradiance(sky: &Light, n: Vec3) -> f64 {
     let Light::Sky { radiance, distribution, .. } = sky else { panic!("{sky:?}") };
-    let (rows, columns) = (800, 800);
+    let (rows, columns) = (400, 400);
     let mut sum = 0.0;
     for i in 0..rows {
         let z: f64 = 1.0 - (2.0 * i as f64 + 1.0) / rows as f64;
@@ -98,7 +98,7 @@ fn assert_agrees_with_paths(s: &Solution, name: &str) {
         }
     };
     let detectors: Vec<Detector> = list.iter().map(detector).collect();
-    let accuracy = TracingAccuracy { relative: 0.005, max_paths: 1 << 18, ..TracingAccuracy::default() };
+    let accuracy = TracingAccuracy { relative: 0.01, max_paths: 1 << 15, ..TracingAccuracy::default() };
     let readings = tracer.measure(&detectors, &accuracy, 5);
     let (mut off, mut level, mut beyond) = (0.0, 0.0, 0);
     for (&i, reading) in list.iter().zip(&readings) {
@@ -116,7 +116,7 @@ fn assert_agrees_with_paths(s: &Solution, name: &str) {
         "{name}: {} readings, root mean square difference {relative:.1e}, {beyond} beyond",
         3 * list.len()
     );
-    assert!(relative < 0.015 && beyond <= 3 * list.len() / 20, "{name} {relative} {beyond}");
+    assert!(relative < 0.025 && beyond <= 3 * list.len() / 20, "{name} {relative} {beyond}");
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn light_of_a_thick_tube_agrees_with_the_path_tracer() {
     let list: Vec<usize> =
         (0..s.zones.patches.len()).filter(|i| s.zones.patches[*i].surface < 7).step_by(5).collect();
     let detectors: Vec<Detector> = list.iter().map(|&i| Detector::patch(&s.zones.patches[i])).collect();
-    let accuracy = TracingAccuracy { relative: 0.005, max_paths: 1 << 17, ..TracingAccuracy::default() };
+    let accuracy = TracingAccuracy { relative: 0.01, max_paths: 1 << 15, ..TracingAccuracy::default() };
     let readings = PathTracer::new(&s.scene).measure(&detectors, &accuracy, 7);
     let (mut off, mut level) = (0.0, 0.0);
     for (&i, reading) in list.iter().zip(&readings) {
@@ -72,5 +72,5 @@ fn light_of_a_thick_tube_agrees_with_the_path_tracer() {
     }
     let relative = f64::sqrt(off / level);
     println!("{} readings: root mean square difference {relative:.1e}", list.len());
-    assert!(list.len() > 15 && relative < 0.02, "{relative}");
+    assert!(list.len() > 15 && relative < 0.025, "{relative}");
 }

@@ -124,7 +124,7 @@ fn compare(
     [limit, mean_limit]: [f64; 2],
     exact: impl Fn(Vec3, Vec3) -> f64,
 ) {
-    let (mut off, mut stated, mut level, mut sum, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut off, mut stated, mut level, mut sum, mut count) = (0.0f64, 0.0f64, 0.0f64, 0.0, 0.0f64);
     let own = |p: &&Patch| names.contains(&s.scene.surfaces()[p.surface].name.as_str());
     for (i, p) in s.zones.patches.iter().enumerate().filter(|(_, p)| own(p)) {
         let expected = mean_over(p, |x| exact(x, p.normal));

@@ -142,7 +142,7 @@ fn scenes() -> [(&'static str, String); 14] {
 #[test]
 fn stated_errors_cover_true_errors_and_fall_with_the_tolerance() {
     let mut wrong = Vec::new();
-    for (name, text) in sampled_cases(scenes(), &[12, 13]) {
+    for (name, text) in sampled_cases(scenes(), &[0, 4, 6, 11]) {
         let mut last = f64::INFINITY;
         for tolerance in [0.1, 0.01] {
             let f = check(&text, tolerance);
@@ -260,7 +260,7 @@ fn direct_light_is_bit_identical_for_threads_and_checkpoints() {
 #[test]
 fn stated_errors_hold_for_any_number_of_samples() {
     const REFERENCE_SAMPLES: usize = 1 << 17;
-    for (name, text) in sampled_cases(scenes(), &[12, 13]) {
+    for (name, text) in sampled_cases(scenes(), &[1, 2, 6, 8]) {
         let scene = zonal_io::input::parse_scene(&text.replace("TOL", "0.1"), None, "room").unwrap();
         // Shadows of a point are sharp: fewer zones lie across their edges.
         let least = if text.contains("kind = \"point\"") { 10 } else { 20 };
