@@ -24,17 +24,21 @@ def test_every_key_of_scenes_is_a_parameter():
         "thermal.": zn.Scene.thermal,
         "light[] (sun).": zn.Scene.sun,
         "light[] (sky).": zn.Scene.sky,
+        "light[] (cie-sky).": zn.Scene.cie_sky,
+        "light[] (perez-sky).": zn.Scene.perez_sky,
+        "light[] (image-sky).": zn.Scene.image_sky,
         "light[] (emitter).": zn.Scene.emitter,
         "light[] (planet).": zn.Scene.planet,
         "light[] (point).": zn.Scene.point,
         "light[] (spot).": zn.Scene.spot,
+        "light[] (tube).": zn.Scene.tube,
         "light[] (luminaire).": zn.Scene.luminaire,
         "camera[].": zn.Scene.camera,
         "medium.gas.": zn.Gas,
         "surface[].mesh.": zn.Scene.surface,
     }
     # Keys that the package writes itself, or that have a method of their own.
-    lights = ("sun", "sky", "emitter", "planet", "point", "spot", "luminaire")
+    lights = ("sun", "sky", "cie-sky", "perez-sky", "image-sky", "emitter", "planet", "point", "spot", "tube", "luminaire")
     own = {"medium.region", "surface[].mesh.file", *(f"light[] ({k}).kind" for k in lights)}
     checked = 0
     for table, method in methods.items():

@@ -22,7 +22,7 @@ from .errors import InputError
 # Keys of surfaces that may have a value for each face of a mesh.
 FACE_VALUE_KEYS = ("temperature", "heat_flux", "net_power", "emissivity", "reflectance", "emission")
 # Keys that name files.
-_FILE_KEYS = ("file", "texture", "spectrum")
+_FILE_KEYS = ("file", "texture", "spectrum", "image")
 
 Array = npt.NDArray[Any]
 

@@ -6,6 +6,7 @@ import copy
 import json
 import os
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from pathlib import Path as _Path
 from typing import Any
 
@@ -508,24 +509,222 @@ class Scene:
         medium.setdefault("region", []).append(table)
 
     def sun(
-        self, direction: Vector, irradiance: Bands, *, name: str | None = None, angular_diameter: float | None = None
+        self,
+        direction: Vector | None = None,
+        irradiance: Bands | None = None,
+        *,
+        illuminance: float | None = None,
+        angular_diameter: float | None = None,
+        latitude: float | None = None,
+        longitude: float | None = None,
+        time: str | datetime | None = None,
+        north: Vector | None = None,
+        up: Vector | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
+        name: str | None = None,
     ) -> None:
         """Adds a distant light.
 
         Parameters
         ----------
-        direction : vector
+        direction : vector, optional
             Direction in which the light travels.
-        irradiance : bands
-            Irradiance of a plane normal to the direction, W/m2; a number in thermal mode.
+        irradiance, illuminance : bands or float, optional
+            Irradiance of a plane normal to the direction, W/m2, a number in thermal mode; or its illuminance, lx.
         angular_diameter : float, optional
             Degrees; 0.53 by default.
+        latitude, longitude : float, optional
+            Degrees, positive in the north and in the east, in place of the direction.
+        time : str or datetime, optional
+            Moment with its offset from universal time, such as ``"2026-06-21T12:00:00+02:00"``.
+        north, up : vector, optional
+            Directions towards north and towards the zenith; y and z by default.
+        efficacy : float, optional
+            Lumens of a watt of radiant power, with the illuminance; 683 by default.
+        tint : bands, optional
+            Relative power of the bands, of mean 1, with the illuminance.
         """
-        self._add("light", _given(kind="sun", name=name, direction=direction, irradiance=irradiance, angular_diameter=angular_diameter))
+        table = _given(
+            kind="sun",
+            name=name,
+            direction=direction,
+            irradiance=irradiance,
+            illuminance=illuminance,
+            angular_diameter=angular_diameter,
+            latitude=latitude,
+            longitude=longitude,
+            time=_moment(time),
+            north=north,
+            up=up,
+            efficacy=efficacy,
+            tint=tint,
+        )
+        self._add("light", table)
 
-    def sky(self, radiance: Bands, *, name: str | None = None) -> None:
-        """Adds a uniform sky of a radiance, W/(m2 sr); a number in thermal mode."""
-        self._add("light", _given(kind="sky", name=name, radiance=radiance))
+    def sky(
+        self,
+        radiance: Bands | None = None,
+        *,
+        luminance: float | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a uniform sky.
+
+        Parameters
+        ----------
+        radiance, luminance : bands or float, optional
+            Radiance, W/(m2 sr), a number in thermal mode; or luminance, cd/m2.
+        efficacy, tint : optional
+            Of the luminance, as of :meth:`sun`.
+        """
+        self._add("light", _given(kind="sky", name=name, radiance=radiance, luminance=luminance, efficacy=efficacy, tint=tint))
+
+    def cie_sky(
+        self,
+        type: int,
+        *,
+        horizontal_irradiance: Bands | None = None,
+        zenith_radiance: Bands | None = None,
+        horizontal_illuminance: float | None = None,
+        zenith_luminance: float | None = None,
+        direction: Vector | None = None,
+        latitude: float | None = None,
+        longitude: float | None = None,
+        time: str | datetime | None = None,
+        north: Vector | None = None,
+        up: Vector | None = None,
+        ground_reflectance: float | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a CIE standard general sky (ISO 15469), without the sun.
+
+        Parameters
+        ----------
+        type : int
+            1 (overcast) to 15 (clear, turbid); 5 is uniform, 12 clear.
+        horizontal_irradiance, zenith_radiance : bands, optional
+            Irradiance of an unobstructed horizontal plane, W/m2, or radiance of the zenith, W/(m2 sr).
+        horizontal_illuminance, zenith_luminance : float, optional
+            The same in lx or cd/m2.
+        direction : vector, optional
+            Direction in which the light of the sun travels; types 1, 3 and 5 need none.
+        latitude, longitude, time, north, up : optional
+            Place and time in place of the direction, as of :meth:`sun`.
+        ground_reflectance : float, optional
+            Reflectance of the ground below the horizon, which the sky lights; 0 by default.
+        efficacy, tint : optional
+            Of photometric quantities, as of :meth:`sun`.
+        """
+        table = _given(
+            kind="cie-sky",
+            name=name,
+            type=type,
+            horizontal_irradiance=horizontal_irradiance,
+            zenith_radiance=zenith_radiance,
+            horizontal_illuminance=horizontal_illuminance,
+            zenith_luminance=zenith_luminance,
+            direction=direction,
+            latitude=latitude,
+            longitude=longitude,
+            time=_moment(time),
+            north=north,
+            up=up,
+            ground_reflectance=ground_reflectance,
+            efficacy=efficacy,
+            tint=tint,
+        )
+        self._add("light", table)
+
+    def perez_sky(
+        self,
+        direct_normal: float,
+        diffuse_horizontal: float,
+        *,
+        direction: Vector | None = None,
+        latitude: float | None = None,
+        longitude: float | None = None,
+        time: str | datetime | None = None,
+        north: Vector | None = None,
+        up: Vector | None = None,
+        ground_reflectance: float | None = None,
+        tint: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a Perez all-weather sky, without the sun.
+
+        Parameters
+        ----------
+        direct_normal, diffuse_horizontal : float
+            Irradiance by the sun of a plane normal to its light, and by the sky of a horizontal plane, W/m2.
+        direction : vector, optional
+            Direction in which the light of the sun travels.
+        latitude, longitude, time, north, up : optional
+            Place and time in place of the direction, as of :meth:`sun`.
+        ground_reflectance : float, optional
+            Reflectance of the ground below the horizon, which the sky lights; 0 by default.
+        tint : bands, optional
+            Relative power of the bands, of mean 1.
+        """
+        table = _given(
+            kind="perez-sky",
+            name=name,
+            direct_normal=direct_normal,
+            diffuse_horizontal=diffuse_horizontal,
+            direction=direction,
+            latitude=latitude,
+            longitude=longitude,
+            time=_moment(time),
+            north=north,
+            up=up,
+            ground_reflectance=ground_reflectance,
+            tint=tint,
+        )
+        self._add("light", table)
+
+    def image_sky(
+        self,
+        image: str | os.PathLike[str],
+        *,
+        radiance: Bands | None = None,
+        luminance: float | None = None,
+        up: Vector | None = None,
+        rotation: float | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a sky from an equirectangular picture.
+
+        Parameters
+        ----------
+        image : str or path
+            ``.exr`` (OpenEXR) or ``.hdr`` (Radiance), twice as wide as high.
+        radiance, luminance : bands or float, optional
+            Radiance, W/(m2 sr), or luminance, cd/m2, of the pixel value 1; a radiance of 1 by default.
+        up : vector, optional
+            Direction of the upper edge of the picture; z by default.
+        rotation : float, optional
+            Degrees about ``up``, counterclockwise as seen from above; at 0 the middle of the picture looks along x.
+        efficacy, tint : optional
+            Of the luminance, as of :meth:`sun`.
+        """
+        table = _given(
+            kind="image-sky",
+            name=name,
+            image=os.fspath(image),
+            radiance=radiance,
+            luminance=luminance,
+            up=up,
+            rotation=rotation,
+            efficacy=efficacy,
+            tint=tint,
+        )
+        self._add("light", table)
 
     def emitter(self, surface: str, *, name: str | None = None) -> None:
         """Makes the emission of a named surface direct light, for small lamps."""
@@ -571,6 +770,10 @@ class Scene:
         *,
         intensity: Bands | None = None,
         power: Bands | None = None,
+        luminous_intensity: float | None = None,
+        luminous_flux: float | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
         name: str | None = None,
     ) -> None:
         """Adds a light without extent, the same in all directions.
@@ -581,8 +784,23 @@ class Scene:
             Position, m.
         intensity, power : bands, optional
             Radiant intensity, W/sr, or radiant power, W; a number in thermal mode.
+        luminous_intensity, luminous_flux : float, optional
+            The same in cd or lm.
+        efficacy, tint : optional
+            Of photometric quantities, as of :meth:`sun`.
         """
-        self._add("light", _given(kind="point", name=name, position=position, intensity=intensity, power=power))
+        table = _given(
+            kind="point",
+            name=name,
+            position=position,
+            intensity=intensity,
+            power=power,
+            luminous_intensity=luminous_intensity,
+            luminous_flux=luminous_flux,
+            efficacy=efficacy,
+            tint=tint,
+        )
+        self._add("light", table)
 
     def spot(
         self,
@@ -593,6 +811,10 @@ class Scene:
         inner_angle: float | None = None,
         intensity: Bands | None = None,
         power: Bands | None = None,
+        luminous_intensity: float | None = None,
+        luminous_flux: float | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
         name: str | None = None,
     ) -> None:
         """Adds a light without extent that fills a cone.
@@ -609,6 +831,10 @@ class Scene:
             Degrees between the axis and the directions up to which the intensity is full; 0 by default.
         intensity, power : bands, optional
             Radiant intensity on the axis, W/sr, or radiant power, W; a number in thermal mode.
+        luminous_intensity, luminous_flux : float, optional
+            The same in cd or lm.
+        efficacy, tint : optional
+            Of photometric quantities, as of :meth:`sun`.
         """
         table = _given(
             kind="spot",
@@ -619,6 +845,52 @@ class Scene:
             outer_angle=outer_angle,
             intensity=intensity,
             power=power,
+            luminous_intensity=luminous_intensity,
+            luminous_flux=luminous_flux,
+            efficacy=efficacy,
+            tint=tint,
+        )
+        self._add("light", table)
+
+    def tube(
+        self,
+        start: Vector,
+        end: Vector,
+        radius: float,
+        *,
+        power: Bands | None = None,
+        luminous_flux: float | None = None,
+        reflectance: Bands | None = None,
+        efficacy: float | None = None,
+        tint: Bands | None = None,
+        name: str | None = None,
+    ) -> None:
+        """Adds a cylinder that emits diffusely (light mode), a surface of its own.
+
+        Parameters
+        ----------
+        start, end : vector
+            Ends of the axis, m.
+        radius : float
+            Radius, m.
+        power, luminous_flux : bands or float, optional
+            Radiant power, W, or luminous flux, lm.
+        reflectance : bands, optional
+            Diffuse reflectance of the tube; 0.5 by default.
+        efficacy, tint : optional
+            Of the luminous flux, as of :meth:`sun`.
+        """
+        table = _given(
+            kind="tube",
+            name=name,
+            start=start,
+            end=end,
+            radius=radius,
+            power=power,
+            luminous_flux=luminous_flux,
+            reflectance=reflectance,
+            efficacy=efficacy,
+            tint=tint,
         )
         self._add("light", table)
 
@@ -1083,6 +1355,10 @@ class Scene:
             for text in notes:
                 warnings.warn(text, RuntimeWarning, stacklevel=2)
             return read_dataset(target)
+
+
+def _moment(time: str | datetime | None) -> str | None:
+    return time.isoformat() if isinstance(time, datetime) else time
 
 
 def _optional_path(path: Path | None) -> str | None:

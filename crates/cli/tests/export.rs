@@ -57,6 +57,24 @@ fn vtk_cell_sums_equal_zone_sums() {
     assert!((0..8).step_by(2).all(|i| g[3 * i] > g[3 * (i + 1)]), "{g:?}");
 }
 
+#[test]
+fn illuminances_are_mean_irradiances_times_the_efficacy() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    f.done(&["export", "room.npz", "-o", "room.csv"]);
+    let printed = f.done(&["export", "room.npz", "-o", "lux.csv", "--photometric", "100"]);
+    assert!(printed.contains("uniformity") && printed.contains("flux, lm"), "{printed}");
+    let lux = over_patches(&text(&f.get("lux.csv")), |of| of("size") * of("illuminance_lx"));
+    let watts = over_patches(&text(&f.get("room.csv")), |of| {
+        let of_band = |b: usize| of(&format!("incident_{b}")) + of(&format!("direct_{b}"));
+        of("size") * (0..3).map(of_band).sum::<f64>() / 3.0
+    });
+    assert!((lux / (100.0 * watts) - 1.0).abs() < 1e-12, "{lux} {watts}");
+    let json = f.done(&["export", "room.npz", "-o", "lux.csv", "--photometric", "--json"]);
+    assert!(json.contains("mean_lx"), "{json}");
+    refused(&f, Program, &["export", "room.npz", "-o", "lux.vtu", "--photometric"], "--photometric");
+}
+
 /// Σ of a column of the table of zones over its patches.
 fn over_patches(table: &str, value: impl Fn(&dyn Fn(&str) -> f64) -> f64) -> f64 {
     let mut lines = table.lines();

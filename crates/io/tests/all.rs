@@ -18,6 +18,7 @@ mod openvdb_files;
 mod ply_files;
 mod point_lights;
 mod shared_meshes;
+mod skies;
 mod spectra;
 mod stl_files;
 mod support;

@@ -2,7 +2,9 @@
 
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Engine, Lens, Light, LightGrouping, PatchRule, PlateKind, Scene, Sides};
+use zonal_scene::{
+    Bands, Engine, Lens, Light, LightGrouping, PatchRule, PlateKind, Scene, Sides, SkyDistribution,
+};
 
 fn read(text: &str) -> Scene {
     parse_scene(text, None, "test.toml").unwrap_or_else(|e| panic!("{e}"))
@@ -168,7 +170,14 @@ fn inline_panes_lights_and_cameras_have_their_values() {
         }
         other => panic!("{other:?}"),
     }
-    assert_eq!(s.lights()[1], Light::Sky { name: "blue".into(), radiance: Bands::from_rgb([1.0, 2.0, 3.0]) });
+    assert_eq!(
+        s.lights()[1],
+        Light::Sky {
+            name: "blue".into(),
+            radiance: Bands::from_rgb([1.0, 2.0, 3.0]),
+            distribution: SkyDistribution::uniform(),
+        }
+    );
     assert_eq!(s.lights()[2], Light::Emitter { surface: 4, name: None });
     assert_eq!(s.surroundings().radiance, Bands::splat(0.25));
     assert_eq!((s.cameras()[0].name.as_str(), s.cameras()[0].fov), ("nave", 75.0));

@@ -54,6 +54,38 @@ fn luminaires_have_the_watts_of_their_candelas() {
 }
 
 #[test]
+fn tilt_factors_belong_to_the_aim() {
+    let file = |geometry: usize| IES.replace("NONE", &format!("INCLUDE\n{geometry}\n3\n0 45 90\n1 0.8 0.5"));
+    let folder = Folder::new().with("along.ies", file(1)).with("across.ies", file(2));
+    let text = |name: &str, aim: &str| {
+        format!(
+            "{WALL}[[light]]\nkind = \"luminaire\"\nposition = [0, 0, 2]\nfile = \"{name}.ies\"\ndirection = {aim}\n"
+        )
+    };
+    let intensity = |name: &str, aim: &str| match &folder.scene(&text(name, aim)).lights()[0] {
+        Light::Point { intensity, .. } => intensity.first(),
+        other => panic!("{other:?}"),
+    };
+    // 2 W/sr at the aim without tilt; 30 degrees off straight down 1 − 0.2 · 30/45.
+    let inclined = "[0.5, 0, -0.8660254037844386]";
+    for (name, aim, expected) in [
+        ("along", "[0, 0, -1]", 2.0),
+        ("along", inclined, 2.0 * (1.0 - 0.2 * 30.0 / 45.0)),
+        ("along", "[1, 0, 0]", 1.0),
+        ("across", "[0, 0, -1]", 2.0),
+    ] {
+        let found = intensity(name, aim);
+        assert!((found - expected).abs() < 1e-9, "{name} {aim}: {found}");
+    }
+    for (name, aim, word) in
+        [("across", inclined, "30.0 degrees off straight down"), ("along", "[0, 0, 1]", "0 to 90 degrees")]
+    {
+        let e = folder.refusal(&text(name, aim));
+        assert!(e.contains(word) && e.contains("TILT=NONE"), "{e}");
+    }
+}
+
+#[test]
 fn wrong_lights_are_refused_with_their_place_and_remedy() {
     let folder = Folder::new().with("lamp.ies", IES).with("bad.ies", "IESNA91\nTILT=NONE\n1 x\n");
     let point = "kind = \"point\"\nposition = [0, 1, 2]\n";

@@ -136,3 +136,16 @@ fn error_covers_unsampled_grazing_directions_of_a_thin_layer() {
         assert_eq!(g.error < 0.03 * exact, sampled, "{kappa:e}: {g:?}, not {exact}");
     }
 }
+
+#[test]
+fn a_level_plate_absorbs_the_irradiance_of_a_sky() {
+    let sky =
+        "kind = \"cie-sky\"\ntype = 13\nhorizontal_irradiance = [100, 50, 20]\ndirection = [0.4, 0, -1]\n";
+    let text = format!(
+        "[[surface]]\nname = \"plate\"\nreflectance = 0\nrectangle = {{ origin = [0, 0, 0], edge1 = [2, 0, 0], edge2 = [0, 1, 0] }}\n[[light]]\n{sky}"
+    );
+    let found = solution(&scene(&text), None);
+    for (b, exact) in Band::all().zip([200.0, 100.0, 40.0]) {
+        assert_near("plate", found.surfaces[0][b], exact);
+    }
+}

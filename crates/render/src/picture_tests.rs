@@ -12,7 +12,9 @@ use crate::{Image, RenderOptions, render};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, low_discrepancy, vec3};
-use zonal_scene::{Bands, Camera, IntensityDistribution, Light, NoProgress, Plate, Solution};
+use zonal_scene::{
+    Bands, Camera, IntensityDistribution, Light, NoProgress, Plate, SkyDistribution, Solution,
+};
 use zonal_scene::{Facet, Pane, Scene, SceneParts, Sides, Surface};
 use zonal_transport::Transport;
 use zonal_transport::lights::{EmissionSample, LightSampler};
@@ -142,7 +144,11 @@ fn threads_do_not_change_a_bit() {
     let mut parts = furnace();
     parts.facets.remove(1);
     parts.lights.push(sun(vec3(0.3, 0.2, -1.0), 0.05));
-    parts.lights.push(Light::Sky { name: "sky".into(), radiance: Bands::from_rgb([0.1, 0.2, 0.3]) });
+    parts.lights.push(Light::Sky {
+        name: "sky".into(),
+        radiance: Bands::from_rgb([0.1, 0.2, 0.3]),
+        distribution: SkyDistribution::uniform(),
+    });
     let s = solution(parts, |p, _| 1.0 + p.x, |p| 2.0 + p.z);
     let render_with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

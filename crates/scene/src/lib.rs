@@ -8,6 +8,7 @@
 //! | `plate`, [`shells`] | triangles and parallelograms; open shells, solids and enclosures |
 //! | `surface`, `light`, `camera`, `voxel_grid` | surfaces and panes; lights and surroundings; cameras; the medium |
 //! | `intensity_distribution` | radiant intensity of point lights over directions: spots, photometric tables |
+//! | `sky_distribution`, `sun_position` | radiance of skies over directions; the sun by place and time |
 //! | `face_table`, `face_results` | faces of mesh files, values and results by face |
 //! | [`thermal`] | prescribed temperatures and net powers, band fractions of the emission |
 //! | `options` | settings of a solve |
@@ -17,6 +18,7 @@
 //! | `grid_geometry`, `cell_values` | position and size of the cells of a grid; values stored once if they are equal |
 //! | `zones`, `voxel_zones`, [`voxel_samples`] | patches and pane zones; voxel zones; samples of cut voxels |
 //! | `fields`, [`light_group`], `energy_balance`, `heat_report`, `report`, `solution` | results |
+//! | `photometry` | illuminances of a solution |
 //! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
 //! | `progress`, [`checkpoint_store`] | observers and checkpoints of long computations |
 //! | [`limits`] | ranges of physical quantities |
@@ -49,6 +51,7 @@ pub mod light_group;
 pub mod limits;
 mod mirror_validation;
 mod options;
+mod photometry;
 mod plate;
 mod printable;
 mod progress;
@@ -58,8 +61,10 @@ mod scene;
 mod scene_error;
 mod scene_parts;
 pub mod shells;
+mod sky_distribution;
 mod solution;
 mod solve_status;
+mod sun_position;
 mod surface;
 pub mod thermal;
 mod thermal_network;
@@ -90,6 +95,7 @@ pub use intensity_distribution::{IntensityDistribution, IntensityTable, PlaneSym
 pub use light::{Light, Surroundings};
 pub use light_group::{LightGroup, LightGroupKind, ZoneValues};
 pub use options::{Engine, LightGrouping, PatchRule, SolveOptions, ZoneBasis};
+pub use photometry::{Photometry, SurfaceIlluminance};
 pub use plate::{Plate, PlateKind};
 pub use printable::{printable, printable_lines};
 pub use progress::{NoProgress, Progress};
@@ -98,8 +104,10 @@ pub use results::SurfaceResult;
 pub use scene::Scene;
 pub use scene_error::{SceneError, SceneErrorKind};
 pub use scene_parts::SceneParts;
+pub use sky_distribution::{SkyDistribution, SkyIrradiance, SkyPlacement};
 pub use solution::Solution;
 pub use solve_status::SolveStatus;
+pub use sun_position::{SunPosition, UniversalTime};
 pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture};
 pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
 pub use thermal_network::{Convection, LinkLaw, NodeCondition, NodeLink, ThermalNetwork, ThermalNode};

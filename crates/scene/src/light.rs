@@ -3,6 +3,7 @@
 use crate::bands::Bands;
 use crate::intensity_distribution::IntensityDistribution;
 use crate::light_group::SURROUNDINGS_GROUP;
+use crate::sky_distribution::SkyDistribution;
 use crate::surface::Surface;
 use zonal_math::Vec3;
 
@@ -20,12 +21,14 @@ pub enum Light {
         /// Angular diameter, radians.
         angular_diameter: f64,
     },
-    /// A uniform sky in all directions.
+    /// A sky: light from infinitely far away, from all directions.
     Sky {
         /// Name.
         name: String,
-        /// Radiance, W/(m² sr).
+        /// Unit radiance L₀, W/(m² sr), by which the relative radiance is multiplied.
         radiance: Bands,
+        /// Relative radiance over directions.
+        distribution: SkyDistribution,
     },
     /// A light without extent: a bulb, a spot, or a luminaire known by its photometric table.
     Point {

@@ -30,6 +30,7 @@ pub(crate) fn check_boundary(parts: &SceneParts) -> Result<(), SceneError> {
         );
     };
     check_suns(parts)?;
+    check_skies(parts)?;
     let (lo, hi) = parts.bounds();
     let slack = PLANE_TOLERANCE * (hi.max(bounds.1) - lo.min(bounds.0)).length();
     check_point_lights(parts, (bounds, slack))?;
@@ -174,6 +175,18 @@ fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
         }
     }
     Ok(())
+}
+
+/// Refuses skies that are not uniform: the sky of the extension would have another radiance in each direction.
+fn check_skies(parts: &SceneParts) -> Result<(), SceneError> {
+    let varies = |l: &&Light| matches!(l, Light::Sky { distribution, .. } if !distribution.is_uniform());
+    match parts.lights.iter().find(varies) {
+        Some(light) => invalid(
+            light_key(light),
+            "in a scene with mirrors a sky is uniform; remove the mirrors, or give kind = \"sky\"",
+        ),
+        None => Ok(()),
+    }
 }
 
 /// Refuses point lights behind or in a mirror plane: an image must be a light of its own.

@@ -202,8 +202,11 @@ fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
                     );
                 }
             }
-            Light::Sky { name, radiance } => {
+            Light::Sky { name, radiance, distribution } => {
                 check_bands(&format!("light '{name}'.radiance"), *radiance, MAX_FLUX)?;
+                if distribution.lacks_pixels() {
+                    return invalid(format!("light '{name}'.image"), "the picture of this sky is missing");
+                }
             }
             Light::Point { name, position, intensity, distribution } => {
                 let key = |k: &str| format!("light '{name}'.{k}");

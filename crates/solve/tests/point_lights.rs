@@ -6,7 +6,7 @@ use common::solved;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_reference::path_tracer::{Detector, PathTracer, TracingAccuracy};
-use zonal_scene::{Bands, Patch, Solution};
+use zonal_scene::{Bands, Patch, Photometry, Solution};
 
 const SPOT: &str = "[[light]]\nkind = \"spot\"\nposition = [1.1, 0.6, 1.8]\ndirection = [-0.2, 0.4, -1]\ninner_angle = 20\n\
     outer_angle = 35\nintensity = [30, 20, 10]\n";
@@ -122,6 +122,12 @@ fn mean_illuminance_of_an_integrating_cube_is_exact() {
             let (found, exact) = (683.0 * power / 96.0, 10_000.0 / 96.0 / (1.0 - rho));
             println!("reflectance {rho}, {engine}: {found} lx, exact {exact} lx");
             assert!((found / exact - 1.0).abs() < 1e-6, "{rho} {engine}: {found} {exact}");
+            let rows = Photometry::new(&s, 683.0).unwrap().surfaces();
+            let flux: f64 = rows.iter().map(|r| r.flux()).sum();
+            assert!(rows.len() == 6 && (flux / 96.0 / exact - 1.0).abs() < 1e-6, "{flux}");
+            assert!(
+                rows.iter().all(|r| r.range[0] <= r.mean && r.mean <= r.range[1] && r.uniformity() <= 1.0)
+            );
             let e = &s.report.energy;
             assert!((683.0 * e.emitted.first() / 10_000.0 - 1.0).abs() < 1e-9);
             assert!(e.residual.first().abs() < 1e-6 && e.incoming == Bands::ZERO, "{}", e.residual.first());

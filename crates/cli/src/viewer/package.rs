@@ -211,8 +211,8 @@ fn light_groups(s: &Solution, baked: &BakedSolution, scales: &[Value]) -> Value 
             _ => Bands::ZERO,
         };
         for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l)) {
-            if let Light::Sky { radiance, .. } = light {
-                sum += *radiance;
+            if let Light::Sky { radiance, distribution, .. } = light {
+                sum += *radiance * distribution.solid_angle_integral() * (0.25 / std::f64::consts::PI);
             }
         }
         sum.to_rgb()

@@ -22,6 +22,7 @@
 //! | `spectrum` | spectra as values of bands |
 //! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
 //! | `images` | PNG and JPEG textures |
+//! | `sky_picture`, `radiance_hdr` | pictures of skies: OpenEXR and Radiance |
 //! | `camera_file`, `camera_path` | cameras, and key frames of a camera, in files of their own |
 //! | `error`, `suggestion` | errors with place and remedy; suggestions for misspelt words |
 //!
@@ -44,11 +45,13 @@ mod number_cursor;
 mod obj;
 mod photometry;
 mod ply;
+mod radiance_hdr;
 mod rotation;
 mod scene;
 mod scene_reader;
 mod scene_template;
 mod scene_text;
+mod sky_picture;
 mod spectrum;
 mod stl;
 mod suggestion;

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Fields, Solution, printable};
+use zonal_scene::{Bands, Fields, Photometry, Solution, printable};
 
 /// A cell that no spreadsheet interprets as a formula: an apostrophe precedes a text that begins with `=`, `+`, `-`, `@`, a tab or a line
 /// break and is neither a number nor a direction (`+x`).
@@ -72,6 +72,28 @@ fn describe(s: &Solution, i: usize) -> (&'static str, String, Vec3, f64) {
         let p = &z.panes[i - z.pane_offset()];
         ("pane", csv_name(&s.scene.panes()[p.pane].name), p.plate.centre(), p.area)
     }
+}
+
+/// Writes the table of zones in photometric units; columns: zone, kind, of, x, y, z, size, illuminance_lx and its error illuminance_error_lx (spherical illuminance of volumes, direct light
+/// included), luminous_exitance_lm_m2.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn write_photometric_csv(
+    path: impl AsRef<Path>,
+    s: &Solution,
+    photometry: &Photometry<'_>,
+) -> Result<(), FileError> {
+    write_atomic(path.as_ref(), |out| {
+        writeln!(out, "zone,kind,of,x,y,z,size,illuminance_lx,illuminance_error_lx,luminous_exitance_lm_m2")?;
+        for i in 0..s.zones.len() {
+            let (kind, of, c, size) = describe(s, i);
+            let ([lux, error], exitance) = (photometry.illuminance(i), photometry.exitance(i));
+            writeln!(out, "{i},{kind},{of},{},{},{},{size},{lux},{error},{exitance}", c.x, c.y, c.z)?;
+        }
+        Ok(())
+    })
 }
 
 /// Writes the table of zones; columns: zone, kind, of, x, y, z, size, then radiosity, incident, direct, error and direct_error of each

@@ -315,9 +315,14 @@ fn hash_lights(h: &mut WordHasher, scene: &Scene) {
                 h.bands(*irradiance);
                 h.real(*angular_diameter);
             }
-            Light::Sky { radiance, .. } => {
+            Light::Sky { radiance, distribution, .. } => {
                 h.int(1);
                 h.bands(*radiance);
+                distribution.numbers().into_iter().for_each(|x| h.real(x));
+                if let Some(picture) = distribution.pixels() {
+                    h.int(picture.width);
+                    picture.pixels.iter().flatten().for_each(|x| h.real(f64::from(*x)));
+                }
             }
             Light::Point { position, intensity, distribution, .. } => {
                 h.int(3);

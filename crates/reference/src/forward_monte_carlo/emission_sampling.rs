@@ -21,7 +21,9 @@ pub(super) enum EmissionElement {
     Sun(Vec3, f64),
     /// A point light, by its number among the lights of the scene.
     PointLight(usize),
-    /// Sky and surroundings.
+    /// A sky that is not uniform, by its number among the lights of the scene, in a band.
+    Sky(usize, Band),
+    /// Uniform skies and surroundings.
     Surroundings,
 }
 
@@ -132,7 +134,11 @@ fn light_sources(walk_scene: &WalkScene, b: Band) -> Vec<(EmissionElement, f64)>
                 let flux = 2.0 * irradiance[b] / (1.0 + cos);
                 list.push((EmissionElement::Sun(-*direction, cos), flux * PI * r * r));
             }
-            Light::Sky { radiance: sky, .. } => radiance += sky[b],
+            Light::Sky { radiance: sky, distribution, .. } if distribution.is_uniform() => radiance += sky[b],
+            Light::Sky { radiance: sky, distribution, .. } => {
+                let fluence = sky[b] * distribution.solid_angle_integral()[b];
+                list.push((EmissionElement::Sky(l, b), fluence * PI * r * r));
+            }
             Light::Point { intensity, distribution, .. } => {
                 let power = intensity[b] * distribution.solid_angle_integral();
                 list.push((EmissionElement::PointLight(l), power));

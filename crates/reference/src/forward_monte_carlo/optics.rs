@@ -122,7 +122,7 @@ impl SceneOptics {
         let grey_heat = thermal.is_some_and(|t| t.band_fractions.is_grey());
         let lights = scene.lights().iter().all(|l| match l {
             Light::Sun { irradiance, .. } => irradiance.is_grey(),
-            Light::Sky { radiance, .. } => radiance.is_grey(),
+            Light::Sky { radiance, distribution, .. } => radiance.is_grey() && distribution.is_grey(),
             Light::Point { intensity, .. } => intensity.is_grey(),
             Light::Emitter { .. } => true,
         });

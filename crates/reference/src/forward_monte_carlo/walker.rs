@@ -123,15 +123,15 @@ impl<'a> Walker<'a> {
             EmissionElement::Plate(k) => Some((self.start_in_pane(k, None, rng), rng.unit_vector(), true)),
             EmissionElement::Sun(towards, cos) => {
                 let d = -direction_about(towards, 1.0 - rng.uniform() * (1.0 - cos), rng.uniform());
-                let (centre, r) = self.walk_scene.bounding_sphere();
-                let (a, b) = d.frame();
-                let (radius, turn) = (r * rng.uniform().sqrt(), rng.uniform_in(0.0, std::f64::consts::TAU));
-                let at = centre - d * (2.0 * r) + (a * turn.cos() + b * turn.sin()) * radius;
-                Some((WalkStart { at, facet: None, pane: None }, d, false))
+                Some((WalkStart { at: self.on_disc(d, rng), facet: None, pane: None }, d, false))
             }
             EmissionElement::PointLight(l) => {
                 let (at, direction) = leave_point_light(&scene.lights()[l], rng)?;
                 Some((WalkStart { at, facet: None, pane: None }, direction, false))
+            }
+            EmissionElement::Sky(l, band) => {
+                let d = -direction_of_sky(&scene.lights()[l], band, rng)?;
+                Some((WalkStart { at: self.on_disc(d, rng), facet: None, pane: None }, d, false))
             }
             EmissionElement::Surroundings => {
                 let (centre, r) = self.walk_scene.bounding_sphere();
@@ -140,6 +140,14 @@ impl<'a> Walker<'a> {
                 Some((start, rng.cosine_direction(-n), false))
             }
         }
+    }
+
+    /// A point of a disc before the scene, normal to the direction `d` of travel.
+    fn on_disc(&self, d: Vec3, rng: &mut Rng) -> Vec3 {
+        let (centre, r) = self.walk_scene.bounding_sphere();
+        let (a, b) = d.frame();
+        let (radius, turn) = (r * rng.uniform().sqrt(), rng.uniform_in(0.0, std::f64::consts::TAU));
+        centre - d * (2.0 * r) + (a * turn.cos() + b * turn.sin()) * radius
     }
 
     /// A point of a pane plate, at a random height in the pane.
@@ -414,6 +422,16 @@ fn parameter_excess(p: &Plate, at: Vec3) -> f64 {
     let [u, v] = p.parameters(at);
     let far = if p.kind == PlateKind::Triangle { u + v - 1.0 } else { u.max(v) - 1.0 };
     far.max(-u).max(-v)
+}
+
+/// A direction towards a sky by rejection, independent of its table.
+fn direction_of_sky(light: &Light, band: Band, rng: &mut Rng) -> Option<Vec3> {
+    let Light::Sky { distribution, .. } = light else { return None };
+    let most = distribution.upper_bound()[band];
+    (0..MAX_DIRECTION_TRIALS).find_map(|_| {
+        let d = rng.unit_vector();
+        (rng.uniform() * most < distribution.relative(d)[band]).then_some(d)
+    })
 }
 
 /// The position of a point light and a direction by rejection, independent of the closed forms of the distribution.

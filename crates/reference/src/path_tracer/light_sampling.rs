@@ -5,7 +5,7 @@
 
 use super::flight::direction_about;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, IntensityDistribution, Light, Scene, Sides};
+use zonal_scene::{Bands, IntensityDistribution, Light, Scene, Sides, SkyDistribution};
 
 /// Points along each parameter at which the textured emission of a facet is evaluated for its weight.
 const TEXTURE_SAMPLES_PER_SIDE: usize = 4;
@@ -24,8 +24,8 @@ pub(super) struct LightSet<'a> {
     scene: &'a Scene,
     suns: Vec<SunDisc>,
     points: Vec<(Vec3, Bands, &'a IntensityDistribution)>,
-    /// Radiance of all skies, W/(m² sr).
-    pub sky: Bands,
+    /// Unit and relative radiance of the skies.
+    skies: Vec<(Bands, &'a SkyDistribution)>,
     emitters: Vec<u32>,
     cumulative: Vec<f64>,
     /// P/A of each facet of the scene, 1/m².
@@ -61,7 +61,7 @@ impl<'a> LightSet<'a> {
             scene,
             suns: Vec::new(),
             points: Vec::new(),
-            sky: Bands::ZERO,
+            skies: Vec::new(),
             emitters: Vec::new(),
             cumulative: Vec::new(),
             density: vec![0.0; scene.facets().len()],
@@ -74,7 +74,7 @@ impl<'a> LightSet<'a> {
                     let flux = 2.0 * *irradiance / (1.0 + cos);
                     out.suns.push(SunDisc { towards: -*direction, cos, flux });
                 }
-                Light::Sky { radiance, .. } => out.sky += *radiance,
+                Light::Sky { radiance, distribution, .. } => out.skies.push((*radiance, distribution)),
                 Light::Point { position, intensity, distribution, .. } => {
                     out.points.push((*position, *intensity, distribution));
                 }
@@ -109,6 +109,11 @@ impl<'a> LightSet<'a> {
             self.scene.emission_at(f, u, v).sum() / (n * n) as f64
         });
         mean.sum::<f64>() * facet.plate.area()
+    }
+
+    /// Radiance of all skies from a unit direction, W/(m² sr).
+    pub(super) fn sky(&self, direction: Vec3) -> Bands {
+        self.skies.iter().map(|(radiance, distribution)| *radiance * distribution.relative(direction)).sum()
     }
 
     /// Number of suns.

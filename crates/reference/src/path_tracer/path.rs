@@ -129,7 +129,7 @@ impl PathSampler<'_> {
             FlightEnd::Escaped => {
                 let surroundings_radiance = self.space.scene.surroundings().radiance;
                 s.radiance.add(s.throughput * surroundings_radiance, false);
-                s.radiance.add(s.throughput * self.lights.sky, first);
+                s.radiance.add(s.throughput * self.lights.sky(d), first);
                 return false;
             }
             FlightEnd::Collision(vertex, albedo) => {

@@ -44,7 +44,7 @@ pub(crate) struct Integrator<'a> {
     /// Indirect radiosity of the medium.
     medium: Option<RadiosityField<'a>>,
     lights: DirectLights<'a>,
-    /// Radiance where a ray leaves the scene, W/(m² sr).
+    /// Radiance of the surroundings and of uniform skies where a ray leaves the scene, W/(m² sr).
     background: Bands,
     gather: Option<FinalGather<'a>>,
     /// Corrections near contacts for the camera of the picture.
@@ -61,7 +61,9 @@ impl<'a> Integrator<'a> {
         let scene = &s.scene;
         let mut background = scene.surroundings().radiance;
         for light in scene.lights() {
-            if let Light::Sky { radiance, .. } = light {
+            if let Light::Sky { radiance, distribution, .. } = light
+                && distribution.is_uniform()
+            {
                 background += *radiance;
             }
         }
@@ -163,7 +165,7 @@ impl<'a> Integrator<'a> {
     ) -> Bands {
         let last = match &end.hit {
             Some(h) => self.surface_radiance(h, ray, sampler),
-            None => self.background,
+            None => self.background_radiance(ray.dir),
         };
         if end.panes.is_empty() {
             return last;
@@ -179,6 +181,17 @@ impl<'a> Integrator<'a> {
         let end = self.trace(ray);
         let segment = self.medium_segment(ray, end.segment_length(), sampler);
         segment.in_front_of(self.radiance_behind_segment(ray, &end, sampler))
+    }
+
+    /// Radiance, W/(m² sr), of surroundings and skies in a direction.
+    fn background_radiance(&self, direction: Vec3) -> Bands {
+        let of = |light: &Light| match light {
+            Light::Sky { radiance, distribution, .. } if !distribution.is_uniform() => {
+                *radiance * distribution.relative(direction)
+            }
+            _ => Bands::ZERO,
+        };
+        self.background + self.solution.scene.lights().iter().map(of).sum::<Bands>()
     }
 
     /// Radiance of a surface point.

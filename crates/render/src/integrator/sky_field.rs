@@ -6,7 +6,7 @@
 //! H = π ∫∫ τ(ω(u, v)) L du dv
 //! ```
 //!
-//! with τ = 0 behind a facet. The square has n × n cells, each with one sample; a cell whose value differs from that of a neighbour is sampled again at
+//! with τ = 0 behind a facet. A sky that is not uniform has the map of the light sampler, half of it by the table of its radiance, and the weights of that map. The square has n × n cells, each with one sample; a cell whose value differs from that of a neighbour is sampled again at
 //! k × k points. The boundary of what is visible is thereby resolved to 1/(n k), and a window of 1 % of the hemisphere is known to a few per cent with
 //! a few hundred rays. Where little is visible n is doubled. The values are those of nodes (`node_lattice`), the same for all rays of a picture.
 //!
@@ -29,6 +29,8 @@ const CELLS: usize = 16;
 const SAMPLES_OF_DIVIDED_CELL: usize = 4;
 /// Visible share of the sky below which n is doubled.
 const MIN_VISIBLE_SHARE: f64 = 0.05;
+/// Samples along each side of the unit square for the light of a sky that is not uniform, without obstacles.
+const UNOBSTRUCTED_SAMPLES: usize = 8;
 /// Difference between neighbouring cells, over the unobstructed sky, above which they are divided.
 const MAX_DIFFERENCE: f64 = 0.1;
 
@@ -103,11 +105,26 @@ impl<'a> SkyField<'a> {
             };
             self.skies.iter().filter_map(of).sum()
         };
-        let of = |sky: &LightSampler| sky.sample_at(self.transport, point, receiver, [0.5; 3]);
-        let whole: Bands = self.skies.iter().filter_map(of).map(|s| s.flux).sum();
+        let whole: Bands = self.skies.iter().map(|sky| self.unobstructed(sky, point, receiver)).sum();
         let coarse = divided_mean(CELLS, whole, &arrived);
         let share = Band::all().fold(0.0f64, |m, b| m.max(coarse[b] / whole[b].max(f64::MIN_POSITIVE)));
         if share >= MIN_VISIBLE_SHARE { coarse } else { divided_mean(2 * CELLS, whole, &arrived) }
+    }
+
+    /// Light of a sky without obstacles, W/m²: that of one sample if the sky is uniform, else a mean.
+    fn unobstructed(&self, sky: &LightSampler, point: Vec3, receiver: Receiver) -> Bands {
+        let of = |s: [f64; 2]| {
+            let sample = sky.sample_at(self.transport, point, receiver, [s[0], s[1], 0.5]);
+            sample.map_or(Bands::ZERO, |s| s.flux)
+        };
+        match sky.light() {
+            Light::Sky { distribution, .. } if !distribution.is_uniform() => {
+                let n = UNOBSTRUCTED_SAMPLES;
+                let at = |k: usize| (k as f64 + 0.5) / n as f64;
+                (0..n * n).map(|k| of([at(k / n), at(k % n)])).sum::<Bands>() / (n * n) as f64
+            }
+            _ => of([0.5; 2]),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::values::BandValues;
 use crate::thermal::blackbody_emissive_power;
-use crate::{BandSet, Bands, IntensityDistribution, Light, Pane, Plate};
+use crate::{BandSet, Bands, IntensityDistribution, Light, Pane, Plate, SkyDistribution};
 use zonal_math::Vec3;
 
 /// Angular diameter of the sun as seen from the earth, degrees.
@@ -62,18 +62,27 @@ impl From<Sun> for Light {
     }
 }
 
-/// A uniform sky in all directions, gathered as direct light.
+/// A sky, gathered as direct light: uniform in all directions where no distribution is given.
 #[derive(Clone, Debug)]
 pub struct Sky {
     name: String,
     radiance: Bands,
+    distribution: SkyDistribution,
 }
 
 impl Sky {
-    /// A sky of a radiance, W/(m² sr).
+    /// A sky of a radiance, W/(m² sr): that of a uniform sky, or where the relative radiance is 1.
     #[must_use]
     pub fn new(radiance: impl BandValues) -> Sky {
-        Sky { name: "sky".into(), radiance: radiance.into_bands() }
+        let distribution = SkyDistribution::uniform();
+        Sky { name: "sky".into(), radiance: radiance.into_bands(), distribution }
+    }
+
+    /// Sets the relative radiance over directions.
+    #[must_use]
+    pub fn distribution(mut self, distribution: SkyDistribution) -> Sky {
+        self.distribution = distribution;
+        self
     }
 
     /// Sets the name of its light group; `sky` where not given.
@@ -86,7 +95,7 @@ impl Sky {
 
 impl From<Sky> for Light {
     fn from(sky: Sky) -> Light {
-        Light::Sky { name: sky.name, radiance: sky.radiance }
+        Light::Sky { name: sky.name, radiance: sky.radiance, distribution: sky.distribution }
     }
 }
 

@@ -138,6 +138,7 @@ impl LightRays<'_> {
                 let power = *irradiance * 4.0 * wt * ws;
                 self.enter(at - dir * (2.0 * radius), dir, power, sum);
             }
+            Light::Sky { distribution, .. } if !distribution.is_uniform() => self.varying_sky(k, u, sum),
             Light::Sky { radiance, .. } => {
                 let out = uniform_sphere(u);
                 let dir = cosine_hemisphere(-out, v);
@@ -163,6 +164,19 @@ impl LightRays<'_> {
         let (t, s) = towards.frame();
         let at = centre + t * (radius * (2.0 * u[0] - 1.0)) + s * (radius * (2.0 * u[1] - 1.0));
         self.enter(at + towards * (2.0 * radius), -towards, fluence * (4.0 * radius * radius), sum);
+    }
+
+    /// Adds a ray from a sky that is not uniform: from a disc normal to it that covers the bounds.
+    fn varying_sky(&self, k: usize, u: [f64; 2], sum: &mut LightPower) {
+        let (lo, hi) = self.scene.bounds();
+        let (centre, radius) = ((lo + hi) * 0.5, 0.5 * self.scene.diagonal() * (1.0 + 1e-9));
+        let [x, y] = low_discrepancy::sobol_2d(k as u32, [0, 0]);
+        let sample = self.sampler.sample_emission([x, y, 0.0]);
+        let Some(EmissionSample::Distant { direction: towards, fluence }) = sample else { return };
+        let (t, s) = towards.frame();
+        let ((sin, cos), across) = (sin_cos_turns(u[1]), radius * u[0].sqrt());
+        let at = centre + (t * cos + s * sin) * across + towards * (2.0 * radius);
+        self.enter(at, -towards, fluence * (PI * radius * radius), sum);
     }
 
     /// The share of a ray that is lost, and whether a side without zones absorbs it.

@@ -7,7 +7,8 @@
 //! | light | sampled | contribution of one sample, before τ |
 //! |---|---|---|
 //! | sun, angular radius α, irradiance E⊥ on a plane normal to it | uniform over its cone | G: 2 E⊥/(1+cosα), times cosθ for H |
-//! | sky of radiance L | cosine-weighted for H, uniform over the sphere for G | π L, 4π L |
+//! | uniform sky of radiance L | cosine-weighted for H, uniform over the sphere for G | π L, 4π L |
+//! | other sky of radiance L(ω), density p(ω) of its table | for H one half cosine-weighted, one half by p; by p for G | L cosθ/(½ cosθ⁺/π + ½ p), L/p |
 //! | point light of intensity I₀ f(ω) | its position | I₀ f/r², times cosθ for H |
 //! | emitter of flux E(x), solid angle Ω | uniform over Ω in front of the receiver (`emitter`) | Ω E/π, times cosθ for H |
 //!
@@ -25,7 +26,7 @@ use crate::transport::Transport;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, Light, Scene};
+use zonal_scene::{Bands, Light, Scene, SkyDistribution};
 
 /// A light prepared for sampling.
 ///
@@ -145,6 +146,11 @@ impl<'a> LightSampler<'a> {
                 let flux = *irradiance * 2.0 / (1.0 + cos_radius);
                 distant_sample(transport, point, towards, cosine(receiver, towards), flux)
             }
+            Light::Sky { radiance, distribution, .. } if !distribution.is_uniform() => {
+                let (towards, weight) = sample_sky(distribution, receiver, [s[0], s[1]]);
+                let flux = *radiance * distribution.relative(towards);
+                distant_sample(transport, point, towards, weight, flux)
+            }
             Light::Sky { radiance, .. } => {
                 let (towards, weight) = match receiver {
                     Receiver::Surface(n) => (direction_sampling::cosine_hemisphere(n, [s[0], s[1]]), PI),
@@ -198,6 +204,11 @@ impl<'a> LightSampler<'a> {
                     direction: sample_cone(-*direction, *angular_diameter, [s[0], s[1]]),
                     fluence: *irradiance * 2.0 / (1.0 + cos_radius),
                 })
+            }
+            Light::Sky { radiance, distribution, .. } if !distribution.is_uniform() => {
+                let (direction, density) = distribution.sample_direction([s[0], s[1]]);
+                let fluence = *radiance * distribution.relative(direction) / density;
+                Some(EmissionSample::Distant { direction, fluence })
             }
             Light::Sky { radiance, .. } => Some(EmissionSample::Distant {
                 direction: uniform_sphere([s[0], s[1]]),
@@ -315,6 +326,22 @@ fn distant_sample(
         end: transport.exterior_point(point, direction),
         flux: light * weight,
     })
+}
+
+/// A direction towards a sky that is not uniform, and the factor of its radiance in H or G, sr: the balance heuristic (Veach 1997) over a cosine-weighted sample, drawn
+/// by the first half of the unit interval, and one of the table of the sky. The factor is bounded by 2π, also where the table has no light.
+fn sample_sky(distribution: &SkyDistribution, receiver: Receiver, u: [f64; 2]) -> (Vec3, f64) {
+    let Receiver::Surface(n) = receiver else {
+        let (towards, density) = distribution.sample_direction(u);
+        return (towards, 1.0 / density);
+    };
+    let towards = match u[0] < 0.5 {
+        true => direction_sampling::cosine_hemisphere(n, [2.0 * u[0], u[1]]),
+        false => distribution.sample_direction([2.0 * u[0] - 1.0, u[1]]).0,
+    };
+    let cos = n.dot(towards).max(0.0);
+    let density = 0.5 * (cos / PI + distribution.density(towards));
+    (towards, if cos > 0.0 { cos / density } else { 0.0 })
 }
 
 /// A direction uniform over the cone of full angle `angle` about the unit vector `axis`.
@@ -456,7 +483,11 @@ mod tests {
         let h = irradiance(&scene, &sun(0.8), (Vec3::ZERO, towards), 1024, 5);
         let exact = Bands::from_rgb([1.0, 2.0, 4.0]);
         assert!((h / exact - 1.0).abs().all(|e| e < 2e-3), "irradiance of a wide sun: {h:?}");
-        let sky = Light::Sky { name: "sky".into(), radiance: Bands::splat(2.0) };
+        let sky = Light::Sky {
+            name: "sky".into(),
+            radiance: Bands::splat(2.0),
+            distribution: SkyDistribution::uniform(),
+        };
         let up = vec3(0.0, 0.0, 1.0);
         let h = irradiance(&scene, &sky, (Vec3::ZERO, up), 64, 5);
         assert!((h.first() / TAU - 1.0).abs() < 1e-9, "{h:?}");

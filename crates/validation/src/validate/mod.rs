@@ -6,7 +6,7 @@
 //! | `case_context`, `box_scene`, `measures` | scenes as texts that a user could run; their solution; quantities of a solution |
 //! | `data` | the committed references, as printed, with their provenance |
 //! | `richardson` | extrapolation with its uncertainty |
-//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `gas_slabs`, `thick`, `discretization`, `textbook`, `macbeth`, `lighting`, `laws` | the cases, closed forms first |
+//! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `gas_slabs`, `thick`, `discretization`, `textbook`, `macbeth`, `lighting`, `daylight`, `laws` | the cases, closed forms first |
 //! | `montecarlo` | seven cubes by Monte Carlo, two pictures; the example of that name shares them |
 //! | `openfoam`, `elmer`, `conduction` | other solvers |
 //! | `tables`, `page` | printed tables; `validation.md` with its plots |
@@ -20,6 +20,7 @@ mod case_context;
 mod conduction;
 mod cube;
 mod data;
+mod daylight;
 mod discretization;
 mod elmer;
 mod factors;
@@ -71,7 +72,7 @@ pub struct ValidationOptions {
 
 /// All cases, in the order of the page.
 fn cases() -> impl Iterator<Item = &'static ValidationCase> {
-    let parts: [&'static [ValidationCase]; 18] = [
+    let parts: [&'static [ValidationCase]; 19] = [
         &factors::CASES,
         &slabs::CASES,
         &square::CASES,
@@ -89,6 +90,7 @@ fn cases() -> impl Iterator<Item = &'static ValidationCase> {
         &textbook::CASES,
         &macbeth::CASES,
         &lighting::CASES,
+        &daylight::CASES,
         &laws::CASES,
     ];
     parts.into_iter().flatten()

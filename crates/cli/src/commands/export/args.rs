@@ -29,6 +29,9 @@ pub struct Args {
     /// Write results by face of the meshes in place of zones (.csv, .npy, .vtu): one row for each face, in the order of the mesh files.
     #[arg(long)]
     pub faces: bool,
+    /// Write illuminances in lx (.csv), and print those of the surfaces: the mean over the bands times the luminous efficacy, lm/W.
+    #[arg(long, value_name = "EFFICACY", num_args = 0..=1, default_missing_value = "683", conflicts_with = "faces")]
+    pub photometric: Option<f64>,
     /// First of the three bands that stand for red, green and blue in .html and .glb, where the solution has other bands: 0, 3, 6, ….
     #[arg(long, value_name = "B")]
     pub first_band: Option<u32>,

@@ -228,10 +228,12 @@ fn add_panes(scene: &Scene, baked: &BakedSolution, tone: ExposedTone, model: &mu
     }
 }
 
-/// Radiance of surroundings and skies, W/(m² sr).
+/// Radiance of surroundings and skies, W/(m² sr): the mean over all directions.
 fn exterior_radiance(scene: &Scene) -> Bands {
     scene.lights().iter().fold(scene.surroundings().radiance, |sum, l| match l {
-        Light::Sky { radiance, .. } => sum + *radiance,
+        Light::Sky { radiance, distribution, .. } => {
+            sum + *radiance * distribution.solid_angle_integral() * (0.25 / std::f64::consts::PI)
+        }
         _ => sum,
     })
 }

@@ -8,12 +8,13 @@ pub use args::Args;
 use super::context::{Context, check_uniform_light, read_uniform_light_solution, shown_bands};
 use crate::viewer::package::{PackageDetail, package};
 use crate::viewer::page;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use zonal_io::output;
 use zonal_render::bake::{BakeOptions, bake};
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Progress, Solution};
+use zonal_scene::{Photometry, Progress, Solution, SurfaceIlluminance, printable};
 
 /// Runs the command.
 ///
@@ -45,6 +46,9 @@ fn check_args(args: &Args) -> Result<(), Failure> {
             "--first-band: this format has all bands; remove the option, or write .html or .glb",
         ));
     }
+    if args.photometric.is_some() && extension != "csv" {
+        return Err(Failure::new("--photometric: illuminances are written as .csv; give this extension"));
+    }
     args.glb.check(&extension)
 }
 
@@ -70,15 +74,33 @@ fn export(args: &Args, solution: &Solution, progress: &dyn Progress) -> Result<E
     if args.faces {
         return export_faces(args, solution, &extension);
     }
-    let mut exported = ExportedFiles { paths: vec![args.output.clone()], sizes: Map::new() };
+    let mut exported =
+        ExportedFiles { paths: vec![args.output.clone()], sizes: Map::new(), illuminances: Vec::new() };
     match extension.as_str() {
-        "csv" => output::write_zones_csv(&args.output, solution)?,
+        "csv" => match args.photometric {
+            Some(efficacy) => export_illuminances(args, solution, efficacy, &mut exported)?,
+            None => output::write_zones_csv(&args.output, solution)?,
+        },
         "vtu" => output::write_vtu(&args.output, solution)?,
         "vti" => output::write_vti(&args.output, solution)?,
         "html" => write_page(args, solution, progress, &mut exported)?,
         _ => write_glb(args, solution, progress, &mut exported)?,
     }
     Ok(exported)
+}
+
+/// Writes the illuminances of the zones, and collects those of the surfaces.
+fn export_illuminances(
+    args: &Args,
+    s: &Solution,
+    efficacy: f64,
+    exported: &mut ExportedFiles,
+) -> Result<(), Failure> {
+    let photometry =
+        Photometry::new(s, efficacy).map_err(|e| Failure::in_file(&args.run, e.message().to_string()))?;
+    output::write_photometric_csv(&args.output, s, &photometry)?;
+    exported.illuminances = photometry.surfaces();
+    Ok(())
 }
 
 /// Writes the results by face.
@@ -94,13 +116,14 @@ fn export_faces(args: &Args, s: &Solution, extension: &str) -> Result<ExportedFi
         _ => output::write_faces_vtu(&args.output, s)?,
     }
     let sizes = Map::from_iter([("faces".to_string(), Value::from(faces))]);
-    Ok(ExportedFiles { paths: vec![args.output.clone()], sizes })
+    Ok(ExportedFiles { paths: vec![args.output.clone()], sizes, illuminances: Vec::new() })
 }
 
-/// The written files, and their sizes by name (bytes, vertices, triangles).
+/// The written files, their sizes by name (bytes, vertices, triangles), and the illuminances of the surfaces if they are wanted.
 struct ExportedFiles {
     paths: Vec<PathBuf>,
     sizes: Map<String, Value>,
+    illuminances: Vec<SurfaceIlluminance>,
 }
 
 /// Writes the page of the viewer with its data.
@@ -145,19 +168,56 @@ fn write_glb(
     Ok(())
 }
 
+/// The illuminance of a surface as JSON.
+fn illuminance_row(r: &SurfaceIlluminance) -> Value {
+    json!({
+        "name": r.name, "area_m2": r.area, "mean_lx": r.mean, "error_lx": r.error, "min_lx": r.range[0], "max_lx": r.range[1],
+        "uniformity": r.uniformity(), "flux_lm": r.flux(),
+    })
+}
+
+/// The illuminances of the surfaces as a table.
+fn illuminance_table(list: &[SurfaceIlluminance]) -> String {
+    let width = list.iter().map(|r| printable(&r.name).chars().count()).max().unwrap_or(0).max(7);
+    let mut text = format!(
+        "{:width$} {:>11} {:>12} {:>10} {:>12} {:>12} {:>10} {:>12}",
+        "surface", "area, m2", "mean, lx", "error, lx", "least, lx", "most, lx", "uniformity", "flux, lm"
+    );
+    for r in list {
+        let [least, most] = r.range;
+        let _ = write!(
+            text,
+            "\n{:width$} {:>11.3} {:>12.2} {:>10.2} {least:>12.2} {most:>12.2} {:>10.3} {:>12.2}",
+            printable(&r.name),
+            r.area,
+            r.mean,
+            r.error,
+            r.uniformity(),
+            r.flux()
+        );
+    }
+    text
+}
+
 /// NAME.glb ↦ NAME.medium.npz.
 fn medium_path(path: &Path) -> PathBuf {
     path.with_extension("medium.npz")
 }
 
 fn report(s: &Solution, exported: ExportedFiles, context: Context) -> Result<(), Failure> {
-    let ExportedFiles { paths, mut sizes } = exported;
+    let ExportedFiles { paths, mut sizes, illuminances } = exported;
     let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
     if context.json {
         sizes.insert("zones".into(), s.zones.len().into());
         sizes.insert("written".into(), names[0].clone().into());
         sizes.insert("beside".into(), names[1..].into());
+        if !illuminances.is_empty() {
+            sizes.insert("surfaces".into(), illuminances.iter().map(illuminance_row).collect());
+        }
         return say(&Value::from(sizes).to_string());
+    }
+    if !illuminances.is_empty() {
+        say(&illuminance_table(&illuminances))?;
     }
     let text = sizes.iter().map(|(k, v)| format!(", {k} {v}")).collect::<String>();
     say(&format!("{} zones{text} written: {}", s.zones.len(), names.join(", ")))

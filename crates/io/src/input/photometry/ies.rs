@@ -7,10 +7,11 @@
 //! ```
 //!
 //! An intensity is the candelas of the file times the multiplier, the ballast factor and, in files of 1986 and 1991, the ballast-lamp photometric factor;
-//! later editions keep other data in its place. Lumens of −1 mark absolute photometry, which needs no other treatment. Factors of `TILT=INCLUDE` describe lamps
-//! in tilted luminaires; they are read and not applied. Tables of type B and A become tables of type C (`type_c`).
+//! later editions keep other data in its place. Lumens of −1 mark absolute photometry, which needs no other treatment. Factors of `TILT=INCLUDE` belong to the angle between the
+//! aim and straight down; where the lamp lies across the luminaire (geometry 2 and 3) that angle alone does not determine its position. Tables of type B and A become tables of
+//! type C (`type_c`).
 
-use super::luminous_table::{AngleTable, LuminousTable, MAX_ANGLES};
+use super::luminous_table::{AngleTable, LuminousTable, MAX_ANGLES, TiltFactors};
 use super::type_c::{GoniometerType, to_type_c};
 use crate::input::error::FileFault;
 use zonal_scene::PlaneSymmetry;
@@ -24,7 +25,7 @@ const MAX_FACTOR: f64 = 1e9;
 pub(super) fn parse(file: &str, text: &str) -> Result<LuminousTable, FileFault> {
     let mut numbers = NumberStream::after_labels(file, text)?;
     let has_photometric_factor = numbers.has_photometric_factor;
-    numbers.skip_tilt()?;
+    let tilt = numbers.tilt_factors()?;
     // Counts and factors.
     let _lamps = numbers.next("the number of lamps")?;
     let _lumens = numbers.next("the lumens per lamp")?;
@@ -51,7 +52,7 @@ pub(super) fn parse(file: &str, text: &str) -> Result<LuminousTable, FileFault> 
     let candelas = values.iter().map(|v| v * factor).collect();
     let table = AngleTable { planes, gammas, candelas };
     let whole = |message: String| FileFault::new(file, "", message);
-    match kind {
+    let read = match kind {
         1.0 => {
             let symmetry = symmetry_of(&table.planes).map_err(whole)?;
             table.normalized(symmetry).map_err(whole)
@@ -61,7 +62,8 @@ pub(super) fn parse(file: &str, text: &str) -> Result<LuminousTable, FileFault> 
         other => {
             Err(whole(format!("the photometric type is {other}; give 1 (type C), 2 (type B) or 3 (type A)")))
         }
-    }
+    };
+    read.map(|read| LuminousTable { tilt, ..read })
 }
 
 /// The symmetry that the first and the last plane of type C imply.
@@ -123,10 +125,10 @@ impl<'a> NumberStream<'a> {
         Err(FileFault::new(file, "", "there is no line TILT=; give a file of IES LM-63"))
     }
 
-    /// Skips the factors of tilted lamps.
-    fn skip_tilt(&mut self) -> Result<(), FileFault> {
+    /// The factors of tilted lamps.
+    fn tilt_factors(&mut self) -> Result<Option<TiltFactors>, FileFault> {
         if self.tilt.eq_ignore_ascii_case("NONE") {
-            return Ok(());
+            return Ok(None);
         }
         if !self.tilt.eq_ignore_ascii_case("INCLUDE") {
             return Err(self.fault(format!(
@@ -134,11 +136,14 @@ impl<'a> NumberStream<'a> {
                 self.tilt
             )));
         }
-        self.next("the geometry of the lamp")?;
+        let geometry = self.next("the geometry of the lamp")?;
+        if ![1.0, 2.0, 3.0].contains(&geometry) {
+            return Err(self.fault(format!("the geometry of the lamp is {geometry}; give 1, 2 or 3")));
+        }
         let count = self.count("the number of tilt angles")?;
-        self.list(count, "a tilt angle")?;
-        self.list(count, "a tilt factor")?;
-        Ok(())
+        let angles = self.list(count, "a tilt angle")?;
+        let factors = self.list(count, "a tilt factor")?;
+        TiltFactors::new(geometry == 1.0, angles, factors).map(Some).map_err(|e| self.fault(e))
     }
 
     fn fault(&self, message: impl std::fmt::Display) -> FileFault {

@@ -39,9 +39,11 @@ fn quadrants_of_type_c_have_their_factors() {
     near(candelas(&read("a.ies", &first).unwrap(), 0.0, 0.0), 90.0);
     let newest = old.replace("IESNA91", "IES:LM-63-2019").replace("0.9 0.5", "0.9 1.00001");
     near(candelas(&read("a.ies", &newest).unwrap(), 0.0, 0.0), 180.0);
-    // Factors of tilted lamps are skipped; absolute photometry has the same intensities.
+    // Factors of tilted lamps stand apart; absolute photometry has the same intensities.
     let tilted = IES.replace("TILT=NONE", "TILT=INCLUDE\n1\n3\n0 45 90\n1 0.9 0.8").replace("1 1000", "1 -1");
-    assert_eq!(read("a.ies", &tilted).unwrap(), t);
+    let mut tilted = read("a.ies", &tilted).unwrap();
+    assert_eq!(tilted.tilt.take().map(|t| t.at(45.0)), Some(Ok(0.9)));
+    assert_eq!(tilted, t);
 }
 
 #[test]

@@ -3,14 +3,19 @@
 //! In thermal mode their power is in the band of sunlight. A planet of angular radius α and flux M at its surface, W/m², is a disc of uniform radiance
 //! M/π, which gives a plane normal to it the irradiance M sin²α: infrared in the bands of the emission, reflected sunlight in that of sunlight.
 
-use super::light_quantities::{read_direction, read_flux};
+use super::light_quantities::{read_direction, read_flux, read_quantity};
 use super::point_lights::{read_luminaire_light, read_point, read_spot};
+use super::skies::{read_cie_sky, read_image_sky, read_perez_sky, read_uniform_sky};
+use super::sun_place::SunPlace;
 use super::thermal::read_kelvin;
+use super::tube::read_tube;
 use crate::input::error::InputError;
+use crate::input::scene_reader::SceneReader;
 use crate::input::suggestion::suggest;
 use crate::input::toml::keys::KeyGroups;
-use crate::input::toml::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SKY, SPOT, SUN};
+use crate::input::toml::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SPOT, SUN, TUBE};
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::sky_keys::{CIE_SKY, IMAGE_SKY, PEREZ_SKY, SKY};
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{Bands, Light, Surface, Thermal};
 
@@ -21,43 +26,56 @@ const MAX_LISTED_PARTS: usize = 12;
 /// Surfaces that an error lists.
 const MAX_LISTED_SURFACES: usize = 24;
 
+/// The kinds of lights with their keys.
+const KINDS: [(&str, KeyGroups); 11] = [
+    ("sun", SUN),
+    ("sky", SKY),
+    ("emitter", EMITTER),
+    ("planet", PLANET),
+    ("point", POINT),
+    ("spot", SPOT),
+    ("luminaire", LUMINAIRE),
+    ("cie-sky", CIE_SKY),
+    ("perez-sky", PEREZ_SKY),
+    ("image-sky", IMAGE_SKY),
+    ("tube", TUBE),
+];
+
 /// Reads entry `index` of `[[light]]`.
 pub(super) fn read_light(
     node: &TomlNode<'_>,
     index: usize,
-    surfaces: &[Surface],
-    thermal: Option<&Thermal>,
+    reader: &mut SceneReader<'_>,
 ) -> Result<Light, InputError> {
-    const KINDS: [&str; 7] = ["sun", "sky", "emitter", "planet", "point", "spot", "luminaire"];
     let (name, mut t) = node.named_table("light", index)?;
     let kind_node = t.require(
         "kind",
-        "kind = \"sun\", \"sky\", \"emitter\", \"planet\", \"point\", \"spot\" or \"luminaire\"",
+        "kind = \"sun\", \"sky\", \"cie-sky\", \"perez-sky\", \"image-sky\", \"emitter\", \"planet\", \"point\", \"spot\", \"tube\" or \"luminaire\"",
     )?;
-    let kind = kind_node.choice(&KINDS)?;
-    if kind == 3 && thermal.is_none() {
+    let kind = kind_node.choice(&KINDS.map(|k| k.0))?;
+    if kind == 3 && reader.parts.thermal.is_none() {
         return Err(kind_node.error(
             "planets belong to thermal mode; give a sun of its angular diameter, or write mode = \"thermal\" at the top of the file",
         ));
     }
-    const KEYS: [KeyGroups; 7] = [SUN, SKY, EMITTER, PLANET, POINT, SPOT, LUMINAIRE];
-    t.check(KEYS[kind])?;
+    t.check(KINDS[kind].1)?;
     if kind == 2 {
         let surface = t.require("surface", "surface = \"the name of an emitting surface\"")?;
         let name = t.get("name").map(|_| name);
-        return Ok(Light::Emitter { name, surface: find_emitter(&surface, surfaces)? });
+        return Ok(Light::Emitter { name, surface: find_emitter(&surface, &reader.parts.surfaces)? });
     }
     t.key = format!("light '{name}'");
     match kind {
         0 => read_sun(&t, name),
-        1 => {
-            let radiance = t.require("radiance", "radiance = 100 (W/(m2 sr), number or [r, g, b])")?;
-            Ok(Light::Sky { radiance: read_flux(&radiance)?, name })
-        }
-        3 => read_planet(&t, name, thermal),
+        1 => read_uniform_sky(&t, name),
+        3 => read_planet(&t, name, reader.parts.thermal.as_ref()),
         4 => read_point(&t, name),
         5 => read_spot(&t, name),
-        _ => read_luminaire_light(&t, name),
+        6 => read_luminaire_light(&t, name),
+        7 => read_cie_sky(&t, name),
+        8 => read_perez_sky(&t, name),
+        9 => read_image_sky(&t, name),
+        _ => read_tube(&t, name, reader),
     }
 }
 
@@ -91,15 +109,19 @@ fn read_planet(t: &TomlTable<'_>, name: String, thermal: Option<&Thermal>) -> Re
 }
 
 fn read_sun(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
-    let unit = read_direction(t)?;
-    let irradiance = t.require("irradiance", "irradiance = 1000 (W/m2, number or [r, g, b])")?;
+    if let (Some(_), Some(n)) = (t.get("direction"), t.get("up")) {
+        return Err(n.error("up belongs to latitude, longitude and time; remove it"));
+    }
+    let sun = SunPlace::read(t)?;
+    let example = "irradiance = 1000 (W/m2, number or [r, g, b]), or illuminance in lx";
+    let (_, irradiance) = read_quantity(t, &[["irradiance", "illuminance"]], example)?;
     let degrees = |n: TomlNode<'_>| match n.number()? {
         x if (0.0..180.0).contains(&x) => Ok(x),
         x => Err(n.error(format!("{x} is out of range; give degrees from 0 up to 180 (the sun has 0.53)"))),
     };
     Ok(Light::Sun {
-        direction: unit,
-        irradiance: read_flux(&irradiance)?,
+        direction: -sun.towards,
+        irradiance,
         angular_diameter: t
             .read("angular_diameter", degrees)?
             .unwrap_or(DEFAULT_ANGULAR_DIAMETER_DEGREES)

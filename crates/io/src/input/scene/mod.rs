@@ -33,10 +33,13 @@ mod pane;
 mod point_lights;
 mod region;
 pub(crate) mod shapes;
+mod skies;
+mod sun_place;
 mod surface;
 pub(crate) mod surface_keys;
 pub(crate) mod surface_properties;
 pub(crate) mod thermal;
+mod tube;
 mod voxel_arrays;
 pub(crate) mod voxel_field;
 pub(crate) mod voxel_grid;
@@ -105,7 +108,7 @@ pub(crate) fn read_document(
 /// Reads the direct lights.
 fn read_lights(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
     for (i, node) in root.list("light")?.iter().enumerate() {
-        let light = lights::read_light(node, i, &reader.parts.surfaces, reader.parts.thermal.as_ref())?;
+        let light = lights::read_light(node, i, reader)?;
         reader.parts.lights.push(light);
     }
     Ok(())

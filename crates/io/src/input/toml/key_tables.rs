@@ -5,7 +5,8 @@
 
 use super::camera_keys::CAMERA;
 use super::keys::{KeyGroups, KeySpec, all, key};
-use super::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SKY, SPECTRUM, SPOT, SUN, SURROUNDINGS};
+use super::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SPECTRUM, SPOT, SUN, SURROUNDINGS, TUBE};
+use super::sky_keys::{CIE_SKY, IMAGE_SKY, PEREZ_SKY, SKY};
 use super::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
 
 const ROOT_KEYS: &[KeySpec] = &[
@@ -520,10 +521,14 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("medium.region[].gas.ARRAY", VOXEL_FILE),
     ("light[] (sun)", SUN),
     ("light[] (sky)", SKY),
+    ("light[] (cie-sky)", CIE_SKY),
+    ("light[] (perez-sky)", PEREZ_SKY),
+    ("light[] (image-sky)", IMAGE_SKY),
     ("light[] (emitter)", EMITTER),
     ("light[] (planet)", PLANET),
     ("light[] (point)", POINT),
     ("light[] (spot)", SPOT),
+    ("light[] (tube)", TUBE),
     ("light[] (luminaire)", LUMINAIRE),
     ("SPECTRUM", SPECTRUM),
     ("camera[]", CAMERA),

@@ -1,27 +1,33 @@
 //! The keys of lights, surroundings and spectra.
 
 use super::keys::{KeyGroups, KeySpec, key};
+use super::sky_keys::{PHOTOMETRIC_KEYS, PLACE_KEYS};
 
 /// `[[light]]` with `kind = "sun"`.
-pub(crate) const SUN: KeyGroups = &[&[
-    key("kind", "\"sun\"", "", "required", "distant light"),
-    key("name", "text", "", "light1, …", "name of the light group"),
-    key("direction", "direction", "", "required", "direction in which the light travels"),
-    key(
-        "irradiance",
-        "bands from 0; a number in thermal mode",
-        "W/m2",
-        "required",
-        "irradiance of a plane normal to the direction",
-    ),
-    key("angular_diameter", "number in [0, 180)", "degrees", "0.53", "angular diameter"),
-]];
-/// `[[light]]` with `kind = "sky"`.
-pub(crate) const SKY: KeyGroups = &[&[
-    key("kind", "\"sky\"", "", "required", "uniform sky"),
-    key("name", "text", "", "light1, …", "name of the light group"),
-    key("radiance", "bands from 0; a number in thermal mode", "W/(m2 sr)", "required", "radiance"),
-]];
+pub(crate) const SUN: KeyGroups = &[
+    &[
+        key("kind", "\"sun\"", "", "required", "distant light"),
+        key("name", "text", "", "light1, …", "name of the light group"),
+        key("direction", "direction", "", "required without a place", "direction in which the light travels"),
+        key(
+            "irradiance",
+            "bands from 0; a number in thermal mode",
+            "W/m2",
+            "required without illuminance",
+            "irradiance of a plane normal to the direction",
+        ),
+        key(
+            "illuminance",
+            "number from 0",
+            "lx",
+            "",
+            "illuminance of that plane, in place of the irradiance",
+        ),
+        key("angular_diameter", "number in [0, 180)", "degrees", "0.53", "angular diameter"),
+    ],
+    PLACE_KEYS,
+    PHOTOMETRIC_KEYS,
+];
 /// Keys of every light without extent.
 const PLACED_LIGHT_KEYS: &[KeySpec] = &[
     key("name", "text", "", "light1, …", "name of the light group"),
@@ -33,7 +39,7 @@ const INTENSITY_KEYS: &[KeySpec] = &[
         "intensity",
         "bands from 0; a number in thermal mode",
         "W/sr",
-        "required without power",
+        "required without the next three",
         "radiant intensity, of a spot on its axis",
     ),
     key(
@@ -43,12 +49,15 @@ const INTENSITY_KEYS: &[KeySpec] = &[
         "",
         "radiant power, in place of the intensity",
     ),
+    key("luminous_intensity", "number from 0", "cd", "", "luminous intensity, of a spot on its axis"),
+    key("luminous_flux", "number from 0", "lm", "", "luminous flux"),
 ];
 /// `[[light]]` with `kind = "point"`.
 pub(crate) const POINT: KeyGroups = &[
     &[key("kind", "\"point\"", "", "required", "light without extent, the same in all directions")],
     PLACED_LIGHT_KEYS,
     INTENSITY_KEYS,
+    PHOTOMETRIC_KEYS,
 ];
 /// `[[light]]` with `kind = "spot"`.
 pub(crate) const SPOT: KeyGroups = &[
@@ -72,6 +81,21 @@ pub(crate) const SPOT: KeyGroups = &[
         ),
     ],
     INTENSITY_KEYS,
+    PHOTOMETRIC_KEYS,
+];
+/// `[[light]]` with `kind = "tube"`.
+pub(crate) const TUBE: KeyGroups = &[
+    &[
+        key("kind", "\"tube\"", "", "required", "cylinder that emits diffusely (light mode)"),
+        key("name", "text", "", "light1, …", "name of the light group and of its surface"),
+        key("start", "point", "m", "required", "one end of the axis"),
+        key("end", "point", "m", "required", "the other end of the axis"),
+        key("radius", "number above 0", "m", "required", "radius"),
+        key("power", "bands from 0", "W", "required without luminous_flux", "radiant power"),
+        key("luminous_flux", "number from 0", "lm", "", "luminous flux, in place of the power"),
+        key("reflectance", "bands in [0, 1]", "", "0.5", "diffuse reflectance of the tube"),
+    ],
+    PHOTOMETRIC_KEYS,
 ];
 /// `[[light]]` with `kind = "luminaire"`.
 pub(crate) const LUMINAIRE: KeyGroups = &[
@@ -94,9 +118,8 @@ pub(crate) const LUMINAIRE: KeyGroups = &[
             "angle about the direction that turns the plane C = 0 towards C = 90",
         ),
         key("dimming", "number from 0", "", "1", "factor of the intensities"),
-        key("efficacy", "number above 0", "lm/W", "683", "lumens of a watt of radiant power"),
-        key("tint", "bands of mean 1", "", "1", "relative power of the bands (light mode)"),
     ],
+    PHOTOMETRIC_KEYS,
 ];
 /// `[[light]]` with `kind = "emitter"`.
 pub(crate) const EMITTER: KeyGroups = &[&[

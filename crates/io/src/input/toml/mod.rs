@@ -8,6 +8,7 @@
 //! | `key_tables` | every key of the scene and camera-path formats, with type, unit, default and description |
 //! | `camera_keys` | those of cameras and camera paths |
 //! | `light_keys` | those of lights and spectra |
+//! | `sky_keys` | those of skies, place and time |
 //! | `thermal_keys` | those of emissivities by temperature and side |
 //! | `migrate` | former keys replaced in a text, with comments and layout kept |
 //! | `template` | numbers replaced in a text |
@@ -18,6 +19,7 @@ pub(crate) mod keys;
 pub(crate) mod light_keys;
 pub(crate) mod migrate;
 pub(crate) mod node;
+pub(crate) mod sky_keys;
 pub(crate) mod source;
 pub(crate) mod template;
 pub(crate) mod thermal_keys;

@@ -100,6 +100,16 @@ impl<'a> TomlNode<'a> {
             _ => self.mismatch("a text in quotes"),
         }
     }
+    /// A date, a time and an offset from universal time, as a text or as they are.
+    pub(crate) fn date_time(&self) -> Result<toml_datetime::Datetime, InputError> {
+        match self.value {
+            DeValue::Datetime(d) => Ok(*d),
+            DeValue::String(s) => s.trim().parse().map_err(|_| {
+                self.error(format!("'{s}' is no moment; write it like \"2026-06-21T12:00:00+02:00\""))
+            }),
+            _ => self.mismatch("a date and time such as 2026-06-21T12:00:00+02:00"),
+        }
+    }
     /// The index of one of these words.
     pub(crate) fn choice(&self, words: &[&str]) -> Result<usize, InputError> {
         let word = self.text()?;

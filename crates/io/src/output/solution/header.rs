@@ -13,8 +13,8 @@ use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
     Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh,
-    IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SolveOptions,
-    Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
+    IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SkyDistribution,
+    SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
 };
 
 /// The version of the format.
@@ -134,6 +134,8 @@ enum LightFormat {
         name: String,
         #[serde(with = "bands")]
         radiance: Bands,
+        #[serde(with = "sky_distribution", default, skip_serializing_if = "SkyDistribution::is_uniform")]
+        distribution: SkyDistribution,
     },
     Point {
         name: String,
@@ -163,6 +165,22 @@ mod distribution {
         let numbers = Vec::<f64>::deserialize(d)?;
         IntensityDistribution::from_defining_numbers(&numbers)
             .ok_or_else(|| serde::de::Error::custom("the distribution of intensity is none"))
+    }
+}
+
+/// A distribution of radiance as the numbers that determine it; the pixels of a picture are an array of the file.
+mod sky_distribution {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use zonal_scene::SkyDistribution;
+
+    pub(super) fn serialize<S: Serializer>(d: &SkyDistribution, s: S) -> Result<S::Ok, S::Error> {
+        d.numbers().serialize(s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<SkyDistribution, D::Error> {
+        let numbers = Vec::<f64>::deserialize(d)?;
+        SkyDistribution::from_numbers(&numbers)
+            .ok_or_else(|| serde::de::Error::custom("the distribution of radiance is none"))
     }
 }
 

@@ -23,6 +23,7 @@
 //! | `facet_origin`, `_e1`, `_e2`, `_kind`, `_surface`, `_uv` | [facets, …] | the scene's surfaces |
 //! | `pane_plate_*`, `pane_plate_pane` | [plates, …] | the scene's panes |
 //! | `texture_0` … | [height, width, 3] f32 | linear textures |
+//! | `sky_0` … | [height, width, 3] f32 | pictures of skies, by the number of the light |
 //! | `voxmap_extinction`, `_albedo`, `_emission`, `_source` | [nx, ny, nz, bands] | the medium |
 //! | `voxmap_heat` | [nx, ny, nz, 3] | in thermal mode: 1, T, 0 for a given temperature (K), else 0, 0, Q (W/m³) |
 //!

@@ -4,7 +4,7 @@ use super::faces::read_faces;
 use super::header::{
     CellPolynomials, FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
 };
-use super::write::texture_name;
+use super::write::{sky_name, texture_name};
 use crate::output::error::FileError;
 use crate::output::npz::reader::{Absence, NpzReader, ZoneRows};
 use crate::output::report::codec::{decode_at, with_triple};
@@ -14,7 +14,7 @@ use std::io::Cursor;
 use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
-    BandSet, Facet, Fields, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
+    BandSet, Facet, Fields, Light, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
     SceneError, SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelPlace,
     VoxelSamples, VoxelZones, Zones,
 };
@@ -177,7 +177,7 @@ fn read_scene(
         textures: (0..header.textures).map(|i| read_texture(npz, triple, i)).collect::<Result<_, _>>()?,
         panes: read_panes(npz, header.panes)?,
         voxel_grid: header.voxel_grid.map(|v| read_voxel_grid(npz, &v)).transpose()?,
-        lights: header.lights,
+        lights: read_lights(npz, header.lights)?,
         surroundings: header.surroundings,
         periodic: header.periodic,
         thermal: thermal.map_err(|e| npz.error("header.json", e))?,
@@ -238,6 +238,21 @@ fn read_facets(npz: &mut NpzReader<'_>, surfaces: usize) -> Result<Vec<Facet>, F
 fn read_texture(npz: &mut NpzReader<'_>, triple: usize, i: usize) -> Result<Texture, FileError> {
     let (width, height, pixels) = npz.picture(&texture_name(triple, i))?;
     Ok(Texture { width, height, pixels })
+}
+
+/// The lights with the pictures of skies.
+fn read_lights(npz: &mut NpzReader<'_>, mut lights: Vec<Light>) -> Result<Vec<Light>, FileError> {
+    for (l, light) in lights.iter_mut().enumerate() {
+        if let Light::Sky { distribution, .. } = light
+            && distribution.lacks_pixels()
+        {
+            let name = sky_name(l);
+            let (width, height, pixels) = npz.picture(&name)?;
+            let with_pixels = distribution.with_pixels(Texture { width, height, pixels });
+            *distribution = with_pixels.map_err(|e| npz.error(&name, e))?;
+        }
+    }
+    Ok(lights)
 }
 
 fn read_panes(npz: &mut NpzReader<'_>, mut panes: Vec<Pane>) -> Result<Vec<Pane>, FileError> {

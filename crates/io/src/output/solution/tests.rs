@@ -16,7 +16,7 @@ use zonal_scene::{
     ThermalFields, VolumeSample, VoxelGrid, VoxelPlace, VoxelSamples, VoxelZones, ZoneValues, Zones,
 };
 use zonal_scene::{Convection, LinkLaw, NodeCondition, NodeLink, NodeResult, ThermalNetwork, ThermalNode};
-use zonal_scene::{IntensityDistribution, IntensityTable, PlaneSymmetry};
+use zonal_scene::{IntensityDistribution, IntensityTable, PlaneSymmetry, SkyDistribution, SkyPlacement};
 
 pub(super) fn folder(name: &str) -> PathBuf {
     let dir = std::env::temp_dir().join(format!("zonal-{name}-{}", std::process::id()));
@@ -34,6 +34,31 @@ fn voxel_grid() -> VoxelGrid {
     voxel_grid.seal().unwrap()
 }
 
+/// A model of a sky and a picture.
+fn varying_skies() -> [Light; 2] {
+    [
+        Light::Sky {
+            name: "clear".into(),
+            radiance: Bands::ONE,
+            distribution: SkyDistribution::cie(
+                12,
+                SkyPlacement { sun: vec3(1.0, 0.2, 0.7), up: vec3(0.0, 0.0, 1.0), ground_reflectance: 0.2 },
+            )
+            .unwrap(),
+        },
+        Light::Sky {
+            name: "picture".into(),
+            radiance: Bands::splat(2.0),
+            distribution: SkyDistribution::picture(
+                Texture { width: 2, height: 1, pixels: vec![[0.25, 0.5, 1.0], [0.1, 0.2, 0.3]] },
+                vec3(0.1, 1.0, 0.2),
+                0.3,
+            )
+            .unwrap(),
+        },
+    ]
+}
+
 fn lights() -> Vec<Light> {
     vec![
         Light::Sun {
@@ -42,7 +67,11 @@ fn lights() -> Vec<Light> {
             irradiance: Bands::from_rgb([1.0, 2.0, 3.0]),
             angular_diameter: 0.0093,
         },
-        Light::Sky { name: "sky".into(), radiance: Bands::from_rgb([0.1, 0.2, 0.4]) },
+        Light::Sky {
+            name: "sky".into(),
+            radiance: Bands::from_rgb([0.1, 0.2, 0.4]),
+            distribution: SkyDistribution::uniform(),
+        },
         Light::Point {
             name: "spot".into(),
             position: vec3(0.1, 0.2, 1.0 / 3.0),
@@ -98,7 +127,7 @@ fn scene() -> Scene {
             emission: Bands::ZERO,
         }],
         voxel_grid: Some(voxel_grid()),
-        lights: lights(),
+        lights: [lights(), varying_skies().to_vec()].concat(),
         periodic: [false; 3],
         mirrors: [[true, false], [false; 2], [false; 2]],
         boundary_box: None,

@@ -10,8 +10,8 @@ use std::borrow::Cow;
 use std::io::{self, Cursor, Seek, Write};
 use std::path::Path;
 use zonal_scene::{
-    Bands, CellFractions, Fields, LightGroup, Plate, Solution, ThermalCondition, VoxelGrid, VoxelZones,
-    ZoneValues,
+    Bands, CellFractions, Fields, Light, LightGroup, Plate, Solution, ThermalCondition, VoxelGrid,
+    VoxelZones, ZoneValues,
 };
 
 /// The arrays of thermal mode.
@@ -240,6 +240,13 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -
             npz.picture(&texture_name(t, i), texture.width, texture.height, &texture.pixels)?;
         }
     }
+    for (l, light) in scene.lights().iter().enumerate() {
+        if let Light::Sky { distribution, .. } = light
+            && let Some(picture) = distribution.pixels()
+        {
+            npz.picture(&sky_name(l), picture.width, picture.height, &picture.pixels)?;
+        }
+    }
     let grids: Vec<&VoxelGrid> = triples.iter().filter_map(|t| t.scene.voxel_grid()).collect();
     if let Some(v) = grids.first() {
         let dims = v.dims();
@@ -262,6 +269,11 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -
 /// Name of the array of a texture; each triple of bands has its own.
 pub(super) fn texture_name(triple: usize, texture: usize) -> String {
     if triple == 0 { format!("texture_{texture}") } else { format!("texture_{texture}_triple_{triple}") }
+}
+
+/// Name of the array of the picture of a sky, by the number of its light.
+pub(super) fn sky_name(light: usize) -> String {
+    format!("sky_{light}")
 }
 
 /// Band fractions that differ from cell to cell: the kind of each cell, and the polynomials of every kind and band.

@@ -19,6 +19,8 @@ const LAMP: &str = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.6, 0
 const SUN: &str =
     "[[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
 const SKY: &str = "[[light]]\nkind = \"sky\"\nradiance = 1\n";
+const CLEAR_SKY: &str =
+    "[[light]]\nkind = \"cie-sky\"\ntype = 13\nhorizontal_irradiance = 1\ndirection = [0.3, 0.2, -1]\n";
 const BULB: &str = "[[light]]\nkind = \"point\"\nposition = [0.52, 1.34, 1.42]\npower = 100\n";
 const SPOT: &str = "[[light]]\nkind = \"spot\"\nposition = [0.3, 0.4, 1.9]\ndirection = [0.5, 0.3, -1]\n\
     inner_angle = 8\nouter_angle = 15\nintensity = 100\n";
@@ -115,9 +117,10 @@ fn check(text: &str, tolerance: f64) -> ErrorCoverage {
     }
 }
 
-fn scenes() -> [(&'static str, String); 12] {
+fn scenes() -> [(&'static str, String); 14] {
     let open = ROOM.replace("OMIT", "\"z1\"") + BLOCK;
     let closed = ROOM.replace("OMIT", "") + BLOCK;
+    let below_sky = open.clone();
     [
         ("sun through a hole", open.clone() + &lid() + SUN),
         ("sun", open.clone() + SUN),
@@ -131,6 +134,8 @@ fn scenes() -> [(&'static str, String); 12] {
         ("spot", closed.clone() + SPOT),
         ("spot in haze", closed.clone() + HAZE + SPOT),
         ("narrow beam in haze", closed + HAZE + BEAM),
+        ("clear sky through a hole", below_sky.clone() + &lid() + CLEAR_SKY),
+        ("clear sky in haze and a pane", below_sky + HAZE + PANE + CLEAR_SKY),
     ]
 }
 

@@ -14,6 +14,8 @@
 //! ```text
 //! e = √(s(1−s)) m^(−3/4)     if the samples disagree (the shadow boundary runs through few of m strata);
 //!                            beyond 256 samples like m^(−5/8): points and directions have four dimensions
+//!                            below a sky that is not uniform times s^(−1/6), for openings narrower than the strata, and with m/2 on a patch:
+//!                            one half of its samples is cosine-weighted, the other by radiance
 //! e = ½/(m+1)                if all agree, with m counted over the zone and the 124 cells around it (25 of them for a patch)
 //! ```
 //!

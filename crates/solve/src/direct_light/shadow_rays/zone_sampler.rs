@@ -1,7 +1,8 @@
 //! Samples of one light at the points of one zone, and their statistics.
 
 use super::params::{
-    CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, SAMPLE_QUANTUM,
+    CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, MIN_VISIBLE_FRACTION,
+    SAMPLE_QUANTUM, SMALL_OPENING_RATE,
 };
 use super::point_light::{LitZones, PointLightOnZone};
 use crate::distribution::{Execution, Message};
@@ -71,6 +72,8 @@ pub(super) struct ZoneLightSampler<'a> {
     has_closed_form: bool,
     /// True if the light is part of the scene.
     is_inside: bool,
+    /// True for a sky that is not uniform.
+    is_varying_sky: bool,
     grid: Option<&'a VoxelGrid>,
 }
 
@@ -135,6 +138,7 @@ impl<'a> ZoneLightSampler<'a> {
             // The weights of a point light are those of full intensity.
             has_closed_form: sampler.has_closed_form() || matches!(light, Light::Point { .. }),
             is_inside: matches!(light, Light::Emitter { .. }),
+            is_varying_sky: matches!(light, Light::Sky { distribution, .. } if !distribution.is_uniform()),
             grid: scene.voxel_grid(),
             light: sampler,
         }
@@ -196,11 +200,11 @@ impl<'a> ZoneLightSampler<'a> {
             };
             t.add(flux, tau);
         }
-        self.estimate(&t)
+        self.estimate(&t, 1.0)
     }
 
-    /// The estimate of a tally, with its error.
-    fn estimate(&self, t: &SampleTally) -> DirectLightEstimate {
+    /// The estimate of a tally, with its error, if `share` of its samples are stratified together.
+    fn estimate(&self, t: &SampleTally, share: f64) -> DirectLightEstimate {
         let m = t.count as f64;
         let unoccluded = if self.has_closed_form { t.unoccluded } else { t.sent } / m;
         let s = t.visible_fraction();
@@ -210,14 +214,19 @@ impl<'a> ZoneLightSampler<'a> {
             let square = largest(t.unoccluded).powi(2);
             (if square > 0.0 { m * t.unoccluded2 / square - 1.0 } else { 0.0 }, m * equal)
         } else {
-            (1.0 / equal - 1.0, m)
+            (1.0 / equal - 1.0, m * share)
         };
         // Variance of the transmittance over the visible samples.
         let dim =
             if t.visible > 0.0 { t.through2 / t.visible - (t.through / t.visible).powi(2) } else { 0.0 };
         let slow = (effective / FOUR_DIMENSIONAL_SAMPLES).max(1.0).powf(0.75 - FOUR_DIMENSIONAL_RATE);
-        let error =
-            (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt() * effective.powf(-0.75) * slow;
+        // Small openings of a varying sky are narrower than the strata of the samples.
+        let small =
+            if self.is_varying_sky { s.max(MIN_VISIBLE_FRACTION).powf(-SMALL_OPENING_RATE) } else { 1.0 };
+        let error = (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt()
+            * effective.powf(-0.75)
+            * slow
+            * small;
         DirectLightEstimate {
             unoccluded,
             ratio: t.ratio(),
@@ -237,7 +246,9 @@ impl<'a> ZoneLightSampler<'a> {
         if t.weight == 0.0 && self.has_closed_form {
             return self.estimate_unlit(i, t.count);
         }
-        self.estimate(&t)
+        // On a patch the samples of a varying sky are two sequences.
+        let share = if self.is_varying_sky && i < self.zones.patches.len() { 0.5 } else { 1.0 };
+        self.estimate(&t, share)
     }
 
     /// Estimates zone `i` if the light faces none of `count` points: no light, but the plane of the light may cut off a corner.
