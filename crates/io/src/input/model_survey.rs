@@ -115,7 +115,10 @@ impl ModelSurvey {
         let materials = used.map(|(material, plates)| SurveyedMaterial::of(material, plates));
         let mut materials: Vec<SurveyedMaterial> = materials.collect();
         materials.sort_by(|a, b| b.area.total_cmp(&a.area));
-        let is_opaque = |f: &&crate::input::mesh::model::MeshFace| mesh.materials[f.material].glass.is_none();
+        let is_opaque = |f: &&crate::input::mesh::model::MeshFace| {
+            let m = &mesh.materials[f.material];
+            m.glass.is_none() && m.alpha.is_none()
+        };
         let opaque: Vec<Plate> = mesh.faces.iter().filter(is_opaque).map(|f| f.plate).collect();
         ModelSurvey {
             bounds,

@@ -2,7 +2,8 @@
 
 use super::error::{FileFault, InputError};
 use super::images;
-use super::mesh::model::ImageSource;
+use super::mesh::alpha_map::AlphaMap;
+use super::mesh::model::{AlphaChannel, AlphaSource, ImageSource};
 use super::scene::gas_composition::SceneGas;
 use super::scene::medium_properties::MediumProperties;
 use super::scene::surface_properties::SurfaceProperties;
@@ -10,8 +11,10 @@ use super::scene::thermal::SceneMode;
 use super::toml::node::TomlNode;
 use super::toml::source::SourceText;
 use crate::files::FileSource;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use zonal_scene::{
     Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
     SurfaceEmissivity, ThermalCondition,
@@ -48,6 +51,8 @@ pub(crate) struct SceneReader<'a> {
     /// Tables of emissivities by temperature.
     pub(crate) emissivity_tables: Vec<EmissivityTable>,
     texture_of_image: HashMap<String, usize>,
+    /// Alpha of images already read.
+    alpha_of_image: HashMap<(String, AlphaChannel), Rc<AlphaMap>>,
 }
 
 impl<'a> SceneReader<'a> {
@@ -61,6 +66,7 @@ impl<'a> SceneReader<'a> {
             interior_fills: Vec::new(),
             emissivity_tables: Vec::new(),
             texture_of_image: HashMap::new(),
+            alpha_of_image: HashMap::new(),
         }
     }
     /// The mode of the scene.
@@ -129,22 +135,34 @@ impl<'a> SceneReader<'a> {
         let path = self.resolve(node)?;
         self.image(&ImageSource::File(path)).map_err(|f| node.error(f.to_string()))
     }
+    /// The bytes of an image.
+    fn bytes_of<'i>(&self, image: &'i ImageSource) -> Result<Cow<'i, [u8]>, FileFault> {
+        match image {
+            ImageSource::Bytes { bytes, .. } => Ok(Cow::Borrowed(bytes)),
+            ImageSource::File(path) => {
+                let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
+                bytes.map(Cow::Owned).map_err(|e| FileFault::new(&image.name(), "", e))
+            }
+        }
+    }
+    /// The alpha of a material; every image is decoded once.
+    pub(crate) fn alpha_map(&mut self, alpha: &AlphaSource) -> Result<Rc<AlphaMap>, FileFault> {
+        let Some(image) = &alpha.image else { return Ok(Rc::new(AlphaMap::opaque())) };
+        let key = (image.name(), alpha.channel);
+        if let Some(map) = self.alpha_of_image.get(&key) {
+            return Ok(map.clone());
+        }
+        let map = Rc::new(images::decode_alpha(&key.0, &self.bytes_of(image)?, alpha.channel)?);
+        self.alpha_of_image.insert(key, map.clone());
+        Ok(map)
+    }
     /// The index of an image's texture; every image is decoded once.
     pub(crate) fn image(&mut self, image: &ImageSource) -> Result<usize, FileFault> {
-        let name = match image {
-            ImageSource::File(path) => path.display().to_string(),
-            ImageSource::Bytes { name, .. } => name.clone(),
-        };
+        let name = image.name();
         if let Some(i) = self.texture_of_image.get(&name) {
             return Ok(*i);
         }
-        let mut texture = match image {
-            ImageSource::Bytes { bytes, .. } => images::decode(&name, bytes)?,
-            ImageSource::File(path) => {
-                let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
-                images::decode(&name, &bytes.map_err(|e| FileFault::new(&name, "", e))?)?
-            }
-        };
+        let mut texture = images::decode(&name, &self.bytes_of(image)?)?;
         let (bands, triple) = (self.source.bands(), self.source.triple());
         if !bands.is_rgb() {
             for pixel in &mut texture.pixels {

@@ -8,7 +8,7 @@
 //! | transmission with volume | pane, κ = −ln(attenuation colour)/attenuation distance, Ω = 0 |
 //! | transmission without volume | pane, κ = −ln(base colour × factor)/thickness, Ω = 0 |
 //! | alpha blend | pane, κ = −ln(1 − alpha)/thickness, Ω = base colour; alpha 1 is opaque |
-//! | alpha mask, alpha of textures | not read: a warning where the material is used |
+//! | alpha mask; alpha blend by the alpha of a texture | faces cut along their alpha (`mesh::transparent_materials`) |
 
 use super::accessors::Buffers;
 use super::container::{path_beside, resolve_uri};
@@ -16,7 +16,10 @@ use super::texture_mapping::TextureMapping;
 use crate::files::FileSource;
 use crate::input::error::FileFault;
 use crate::input::images;
-use crate::input::mesh::model::{GlassAttenuation, GlassProperties, ImageSource, MeshData, MeshMaterial};
+use crate::input::mesh::model::{
+    AlphaChannel, AlphaRule, AlphaSource, GlassAttenuation, GlassProperties, ImageSource, MeshData,
+    MeshMaterial,
+};
 use gltf::Document;
 use gltf::material::AlphaMode;
 use std::collections::{HashMap, HashSet};
@@ -29,6 +32,9 @@ use zonal_scene::Bands;
 const MAX_UNLIT_REFLECTANCE: f64 = 0.95;
 /// Smallest transmittance of a colour; it keeps the extinction finite.
 const MIN_TRANSMITTANCE: f64 = 1e-6;
+
+/// Cutoff of a mask without one.
+const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// The texture mappings of all materials; the default material is added when a primitive uses it.
 pub(super) struct MaterialTable {
@@ -89,39 +95,16 @@ pub(super) fn read_materials(
     Ok(MaterialTable { mappings, default: None })
 }
 
-/// Warns of alpha that is not read: that of the texture, and cut-outs.
-fn add_alpha_warnings(
-    m: &gltf::Material<'_>,
-    alpha: f64,
-    alpha_in_texture: bool,
-    place: &str,
-    out: &mut MeshMaterial,
-) {
-    let name = out.name.clone();
-    let remedy = format!("leave it out by materials.\"{name}\".omit = true, or cut its holes into the mesh");
-    match m.alpha_mode() {
-        AlphaMode::Mask if alpha_in_texture => {
-            out.opaque_warning = Some(format!(
-                "{place} has holes in the alpha of its texture (alphaMode MASK), which are not read: it is treated as fully opaque; {remedy}"
-            ));
-        }
-        AlphaMode::Mask if alpha < f64::from(m.alpha_cutoff().unwrap_or(0.5)) => {
-            out.opaque_warning = Some(format!(
-                "{place} is entirely cut out (alphaMode MASK, alpha below the cutoff), which is not read: it is opaque; {remedy}"
-            ));
-        }
-        AlphaMode::Blend if alpha_in_texture && alpha >= 1.0 => {
-            out.opaque_warning = Some(format!(
-                "{place} blends by the alpha of its texture, which is not read: it is opaque; write materials.\"{name}\".pane = {{ … }} for a pane, or pane = false and properties of its own"
-            ));
-        }
-        AlphaMode::Blend if alpha_in_texture => {
-            out.pane_warning = Some(format!(
-                "{place} blends by the alpha of its texture too, which is not read: its alpha factor alone was used"
-            ));
-        }
-        _ => {}
-    }
+/// The alpha of a material that is cut out, or blends by the alpha of its texture.
+fn read_alpha(m: &gltf::Material<'_>, factor: f64, textured: Option<&ImageSource>) -> Option<AlphaSource> {
+    let rule = match m.alpha_mode() {
+        AlphaMode::Opaque => return None,
+        AlphaMode::Mask => AlphaRule::Mask { cutoff: f64::from(m.alpha_cutoff().unwrap_or(DEFAULT_CUTOFF)) },
+        AlphaMode::Blend => AlphaRule::Blend,
+    };
+    let cut_out = matches!(rule, AlphaRule::Mask { cutoff } if factor < cutoff);
+    let image = textured.cloned();
+    (image.is_some() || cut_out).then_some(AlphaSource { image, channel: AlphaChannel::Alpha, factor, rule })
 }
 
 /// True if an image may have an alpha channel; one that cannot be read is refused where it is used.
@@ -242,12 +225,13 @@ impl ImageReader<'_> {
                 self.metallic_count += 1;
             }
         }
-        out.glass = read_glass(m, base, alpha, FilePlace { file, place: &place }, notes)?;
         if m.transmission().is_none_or(|t| t.transmission_factor() <= 0.0) {
             // Decode textures only if their alpha matters.
-            let alpha_in_texture = m.alpha_mode() != AlphaMode::Opaque
-                && out.texture.as_ref().is_some_and(|image| has_alpha(self.files, image));
-            add_alpha_warnings(m, alpha, alpha_in_texture, &format!("{file}: {place}"), &mut out);
+            let image = out.texture.as_ref().filter(|_| m.alpha_mode() != AlphaMode::Opaque);
+            out.alpha = read_alpha(m, alpha, image.filter(|image| has_alpha(self.files, image)));
+        }
+        if out.alpha.is_none() {
+            out.glass = read_glass(m, base, alpha, FilePlace { file, place: &place }, notes)?;
         }
         Ok((out, mapping))
     }

@@ -193,10 +193,6 @@ impl MaterialPart<'_, '_> {
             );
             reader.note(Diagnostic::warning("closed-pane", text));
         }
-        if self.pane_override().extinction.is_none() {
-            let lost = self.material.pane_warning.iter();
-            lost.for_each(|text| reader.note(Diagnostic::warning("alpha", text)));
-        }
         let mut by_thickness: BTreeMap<u64, Vec<Plate>> = BTreeMap::new();
         for f in faces {
             let t = self.thickness(f.scale)?;

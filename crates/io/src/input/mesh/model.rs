@@ -68,6 +68,45 @@ pub(crate) enum ImageSource {
     Bytes { name: String, bytes: Rc<[u8]> },
 }
 
+impl ImageSource {
+    /// Name of the image, for messages.
+    pub(crate) fn name(&self) -> String {
+        match self {
+            ImageSource::File(path) => path.display().to_string(),
+            ImageSource::Bytes { name, .. } => name.clone(),
+        }
+    }
+}
+
+/// Alpha that varies over a material, or cuts it out.
+#[derive(Clone)]
+pub(crate) struct AlphaSource {
+    /// The image; without one alpha is the factor.
+    pub(crate) image: Option<ImageSource>,
+    pub(crate) channel: AlphaChannel,
+    /// Multiplies the alpha of the image.
+    pub(crate) factor: f64,
+    pub(crate) rule: AlphaRule,
+}
+
+/// The numbers of an image that are alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum AlphaChannel {
+    /// Its alpha channel.
+    Alpha,
+    /// Its alpha channel if some pixel is not opaque there, otherwise the mean of its colours as stored.
+    AlphaOrGrey,
+}
+
+/// Effect of alpha.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum AlphaRule {
+    /// Opaque where alpha is at least the cutoff, nothing elsewhere.
+    Mask { cutoff: f64 },
+    /// The fraction 1 − alpha of light passes.
+    Blend,
+}
+
 /// A material of a mesh file.
 #[derive(Clone)]
 pub(crate) struct MeshMaterial {
@@ -85,8 +124,8 @@ pub(crate) struct MeshMaterial {
     pub(crate) missing_warning: Option<String>,
     /// Warning if the material is an opaque surface: transparency that is not read.
     pub(crate) opaque_warning: Option<String>,
-    /// Warning if the material is a pane with the extinction of its file: transparency that is not read.
-    pub(crate) pane_warning: Option<String>,
+    /// Alpha that varies, or cuts the material out.
+    pub(crate) alpha: Option<AlphaSource>,
 }
 
 impl MeshMaterial {
@@ -102,7 +141,7 @@ impl MeshMaterial {
             glass: None,
             missing_warning: None,
             opaque_warning: None,
-            pane_warning: None,
+            alpha: None,
         }
     }
 }
