@@ -3,8 +3,8 @@
 use crate::support;
 
 use std::f64::consts::PI;
-use support::{Folder, Quad, grey_alpha_png};
-use zonal_scene::{Pane, Plate, Scene, Sides};
+use support::{Folder, Quad, grey_alpha_png, png};
+use zonal_scene::{Bands, Pane, Plate, Scene, Sides};
 
 fn mesh(file: &str, more: &str) -> String {
     format!("[[surface]]\nname = 'm'\nmesh = {{ file = '{file}' }}\n{more}\n")
@@ -99,6 +99,59 @@ fn blended_pictures_become_panes_by_level() {
         let panes: f64 = given.panes().iter().flat_map(|p| &p.plates).map(|q| q.area()).sum();
         assert_eq!(area(&given) + panes, 1.0, "{more}");
         assert_eq!(notes(&given), "");
+    }
+}
+
+#[test]
+fn diffuse_transmission_and_frosted_glass_become_sheets() {
+    let read = |material: &str, more: &str| {
+        let q = Quad { material: material.into(), ..Quad::default() };
+        Folder::new().with("q.glb", q.glb()).scene(&mesh("q.glb", more))
+    };
+    let leaf = r#"{"name":"leaf","pbrMetallicRoughness":{"metallicFactor":0,"baseColorFactor":[0.4,0.8,0.2,1]},
+        "extensions":{"KHR_materials_diffuse_transmission":{"diffuseTransmissionFactor":0.25,"diffuseTransmissionColorFactor":[0.5,1,0.25]}}}"#;
+    let s = read(leaf, "");
+    let (surface, tau) = (&s.surfaces()[0], s.transmittance_at(0, 0.3, 0.3));
+    assert!((surface.reflectance - Bands::from_rgb([0.3, 0.6, 0.15])).abs().max_element() < 1e-6);
+    assert!((tau - Bands::from_rgb([0.125, 0.25, 0.0625])).abs().max_element() < 1e-6, "{tau:?}");
+    assert_eq!((surface.sides, s.panes().len()), (Sides::Both, 0));
+    // Keys of the scene precede the file.
+    let given = read(leaf, "transmittance = 0.1\nreflectance = 0.2");
+    assert_eq!(given.transmittance_at(0, 0.3, 0.3), Bands::splat(0.1));
+    assert!(read(leaf, "transmittance = 0").surfaces()[0].transmission.is_none());
+    // The roughness of glTF is 1 unless the file says otherwise.
+    let glass = |roughness: f64| {
+        format!(
+            r#"{{"name":"glass","pbrMetallicRoughness":{{"metallicFactor":0,"roughnessFactor":{roughness},"baseColorFactor":[0.5,0.9,1,1]}},"extensions":{{"KHR_materials_transmission":{{"transmissionFactor":0.75}}}}}}"#
+        )
+    };
+    let frosted = read(&glass(0.6), "");
+    let (rho, tau) = (frosted.surfaces()[0].reflectance, frosted.transmittance_at(0, 0.5, 0.5));
+    assert!((rho - Bands::from_rgb([0.125, 0.225, 0.25])).abs().max_element() < 1e-6, "{rho:?}");
+    assert!((tau - Bands::from_rgb([0.375, 0.675, 0.75])).abs().max_element() < 1e-6, "{tau:?}");
+    assert_eq!(read(&glass(0.0), "materials.glass.pane.thickness = 0.01").panes().len(), 1);
+    assert_eq!(read(&glass(0.6), "materials.glass.pane.thickness = 0.01").panes().len(), 1);
+}
+
+#[test]
+fn textures_of_transmission_weigh_reflectance_and_transmittance() {
+    // Left half: the whole light is transmitted; right half: reflected.
+    let picture = png(2, 1, &[255, 0, 0, 0, 0, 0]);
+    let mut q = Quad::default();
+    let start = q.binary.len();
+    q.binary.extend(&picture);
+    q.views += &format!(r#",{{"buffer":0,"byteOffset":{start},"byteLength":{}}}"#, picture.len());
+    q.more = r#","images":[{"bufferView":3,"mimeType":"image/png"}],"textures":[{"source":0}]"#.into();
+    q.material = r#"{"name":"glass","pbrMetallicRoughness":{"metallicFactor":0,"baseColorFactor":[0.5,0.5,0.5,1]},
+        "extensions":{"KHR_materials_transmission":{"transmissionFactor":1,"transmissionTexture":{"index":0}}}}"#
+        .into();
+    let s = Folder::new().with("q.glb", q.glb()).scene(&mesh("q.glb", ""));
+    for (u, transmitted) in [(0.25, 0.5), (0.75, 0.0)] {
+        let facet = &s.facets()[0];
+        let at = facet.plate.parameters(zonal_math::vec3(u, 0.2, 0.0));
+        let [rho, tau] = [s.reflectance_at(0, at[0], at[1]), s.transmittance_at(0, at[0], at[1])];
+        assert!((tau.first() - transmitted).abs() < 1e-6, "{u}: {tau:?}");
+        assert!((rho.first() - (0.5 - transmitted)).abs() < 1e-6, "{u}: {rho:?}");
     }
 }
 

@@ -4,6 +4,7 @@
 
 use crate::bands::Bands;
 use crate::plate::Plate;
+use crate::sheet_sides::SheetSides;
 use crate::voxel_zones::VoxelZones;
 use zonal_math::Vec3;
 
@@ -85,6 +86,8 @@ pub struct Zones {
     /// Reflectance of each patch in thermal mode where emissivities depend on temperature or side, whatever the equations use in its place; empty
     /// where every patch has that of its facet.
     pub own_reflectances: Vec<Bands>,
+    /// The sides of sheets that transmit diffusely.
+    pub sheets: SheetSides,
 }
 
 impl Zones {
@@ -112,7 +115,14 @@ impl Zones {
     pub fn voxel_zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
         self.voxels.zones_of_cell(cell)
     }
-    /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G).
+    /// Radiosity that zone `i` scatters of the incident fields H and G of the zones, W/m²: ρ H of a patch, with τ H of the other side of a sheet, Ω/4 G of a
+    /// volume zone.
+    pub fn scattered(&self, i: usize, field: impl Fn(usize) -> Bands) -> Bands {
+        let own = self.response(i).0 * field(i);
+        self.sheets.opposite(i).map_or(own, |j| own + self.sheets.transmittance(j) * field(j))
+    }
+    /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G), with the transmitted light of
+    /// sheets ([`Zones::scattered`]).
     pub fn response(&self, i: usize) -> (Bands, f64) {
         if i < self.voxel_offset() {
             let p = &self.patches[i];

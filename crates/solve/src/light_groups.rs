@@ -189,11 +189,12 @@ pub(crate) fn source_strengths(
     (0..zones.len())
         .into_par_iter()
         .map(|i| {
-            let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
             let e = if source.emits(zones, i) { zones.emission(i) } else { Bands::ZERO };
-            let d = direct.get(i).copied().unwrap_or_default();
-            let to_sky = surroundings.sky_of(i);
-            c * (e + rho * (d + to_sky * sky / measure))
+            let arrives = |k: usize| {
+                let d = direct.get(k).copied().unwrap_or_default();
+                d + surroundings.sky_of(k) * sky / zones.response(k).1
+            };
+            scaled_radiosity_coefficient(zones, i) * (e + zones.scattered(i, arrives))
         })
         .collect()
 }

@@ -26,6 +26,7 @@ mod point_lights;
 mod power_normalization;
 mod ray_operator;
 mod refusal_and_interruption;
+mod sheets;
 mod smith_gas;
 mod solar_loads;
 mod spectral;

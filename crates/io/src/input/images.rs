@@ -37,9 +37,15 @@ pub(crate) fn decode_alpha(file: &str, bytes: &[u8], channel: AlphaChannel) -> R
     let (width, height, channels, data) = decode_bytes(file, bytes)?;
     let pixels = || data.chunks_exact(channels).take(width * height);
     let stored = matches!(channels, 2 | 4);
-    let own = stored && (channel == AlphaChannel::Alpha || pixels().any(|p| p[channels - 1] < u8::MAX));
+    let own = stored
+        && match channel {
+            AlphaChannel::Alpha => true,
+            AlphaChannel::AlphaOrGrey => pixels().any(|p| p[channels - 1] < u8::MAX),
+            AlphaChannel::Red => false,
+        };
     let alpha = |p: &[u8]| match (own, channel) {
         (true, _) => p[channels - 1],
+        (false, AlphaChannel::Red) => p[0],
         (false, AlphaChannel::Alpha) => u8::MAX,
         (false, AlphaChannel::AlphaOrGrey) => {
             let colours = &p[..channels - usize::from(stored)];

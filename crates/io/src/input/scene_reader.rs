@@ -16,8 +16,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use zonal_scene::{
-    Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
-    SurfaceEmissivity, ThermalCondition,
+    Bands, Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
+    SurfaceEmissivity, Texture, ThermalCondition,
 };
 
 /// Files that a scene may refer to, and its largest medium.
@@ -143,6 +143,8 @@ impl<'a> SceneReader<'a> {
                 let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
                 bytes.map(Cow::Owned).map_err(|e| FileFault::new(&image.name(), "", e))
             }
+            // Made of other images, without bytes of its own.
+            ImageSource::Weighted(_) => Ok(Cow::Borrowed(&[])),
         }
     }
     /// The alpha of a material; every image is decoded once.
@@ -156,13 +158,32 @@ impl<'a> SceneReader<'a> {
         self.alpha_of_image.insert(key, map.clone());
         Ok(map)
     }
+    /// The texture of an image.
+    fn decoded(&self, image: &ImageSource) -> Result<Texture, FileFault> {
+        let ImageSource::Weighted(own) = image else {
+            return images::decode(&image.name(), &self.bytes_of(image)?);
+        };
+        let weight = images::decode_alpha(&own.weight.name(), &self.bytes_of(&own.weight)?, own.channel)?;
+        let base = own.base.as_ref().map(|image| self.decoded(image)).transpose()?;
+        let size = |of_base: Option<usize>, of_weight: usize| of_base.unwrap_or(1).max(of_weight);
+        let [width, height] = weight.size();
+        let width = size(base.as_ref().map(|t| t.width), width);
+        let height = size(base.as_ref().map(|t| t.height), height);
+        let pixel = |i: usize| {
+            let uv = [(i % width, width), (i / width, height)].map(|(k, n)| (k as f64 + 0.5) / n as f64);
+            let w = own.factor * weight.at(uv);
+            let colour = base.as_ref().map_or(Bands::ONE, |t| t.sample(uv));
+            (colour * if own.complement { 1.0 - w } else { w }).to_rgb().map(|x| x.max(0.0) as f32)
+        };
+        Ok(Texture { width, height, pixels: (0..width * height).map(pixel).collect() })
+    }
     /// The index of an image's texture; every image is decoded once.
     pub(crate) fn image(&mut self, image: &ImageSource) -> Result<usize, FileFault> {
         let name = image.name();
         if let Some(i) = self.texture_of_image.get(&name) {
             return Ok(*i);
         }
-        let mut texture = images::decode(&name, &self.bytes_of(image)?)?;
+        let mut texture = self.decoded(image)?;
         let (bands, triple) = (self.source.bands(), self.source.triple());
         if !bands.is_rgb() {
             for pixel in &mut texture.pixels {

@@ -162,7 +162,8 @@ impl<'a> FinalGather<'a> {
         let patch = &self.solution.zones.patches[i];
         let point = gather_ray.ray.at(h.t);
         let radiosity = self.surfaces.on_tile(i, point);
-        if !patch.continues_rays(h.t) || gather_ray.vertices >= MAX_VERTICES {
+        let is_sheet = self.solution.zones.sheets.opposite(i).is_some();
+        if is_sheet || !patch.continues_rays(h.t) || gather_ray.vertices >= MAX_VERTICES {
             return radiosity / PI;
         }
         let reflectance = scene.reflectance_at(h.facet, h.u, h.v);

@@ -1,7 +1,7 @@
 //! Radiance along one camera ray.
 //!
 //! ```text
-//! L = L_m + τ L_end      L_end = B/π,   B = E(x) + ρ(x) (H(x) + H_dir(x))
+//! L = L_m + τ L_end      L_end = B/π,   B = E(x) + ρ(x) (H(x) + H_dir(x)), and of a sheet that transmits with its τ(x) times the same of its other side
 //! ```
 //!
 //! L_m is the radiance that the path adds: indirect emission and scattering of its segments, panes, and single scattering of direct
@@ -179,12 +179,27 @@ impl<'a> Integrator<'a> {
         let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
         let point = facet.plate.at(hit.u, hit.v) * 0.5 + ray.at(hit.t) * 0.5;
         let emission = scene.emission_at(hit.facet, hit.u, hit.v);
+        let uv = [hit.u, hit.v];
         let rho = scene.reflectance_at(hit.facet, hit.u, hit.v);
-        if rho == Bands::ZERO {
-            return emission / PI;
-        }
+        let tau = scene.transmittance_at(hit.facet, hit.u, hit.v);
+        let scattered = |fraction: Bands, side: usize, normal: Vec3| match fraction {
+            Bands::ZERO => Bands::ZERO,
+            _ => fraction * self.arriving_light((side, uv), (point, normal), sampler),
+        };
+        // The sides of a facet have consecutive numbers.
+        let behind = scattered(tau, hit.side() ^ 1, -normal);
+        (emission + scattered(rho, hit.side(), normal) + behind) / PI
+    }
+
+    /// H of all light at a point of a side of a facet with its unit normal, W/m².
+    fn arriving_light(
+        &self,
+        (side, uv): (usize, [f64; 2]),
+        (point, normal): (Vec3, Vec3),
+        sampler: RaySampler,
+    ) -> Bands {
         let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };
-        let patch = self.irradiance.tile_at(hit.side(), [hit.u, hit.v]);
+        let patch = self.irradiance.tile_at(side, uv);
         let indirect = match (&self.gather, patch) {
             (Some(gather), _) => gather.irradiance(inputs, (point, normal), sampler),
             (None, Some(i)) => self.interpolated_irradiance(inputs, i, point),
@@ -194,7 +209,7 @@ impl<'a> Integrator<'a> {
         let skip = |light: &LightSampler| sky.is_some() && is_sky(light);
         let direct = sky.unwrap_or(Bands::ZERO)
             + self.lights.irradiance_but((point, normal), indirect, sampler, &skip);
-        (emission + rho * (indirect + direct)) / PI
+        indirect + direct
     }
 
     /// H interpolated between the patches and corrected near contacts at a point of patch `i`, W/m².

@@ -42,6 +42,14 @@ impl AlphaMap {
         let values = (0..width * height).map(|i| mean(i % width, i / width) as u8).collect();
         AlphaMap { width, height, values }
     }
+    /// Pixels along u and v.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+    /// Interpolated alpha, 0 to 1, at texture coordinates.
+    pub(crate) fn at(&self, uv: [f64; 2]) -> f64 {
+        self.interpolated(self.pixel_place(uv))
+    }
     /// Place among the pixels of texture coordinates: pixel k has its centre at k.
     pub(super) fn pixel_place(&self, uv: [f64; 2]) -> [f64; 2] {
         [uv[0] * self.width as f64 - 0.5, uv[1] * self.height as f64 - 0.5]

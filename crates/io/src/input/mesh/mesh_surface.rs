@@ -176,7 +176,7 @@ impl<'a> MaterialUse<'a> {
     fn is_pane(&self, material: usize) -> bool {
         match self.override_of(material).pane {
             Some(pane) => pane.is_some(),
-            None => self.mesh.materials[material].glass.is_some(),
+            None => self.mesh.materials[material].is_glass(),
         }
     }
     /// The materials that have faces and are not omitted, and what each becomes.

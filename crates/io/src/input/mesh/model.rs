@@ -65,7 +65,22 @@ pub(crate) enum MeshLightKind {
 #[derive(Clone)]
 pub(crate) enum ImageSource {
     File(PathBuf),
-    Bytes { name: String, bytes: Rc<[u8]> },
+    Bytes {
+        name: String,
+        bytes: Rc<[u8]>,
+    },
+    /// A picture, white without one, times a weight by another picture.
+    Weighted(Rc<WeightedImage>),
+}
+
+/// A picture times w or 1 − w, w = factor × a channel of another picture.
+pub(crate) struct WeightedImage {
+    pub(crate) base: Option<ImageSource>,
+    pub(crate) weight: ImageSource,
+    pub(crate) channel: AlphaChannel,
+    pub(crate) factor: f64,
+    /// True for 1 − w.
+    pub(crate) complement: bool,
 }
 
 impl ImageSource {
@@ -74,6 +89,10 @@ impl ImageSource {
         match self {
             ImageSource::File(path) => path.display().to_string(),
             ImageSource::Bytes { name, .. } => name.clone(),
+            ImageSource::Weighted(w) => {
+                let base = w.base.as_ref().map_or(String::new(), ImageSource::name);
+                format!("{base}*{}*{}{}{:?}", w.weight.name(), w.factor, w.complement, w.channel)
+            }
         }
     }
 }
@@ -94,6 +113,8 @@ pub(crate) struct AlphaSource {
 pub(crate) enum AlphaChannel {
     /// Its alpha channel.
     Alpha,
+    /// Its red channel, as stored.
+    Red,
     /// Its alpha channel if some pixel is not opaque there, otherwise the mean of its colours as stored.
     AlphaOrGrey,
 }
@@ -117,6 +138,8 @@ pub(crate) struct MeshMaterial {
     /// W/m².
     pub(crate) emission: Bands,
     pub(crate) emission_texture: Option<ImageSource>,
+    /// Diffuse transmittance of a sheet, and its texture.
+    pub(crate) transmittance: Option<(Bands, Option<ImageSource>)>,
     /// glTF's doubleSided; none for OBJ.
     pub(crate) double_sided: Option<bool>,
     pub(crate) glass: Option<GlassProperties>,
@@ -129,6 +152,10 @@ pub(crate) struct MeshMaterial {
 }
 
 impl MeshMaterial {
+    /// True of a pane, unless the scene says otherwise; the glass of a sheet that transmits diffusely serves a pane of the scene.
+    pub(crate) fn is_glass(&self) -> bool {
+        self.glass.is_some() && self.transmittance.is_none()
+    }
     /// A material with a name and nothing else.
     pub(crate) fn named(name: &str) -> MeshMaterial {
         MeshMaterial {
@@ -137,6 +164,7 @@ impl MeshMaterial {
             texture: None,
             emission: Bands::ZERO,
             emission_texture: None,
+            transmittance: None,
             double_sided: None,
             glass: None,
             missing_warning: None,
