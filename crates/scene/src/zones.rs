@@ -2,6 +2,7 @@
 //!
 //! The global order of zones, used by every array of a solution: patches, then voxel zones, then pane zones.
 
+use crate::band::Band;
 use crate::bands::Bands;
 use crate::plate::Plate;
 use crate::sheet_sides::SheetSides;
@@ -135,7 +136,23 @@ impl Zones {
             (0.25 * p.albedo, p.area * p.thickness)
         }
     }
-    /// Emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of a volume zone.
+    /// Strength κB of the source of zone `i` in the bands in which it is transparent, W/m³: q/4, where q/(4κ) has no value. Zero for other zones.
+    pub fn transparent_source(&self, i: usize) -> Bands {
+        match i.checked_sub(self.voxel_offset()) {
+            Some(k) if k < self.voxels.len() => {
+                let v = self.voxels.at(k);
+                v.source.zip_map(v.extinction, |q, k| if k > 0.0 { 0.0 } else { 0.25 * q })
+            }
+            _ => Bands::ZERO,
+        }
+    }
+    /// True if a voxel zone without extinction has a source, in some band.
+    pub fn has_transparent_sources(&self) -> bool {
+        let emits = |q: f64, k: f64| q > 0.0 && k == 0.0;
+        self.voxels.distinct_media().any(|v| Band::all().any(|b| emits(v.source[b], v.extinction[b])))
+    }
+    /// Emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of a volume zone; without the source where κ is 0
+    /// ([`Zones::transparent_source`]).
     pub fn emission(&self, i: usize) -> Bands {
         if i < self.voxel_offset() {
             self.patches[i].emission

@@ -34,3 +34,4 @@ mod state;
 mod strips;
 mod thermal;
 mod total_exchange_areas;
+mod transparent_sources;

@@ -19,7 +19,7 @@ use crate::denoise::denoise_patches;
 use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
-use crate::medium::ray_path::{RayPath, linear_source_integral};
+use crate::medium::ray_path::{RayPath, VoxelSegment, linear_source_integral};
 use crate::surface::patch_field::PatchField;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
@@ -51,6 +51,8 @@ pub(crate) struct Integrator<'a> {
     contacts: Option<ContactField<'a>>,
     /// Irradiance of skies for that camera.
     skies: Option<SkyField<'a>>,
+    /// True if transparent voxels emit.
+    has_glow: bool,
 }
 
 impl<'a> Integrator<'a> {
@@ -77,6 +79,7 @@ impl<'a> Integrator<'a> {
             gather: None,
             contacts: None,
             skies: None,
+            has_glow: s.zones.has_transparent_sources(),
         }
     }
 
@@ -219,9 +222,18 @@ impl<'a> Integrator<'a> {
         self.contacts.as_ref().map_or(smooth, |c| (smooth + correction(c)).max(Bands::ZERO))
     }
 
+    /// Radiance of sources q in transparent voxels, Σ τ q ℓ/(4π), W/(m² sr).
+    fn transparent_radiance(&self, path: &RayPath) -> Bands {
+        let offset = self.solution.zones.voxel_offset();
+        let of = |p: &VoxelSegment| {
+            p.transmittance * self.solution.zones.transparent_source(offset + p.zone) * ((p.t1 - p.t0) / PI)
+        };
+        path.segments.iter().map(of).sum()
+    }
+
     /// Radiance of the medium without direct light, W/(m² sr).
     fn indirect_radiance(&self, ray: ViewRay, path: &RayPath) -> Bands {
-        let mut out = Bands::ZERO;
+        let mut out = if self.has_glow { self.transparent_radiance(path) } else { Bands::ZERO };
         let Some(field) = &self.medium else {
             return out;
         };
