@@ -199,6 +199,7 @@ class Scene:
         triangle: Sequence[Vector] | None = None,
         reflectance: FaceValues | None = None,
         emissivity: FaceValues | None = None,
+        transmittance: Bands | None = None,
         emission: FaceValues | None = None,
         temperature: FaceValues | None = None,
         heat_flux: FaceValues | None = None,
@@ -238,6 +239,8 @@ class Scene:
             A triangle whose front sees the corners counter-clockwise; m.
         reflectance, emissivity : bands or array
             Diffuse reflectance, or emissivity in its place, 0 to 1. An array of shape (faces,) has a value for each face of the mesh.
+        transmittance : bands, optional
+            Diffuse transmittance of a thin sheet, from each side to the other, 0 to 1; with the reflectance at most 1 (light mode).
         emission : bands or array
             Emitted flux, W/m2 (light mode).
         temperature, heat_flux, net_power : float or array
@@ -284,6 +287,7 @@ class Scene:
             name=name,
             reflectance=reflectance,
             emissivity=emissivity,
+            transmittance=transmittance,
             emission=emission,
             temperature=temperature,
             heat_flux=heat_flux,

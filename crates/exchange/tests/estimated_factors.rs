@@ -19,6 +19,7 @@ fn surface(name: &str, solid: bool) -> Surface {
         emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: Some(100.0),
         solid,

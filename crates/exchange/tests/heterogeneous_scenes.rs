@@ -68,6 +68,7 @@ fn black_wall() -> Surface {
         emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: Some(0.5),
         solid: false,

@@ -3,6 +3,7 @@
 
 mod altered_files;
 mod compressed_meshes;
+mod cut_outs;
 mod density_arrays;
 mod error_kinds;
 mod face_values;

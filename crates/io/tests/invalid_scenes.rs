@@ -159,7 +159,6 @@ fn invalid_media_are_refused() {
     let (empty, zero) = (medium("cells=[2,2,2]"), medium("cells=[2,0,2]\nextinction=1"));
     let outside = medium("cells=[2,2,2]\n[[medium.region]]\nbox={min=[5,5,5],max=[6,6,6]}\nextinction=1");
     let shapeless = medium("cells=[2,2,2]\n[[medium.region]]\nextinction=1");
-    let source = medium("cells=[2,2,2]\nextinction=0\nsource=1");
     check(
         &Folder::new(),
         &[
@@ -171,7 +170,6 @@ fn invalid_media_are_refused() {
             (&zero, &["test.toml:4:10: medium.cells[1]: 0 is out of range; give a whole number from 1"]),
             (&outside, &["test.toml:5:", "medium.region[0]", "move it inside"]),
             (&shapeless, &["test.toml:5:", "write one of box, mesh, density"]),
-            (&source, &["test.toml:6:8: medium.source", "needs a medium"]),
             (
                 "[medium]\nmin=[0,0,0]\nmax=[1,1,-1]\ncells=[1,1,1]",
                 &["test.toml:3:5: medium.max: max is not above min along z"],

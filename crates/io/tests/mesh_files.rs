@@ -298,41 +298,6 @@ fn textures_on_walls_are_upright() {
     }
 }
 
-/// Trial of 2026: a picture of 8 × 8 pixels that are white and let all through.
-const TRANSPARENT_PNG_PIXELS: &str = "iVBORw0KGgoAAAANSUhEUgAAAAgAAAAICAYAAADED76LAAAAFUlEQVR4nGM8ceIEAz7AhFd22CgAAG92AmjpTOXIAAAAAElFTkSuQmCC";
-
-#[test]
-fn unread_alpha_gives_a_warning_where_it_has_effect() {
-    let notes = |mode: &str, picture: bool, more: &str| {
-        let (folder, _) = quad(|q| {
-            let texture = if picture { r#","baseColorTexture":{"index":0}"# } else { "" };
-            q.material =
-                format!(r#"{{"name":"leaf",{mode},"pbrMetallicRoughness":{{"metallicFactor":0{texture}}}}}"#);
-            q.more = format!(
-                r#","textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{TRANSPARENT_PNG_PIXELS}"}}]"#
-            );
-        });
-        folder
-            .scene(&mesh("q.glb", more))
-            .notes()
-            .iter()
-            .map(ToString::to_string)
-            .collect::<Vec<_>>()
-            .join("\n")
-    };
-    let mask = r#""alphaMode":"MASK""#;
-    let blend = r#""alphaMode":"BLEND""#;
-    for mode in [mask, blend] {
-        let stated = notes(mode, true, "");
-        assert!(stated.contains("'leaf'") && stated.contains("not read"), "{stated}");
-        // Opaque without a texture; no surface; a pane of its own; something else.
-        assert_eq!(notes(mode, false, ""), "");
-        let pane = "materials.leaf.pane = {thickness=0.01, extinction=5}";
-        assert_eq!(notes(mode, true, pane), "");
-    }
-    assert_eq!(notes(r#""alphaMode":"OPAQUE""#, true, ""), "");
-}
-
 #[test]
 fn notes_that_differ_in_a_name_are_merged() {
     let mut obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_string();

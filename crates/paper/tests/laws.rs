@@ -242,6 +242,7 @@ fn room(kappa: impl Fn(usize) -> f64) -> Scene {
         emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: Some(0.6),
         solid: false,

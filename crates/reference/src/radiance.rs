@@ -65,27 +65,35 @@ fn next_event(w: &BruteForceScene, o: Vec3, d: Vec3, band: Band, rng: &mut Rng) 
     hit.map_or(WalkEvent::Escape, WalkEvent::Wall)
 }
 
+/// ρ + τ of the wall hit, its emission, and whether what is not absorbed goes through it.
+fn scattering_of_wall(w: &BruteForceScene, hit: &FacetHit, band: Band, rng: &mut Rng) -> (f64, f64, bool) {
+    let [u, v] = hit.uv;
+    let rho = w.scene.reflectance_at(hit.facet, u, v)[band];
+    let tau = w.scene.transmittance_at(hit.facet, u, v)[band];
+    let emission = w.scene.emission_at(hit.facet, u, v)[band];
+    (rho + tau, emission, tau > 0.0 && rng.uniform() * (rho + tau) < tau)
+}
+
 /// The emission that one walk collects, as a radiosity, W/m².
 fn walk(w: &BruteForceScene, mut o: Vec3, mut d: Vec3, band: Band, rng: &mut Rng) -> f64 {
     let mut sum = 0.0;
     loop {
         let event = next_event(w, o, d, band, rng);
         // Albedo and emission at the event; panes are traversed by a walk of their own.
-        let (albedo, emission) = match event {
+        let (albedo, emission, transmitted) = match event {
             WalkEvent::Escape => return sum + PI * w.scene.surroundings().radiance[band],
             WalkEvent::Wall(hit) => {
                 let facet = &w.scene.facets()[hit.facet];
                 if !hit.front && w.scene.surfaces()[facet.surface].sides == Sides::Front {
                     return sum;
                 }
-                let [u, v] = hit.uv;
-                (w.scene.reflectance_at(hit.facet, u, v)[band], w.scene.emission_at(hit.facet, u, v)[band])
+                scattering_of_wall(w, &hit, band, rng)
             }
             WalkEvent::Medium(_, cell) => {
                 let grid = w.scene.voxel_grid().expect("a cell belongs to a grid");
                 let source = grid.source(cell)[band] / (4.0 * grid.extinction(cell)[band]);
                 let albedo = grid.albedo(cell)[band];
-                (albedo, (1.0 - albedo) * grid.emission(cell)[band] + source)
+                (albedo, (1.0 - albedo) * grid.emission(cell)[band] + source, false)
             }
             WalkEvent::Pane(t, pane) => {
                 let pane = &w.scene.panes()[pane];
@@ -109,7 +117,7 @@ fn walk(w: &BruteForceScene, mut o: Vec3, mut d: Vec3, band: Band, rng: &mut Rng
         if let WalkEvent::Wall(hit) = event {
             let n = w.scene.facets()[hit.facet].plate.normal();
             o += d * hit.t;
-            d = rng.cosine_direction(if hit.front { n } else { -n });
+            d = rng.cosine_direction(if hit.front != transmitted { n } else { -n });
         } else if let WalkEvent::Medium(t, _) = event {
             o += d * t;
             d = rng.unit_vector();

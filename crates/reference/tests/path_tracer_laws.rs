@@ -22,6 +22,7 @@ fn surface(name: &str, reflectance: Bands, emission: Bands) -> Surface {
         emission,
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: None,
         solid: false,

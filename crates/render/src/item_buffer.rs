@@ -69,6 +69,7 @@ pub enum PaneVisibility {
 /// #     emission: Bands::ONE,
 /// #     reflectance_texture: None,
 /// #     emission_texture: None,
+/// #     transmission: None,
 /// #     sides: Sides::Both,
 /// #     patch_size: None,
 /// #     solid: false,

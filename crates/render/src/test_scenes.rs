@@ -15,6 +15,7 @@ pub(crate) fn surface(name: &str, rho: f64, emission: f64) -> Surface {
         emission: Bands::splat(emission),
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Both,
         patch_size: None,
         solid: false,

@@ -26,6 +26,7 @@ use crate::plate::Plate;
 use crate::scene::Scene;
 use crate::scene_error::SceneError;
 use crate::scene_parts::SceneParts;
+use crate::sheet_sides::SheetSides;
 use crate::solution::Solution;
 use crate::surface::Facet;
 use crate::thermal::{Thermal, ThermalCondition};
@@ -272,7 +273,7 @@ impl EvenExtension {
     /// The zones of the scene among zones that were built from the extension.
     #[must_use]
     pub fn zones_of_part(&self, all: &Zones) -> Zones {
-        let patches = all.patches.iter().filter(|p| p.facet < self.facets).cloned().collect();
+        let patches: Vec<Patch> = all.patches.iter().filter(|p| p.facet < self.facets).cloned().collect();
         let inside = |p: &PaneZone| {
             let centre = p.plate.centre();
             let moved = |r: &Reflection| {
@@ -283,7 +284,8 @@ impl EvenExtension {
             !self.reflections[1..].iter().any(moved)
         };
         let panes = all.panes.iter().filter(|p| inside(p)).cloned().collect();
-        let mut out = Zones { patches, panes, ..Zones::default() };
+        let sheets = SheetSides::of(&self.scene, &patches);
+        let mut out = Zones { patches, panes, sheets, ..Zones::default() };
         let (Some(grid), Some((dims, before))) = (self.scene.voxel_grid(), self.cells) else { return out };
         let geometry = GridGeometry { min: grid.corner(before), cell: grid.cell(), dims };
         let (mut places, mut of_zone) = (Vec::new(), Vec::new());
@@ -315,6 +317,7 @@ impl EvenExtension {
             out.own_reflectances.extend(&zones.own_reflectances);
             base.extend(0..zones.patches.len() as u32);
         }
+        out.sheets = SheetSides::of(&self.scene, &out.patches);
         self.extend_voxels(zones, &mut out, &mut base);
         let mut first = 0;
         for same_pane in zones.panes.chunk_by(|a, b| a.pane == b.pane) {

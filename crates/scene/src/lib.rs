@@ -16,7 +16,7 @@
 //! | `coarsened_scene` | the scene on larger or smaller zones |
 //! | `even_extension` | scenes with mirrors as parts of their even extensions |
 //! | `grid_geometry`, `cell_values` | position and size of the cells of a grid; values stored once if they are equal |
-//! | `zones`, `voxel_zones`, [`voxel_samples`] | patches and pane zones; voxel zones; samples of cut voxels |
+//! | `zones`, `sheet_sides`, `sheet_pairing`, `voxel_zones`, [`voxel_samples`] | patches and pane zones; sides of transmitting sheets; voxel zones; samples of cut voxels |
 //! | `fields`, [`light_group`], `energy_balance`, `heat_report`, `report`, `solution` | results |
 //! | `photometry` | illuminances of a solution |
 //! | `diagnostic`, `scene_error` | notes and warnings; validation errors |
@@ -60,6 +60,8 @@ mod results;
 mod scene;
 mod scene_error;
 mod scene_parts;
+mod sheet_pairing;
+mod sheet_sides;
 pub mod shells;
 mod sky_distribution;
 mod solution;
@@ -104,11 +106,12 @@ pub use results::SurfaceResult;
 pub use scene::Scene;
 pub use scene_error::{SceneError, SceneErrorKind};
 pub use scene_parts::SceneParts;
+pub use sheet_sides::SheetSides;
 pub use sky_distribution::{SkyDistribution, SkyIrradiance, SkyPlacement};
 pub use solution::Solution;
 pub use solve_status::SolveStatus;
 pub use sun_position::{SunPosition, UniversalTime};
-pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture};
+pub use surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture, Transmission};
 pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
 pub use thermal_network::{Convection, LinkLaw, NodeCondition, NodeLink, ThermalNetwork, ThermalNode};
 pub use voxel_grid::VoxelGrid;

@@ -34,6 +34,7 @@ const DEFAULT_PATCHES_PER_DIAGONAL: f64 = 30.0;
 ///     emission: Bands::ONE,
 ///     reflectance_texture: None,
 ///     emission_texture: None,
+///     transmission: None,
 ///     sides: Sides::Front,
 ///     patch_size: None,
 ///     solid: false,
@@ -228,6 +229,13 @@ impl Scene {
         let f = &self.parts.facets[facet];
         let s = &self.parts.surfaces[f.surface];
         self.textured(s.emission, s.emission_texture, f.uv_at(u, v))
+    }
+    /// Diffuse transmittance of a facet at plate parameters (u, v): texture times factor of the surface, at most 1 − ρ; zero for an opaque surface.
+    pub fn transmittance_at(&self, facet: usize, u: f64, v: f64) -> Bands {
+        let f = &self.parts.facets[facet];
+        let Some(own) = self.parts.surfaces[f.surface].transmission else { return Bands::ZERO };
+        let rest = 1.0 - self.reflectance_at(facet, u, v);
+        self.textured(own.transmittance, own.texture, f.uv_at(u, v)).min(rest)
     }
     /// Reflectance of a facet without texture: that of its face, or of its surface.
     pub fn facet_reflectance(&self, facet: usize) -> Bands {

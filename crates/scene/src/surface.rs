@@ -28,12 +28,24 @@ pub struct Surface {
     pub reflectance_texture: Option<usize>,
     /// Index of the texture of E.
     pub emission_texture: Option<usize>,
+    /// Diffuse transmission; `None` for an opaque surface.
+    pub transmission: Option<Transmission>,
     /// The sides that exchange.
     pub sides: Sides,
     /// Largest patch edge, m; that of the scene if `None`.
     pub patch_size: Option<f64>,
     /// True if the surface bounds a closed solid: no medium behind its fronts.
     pub solid: bool,
+}
+
+/// Diffuse transmission of a thin sheet, such as a leaf, paper or frosted glass: of the light that arrives at either side the fraction τ leaves the other
+/// with the same radiance in all directions. Both directions have one τ, as reciprocity demands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// Diffuse transmittance τ; multiplies the texture, if any. ρ + τ is at most 1.
+    pub transmittance: Bands,
+    /// Index of the texture of τ.
+    pub texture: Option<usize>,
 }
 
 /// A plate of a surface.

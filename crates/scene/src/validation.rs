@@ -8,7 +8,7 @@ use crate::options::SolveOptions;
 use crate::plate::Plate;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
-use crate::surface::Pane;
+use crate::surface::{Pane, Sides, Surface};
 use crate::thermal_validation::{check_thermal, check_thermal_triples};
 use std::collections::HashSet;
 
@@ -111,11 +111,50 @@ fn check_surfaces(parts: &SceneParts) -> Result<(), SceneError> {
         if s.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
             return invalid(key("patch_size"), "the patch size must be a positive length");
         }
-        for t in [s.reflectance_texture, s.emission_texture].into_iter().flatten() {
+        check_transmission(parts, s)?;
+        let of_transmission = s.transmission.and_then(|t| t.texture);
+        for t in [s.reflectance_texture, s.emission_texture, of_transmission].into_iter().flatten() {
             if t >= parts.textures.len() {
                 return invalid(key("texture"), "there is no such texture");
             }
         }
+    }
+    Ok(())
+}
+
+/// Largest excess of ρ + τ over 1 by rounding.
+const TRANSMITTANCE_ROUNDING: f64 = 1e-12;
+
+/// Validates the diffuse transmission of a surface.
+fn check_transmission(parts: &SceneParts, s: &Surface) -> Result<(), SceneError> {
+    let Some(own) = s.transmission else { return Ok(()) };
+    let key = format!("surface '{}'.transmittance", s.name);
+    check_bands(&key, own.transmittance, 1.0)?;
+    // Textures are limited to 1 − ρ at each point.
+    let untextured = own.texture.is_none() && s.reflectance_texture.is_none();
+    if untextured && (s.reflectance + own.transmittance).any(|x| x > 1.0 + TRANSMITTANCE_ROUNDING) {
+        return invalid(
+            key,
+            "reflectance + transmittance exceeds 1, so that the sheet would create light; lower one of them",
+        );
+    }
+    if s.sides != Sides::Both || s.solid {
+        return invalid(
+            key,
+            "light passes to the back of this surface, which does not exchange; write sides = \"both\"",
+        );
+    }
+    if parts.thermal.is_some() {
+        return invalid(
+            key,
+            "in thermal mode sheets that transmit diffusely are not solved; remove this key, or use a pane",
+        );
+    }
+    if parts.periodic != [false; 3] {
+        return invalid(
+            key,
+            "periodic scenes have no sheets that transmit diffusely; remove this key, or the period",
+        );
     }
     Ok(())
 }

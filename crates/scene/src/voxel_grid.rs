@@ -168,7 +168,7 @@ impl VoxelGrid {
         0..if self.is_uniform() { 1 } else { self.len() }
     }
 
-    /// Validates ranges of one cell; a source requires extinction.
+    /// Validates ranges of one cell.
     fn check_cell(&self, i: usize) -> Result<(), SceneError> {
         let fail = |key: &str, fault: &str, value: f64| {
             let [x, y, z] = self.coordinates(i);
@@ -188,13 +188,6 @@ impl VoxelGrid {
                     &format!("medium.{key}"),
                     &format!("the {key} must lie between 0 and {max:e}, but"),
                     x,
-                );
-            }
-            if q > 0.0 && k == 0.0 {
-                return fail(
-                    "medium.source",
-                    "a source needs a medium (extinction above 0) to come from; the source",
-                    q,
                 );
             }
         }

@@ -2,8 +2,10 @@
 //!
 //! The global order of zones, used by every array of a solution: patches, then voxel zones, then pane zones.
 
+use crate::band::Band;
 use crate::bands::Bands;
 use crate::plate::Plate;
+use crate::sheet_sides::SheetSides;
 use crate::voxel_zones::VoxelZones;
 use zonal_math::Vec3;
 
@@ -85,6 +87,8 @@ pub struct Zones {
     /// Reflectance of each patch in thermal mode where emissivities depend on temperature or side, whatever the equations use in its place; empty
     /// where every patch has that of its facet.
     pub own_reflectances: Vec<Bands>,
+    /// The sides of sheets that transmit diffusely.
+    pub sheets: SheetSides,
 }
 
 impl Zones {
@@ -112,7 +116,14 @@ impl Zones {
     pub fn voxel_zones_of_cell(&self, cell: usize) -> std::ops::Range<usize> {
         self.voxels.zones_of_cell(cell)
     }
-    /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G).
+    /// Radiosity that zone `i` scatters of the incident fields H and G of the zones, W/m²: ρ H of a patch, with τ H of the other side of a sheet, Ω/4 G of a
+    /// volume zone.
+    pub fn scattered(&self, i: usize, field: impl Fn(usize) -> Bands) -> Bands {
+        let own = self.response(i).0 * field(i);
+        self.sheets.opposite(i).map_or(own, |j| own + self.sheets.transmittance(j) * field(j))
+    }
+    /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G), with the transmitted light of
+    /// sheets ([`Zones::scattered`]).
     pub fn response(&self, i: usize) -> (Bands, f64) {
         if i < self.voxel_offset() {
             let p = &self.patches[i];
@@ -125,7 +136,23 @@ impl Zones {
             (0.25 * p.albedo, p.area * p.thickness)
         }
     }
-    /// Emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of a volume zone.
+    /// Strength κB of the source of zone `i` in the bands in which it is transparent, W/m³: q/4, where q/(4κ) has no value. Zero for other zones.
+    pub fn transparent_source(&self, i: usize) -> Bands {
+        match i.checked_sub(self.voxel_offset()) {
+            Some(k) if k < self.voxels.len() => {
+                let v = self.voxels.at(k);
+                v.source.zip_map(v.extinction, |q, k| if k > 0.0 { 0.0 } else { 0.25 * q })
+            }
+            _ => Bands::ZERO,
+        }
+    }
+    /// True if a voxel zone without extinction has a source, in some band.
+    pub fn has_transparent_sources(&self) -> bool {
+        let emits = |q: f64, k: f64| q > 0.0 && k == 0.0;
+        self.voxels.distinct_media().any(|v| Band::all().any(|b| emits(v.source[b], v.extinction[b])))
+    }
+    /// Emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of a volume zone; without the source where κ is 0
+    /// ([`Zones::transparent_source`]).
     pub fn emission(&self, i: usize) -> Bands {
         if i < self.voxel_offset() {
             self.patches[i].emission

@@ -155,6 +155,11 @@ impl ExchangeAreas {
             None => check_periodic_pairs(scene, &zones)?,
         }
 
+        if settings.contents != ExchangeAreaContents::Direct && !zones.sheets.is_empty() {
+            let text = "total exchange areas of sheets that transmit diffusely are not computed; write --direct-only, or remove transmittance";
+            return Err(SceneError::new("surface.transmittance", text));
+        }
+
         // Direct areas of all pairs.
         let matrices = matrix_count(&zones, settings.contents);
         check_memory(&zones, matrices, settings)?;

@@ -3,9 +3,10 @@
 //! The groups are the columns of a multivector. Higher-order unknowns (slopes of the radiosity) have the weight and target of their zone.
 
 use crate::iteration::{
-    IterationResult, LinearSystem, StoppingCriterion, conjugate_gradients, neumann_series,
+    IterationResult, LinearSystem, StoppingCriterion, bicgstab, conjugate_gradients, neumann_series,
 };
 use crate::light_groups::SourceGroup;
+use crate::mixed_sides::MixedSides;
 use crate::operator::{IncidentPower, extend_to_slopes};
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
@@ -69,8 +70,10 @@ fn iterate(
         column.extend(slopes);
     }
     // Iterate.
+    let mixed = MixedSides { operator: built.operator.as_ref(), zones: context.zones };
+    let transmits = !context.zones.sheets.is_empty();
     let system = LinearSystem {
-        operator: built.operator.as_ref(),
+        operator: if transmits { &mixed } else { built.operator.as_ref() },
         weights: &weights,
         targets: &targets,
         sums: context.shared_zones().order(),
@@ -84,15 +87,23 @@ fn iterate(
         if engine == Engine::Hierarchical { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    let (results, vectors) = conjugate_gradients::solve(
-        &system,
-        columns,
-        initial.as_deref(),
-        stop,
-        context.checkpoints,
-        context.progress,
-    );
+    let (results, vectors) = solve_system(context, &system, columns, initial, stop);
     (results, [weights, vectors])
+}
+
+/// Stabilised bi-conjugate gradients where sheets transmit, else conjugate gradients; the results and a vector of the iteration.
+fn solve_system(
+    context: &SolveContext,
+    system: &LinearSystem,
+    columns: Vec<Vec<Bands>>,
+    initial: Option<Vec<Vec<Bands>>>,
+    stop: StoppingCriterion,
+) -> (Vec<IterationResult>, Vec<Bands>) {
+    let (checkpoints, progress) = (context.checkpoints, context.progress);
+    if context.zones.sheets.is_empty() {
+        return conjugate_gradients::solve(system, columns, initial.as_deref(), stop, checkpoints, progress);
+    }
+    (bicgstab::solve(system, &columns, initial, stop, progress), Vec::new())
 }
 
 /// Source strengths of a group for the higher-order unknowns, from the surroundings and from direct light.
@@ -132,8 +143,7 @@ fn warm_start(
             let mut incident = vec![Bands::ZERO; zones.len()];
             g.incident.add_to(&mut incident, g.incident_scale);
             for (i, o) in out.iter_mut().enumerate() {
-                let (c, (rho, _)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
-                *o += c * rho * incident[i];
+                *o += scaled_radiosity_coefficient(zones, i) * zones.scattered(i, |k| incident[k]);
             }
         }
         out

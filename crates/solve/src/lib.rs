@@ -47,6 +47,7 @@ mod iteration;
 pub mod layered;
 pub mod light_groups;
 pub mod mirrors;
+mod mixed_sides;
 pub mod operator;
 mod pipeline;
 pub mod ray;

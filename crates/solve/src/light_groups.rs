@@ -6,6 +6,8 @@
 //! ```text
 //!     s⁰_i = c_i [ E_i + ρ_i (H_dir,i + g_i,sky B_sky / A_i) ]        (volumes: (1−Ω)E + q/(4κ) and Ω/4 in place of E and ρ)
 //! ```
+//!
+//! A source q where κ = 0 has the strength κB = q/4.
 
 use crate::direct_light::light_field::DirectLight;
 use crate::surroundings::SurroundingsExchange;
@@ -189,11 +191,14 @@ pub(crate) fn source_strengths(
     (0..zones.len())
         .into_par_iter()
         .map(|i| {
-            let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
-            let e = if source.emits(zones, i) { zones.emission(i) } else { Bands::ZERO };
-            let d = direct.get(i).copied().unwrap_or_default();
-            let to_sky = surroundings.sky_of(i);
-            c * (e + rho * (d + to_sky * sky / measure))
+            let emits = source.emits(zones, i);
+            let e = if emits { zones.emission(i) } else { Bands::ZERO };
+            let glow = if emits { zones.transparent_source(i) } else { Bands::ZERO };
+            let arrives = |k: usize| {
+                let d = direct.get(k).copied().unwrap_or_default();
+                d + surroundings.sky_of(k) * sky / zones.response(k).1
+            };
+            scaled_radiosity_coefficient(zones, i) * (e + zones.scattered(i, arrives)) + glow
         })
         .collect()
 }

@@ -206,8 +206,8 @@ fn sum_of_groups(
     let direct = Fields::direct_unless_zero(added_if_any(|g| (&g.direct, g.direct_scale)));
     let direct_error = added_if_any(|g| (&g.direct_error, g.direct_scale));
     let radiosity = |i: usize| {
-        let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        e + rho * (incident[i] + direct.get(i).copied().unwrap_or_default())
+        let arrives = |k: usize| incident[k] + direct.get(k).copied().unwrap_or_default();
+        zones.emission(i) + zones.scattered(i, arrives)
     };
     // Errors of the groups before and after scaling.
     let own = known.map(|before| (before, added(|g| (&g.error, g.incident_scale))));

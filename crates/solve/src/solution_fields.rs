@@ -125,8 +125,7 @@ fn incident_power(
 /// Radiosity of all zones, W/m², in the memory of `out`.
 fn radiosity(zones: &Zones, f: &Fields, mut out: Vec<Bands>) -> Vec<Bands> {
     out.par_iter_mut().enumerate().for_each(|(i, b)| {
-        let (e, (rho, _)) = (zones.emission(i), zones.response(i));
-        *b = e + rho * (f.incident[i] + f.direct_light(i));
+        *b = zones.emission(i) + zones.scattered(i, |k| f.incident[k] + f.direct_light(k));
     });
     out
 }

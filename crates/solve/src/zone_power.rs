@@ -13,16 +13,16 @@ pub(crate) fn interception_area(zones: &Zones, i: usize) -> Bands {
     scaled_radiosity_coefficient(zones, i) * measure
 }
 
-/// Absorbed power of zone `i` per unit incident field, m² per band: (1 − ρ) A of a patch, κ (1 − Ω) V of a volume zone.
+/// Absorbed power of zone `i` per unit incident field, m² per band: (1 − ρ − τ) A of a patch, κ (1 − Ω) V of a volume zone.
 pub(crate) fn absorption_area(zones: &Zones, i: usize) -> Bands {
     let (intercepted, reflected) = (interception_area(zones, i), reflected_fraction(zones, i));
     (1.0 - reflected) * intercepted
 }
 
-/// Reflected or scattered fraction of the intercepted power of zone `i`: ρ of a patch, Ω of a volume zone, whose response is Ω/4.
+/// Fraction of the intercepted power of zone `i` that is not absorbed: ρ + τ of a patch, Ω of a volume zone, whose response is Ω/4.
 pub(crate) fn reflected_fraction(zones: &Zones, i: usize) -> Bands {
     let fluence_factor = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
-    fluence_factor * zones.response(i).0
+    fluence_factor * zones.response(i).0 + zones.sheets.transmittance(i)
 }
 
 /// Absorbed power of all zones for an incident field (W/m²), W per band.
@@ -39,12 +39,12 @@ pub(crate) fn closure_targets(zones: &Zones) -> Vec<f64> {
     (0..zones.len()).into_par_iter().map(|i| closure_target(zones, i)).collect()
 }
 
-/// Weights w of all zones in s = s⁰ + w g s: c ρ/A of a patch, c Ω/(4V) of a volume zone, with s = c B the scaled radiosity, s⁰ its emitted
+/// Weights w of all zones in s = s⁰ + w g s: c ρ/A of a patch, (ρ + τ)/A of the side of a transmitting sheet ([`crate::mixed_sides`]), c Ω/(4V) of a volume zone, with s = c B the scaled radiosity, s⁰ its emitted
 /// part, g the exchange factors, and c = 1 for a patch, κ for a volume zone.
 pub(crate) fn reflection_weights(zones: &Zones) -> Vec<Bands> {
     let one = |i: usize| {
         let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
-        c * rho / measure
+        c * (rho + zones.sheets.transmittance(i)) / measure
     };
     (0..zones.len()).into_par_iter().map(one).collect()
 }

@@ -51,6 +51,7 @@ fn shells(list: &[(&str, f64, bool, f64, f64)]) -> (Scene, Vec<f64>) {
             emission: Bands::ZERO,
             reflectance_texture: None,
             emission_texture: None,
+            transmission: None,
             sides: Sides::Front,
             patch_size: None,
             solid: !inward,

@@ -12,6 +12,7 @@ fn surface() -> Surface {
         emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: None,
         solid: false,

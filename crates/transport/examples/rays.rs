@@ -35,6 +35,7 @@ fn main() -> std::io::Result<()> {
         emission: Bands::ZERO,
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: None,
         solid: false,

@@ -115,7 +115,7 @@ fn add_header(pack: &mut Pack, s: &Solution, baked: &BakedSolution, origin: Vec3
     pack.set("cameras", scene.cameras().iter().map(camera).collect());
     let surface = |(i, x): (usize, &zonal_scene::Surface)| {
         json!({
-            "name": x.name, "reflectance": x.reflectance.as_slice(), "emission": x.emission.as_slice(), "group": baked.emission_groups[i],
+            "name": x.name, "reflectance": scattered_fraction(x).as_slice(), "emission": x.emission.as_slice(), "group": baked.emission_groups[i],
             "texture": x.reflectance_texture, "emissionTexture": x.emission_texture, "both": x.sides == zonal_scene::Sides::Both,
         })
     };
@@ -123,6 +123,11 @@ fn add_header(pack: &mut Pack, s: &Solution, baked: &BakedSolution, origin: Vec3
     let pane =
         |p: &zonal_scene::Pane| json!({ "name": p.name, "depth": (p.extinction * p.thickness).as_slice() });
     pack.set("panes", scene.panes().iter().map(pane).collect());
+}
+
+/// ρ + τ of a surface: the baked light of a sheet that transmits is the mean of both sides by ρ and τ.
+fn scattered_fraction(s: &zonal_scene::Surface) -> Bands {
+    s.transmission.map_or(s.reflectance, |t| s.reflectance + t.transmittance)
 }
 
 /// Adds a field as 16-bit floats; returns the scale by which they are multiplied.

@@ -58,6 +58,15 @@ impl FacetFile {
             facets[face.face].push(corners[..count].to_vec());
             names[face.face].clone_from(&mesh.materials[face.material].name);
         }
-        FacetFile { facets, names, notes: mesh.notes }
+        let mut notes = mesh.notes;
+        let cut =
+            |m: &usize| mesh.materials[*m].alpha.is_some() && mesh.faces.iter().any(|f| f.material == *m);
+        if let Some(m) = (0..mesh.materials.len()).find(cut) {
+            let name = &mesh.materials[m].name;
+            notes.push(format!(
+                "material '{name}' has holes in its alpha; view factors take its faces as whole"
+            ));
+        }
+        FacetFile { facets, names, notes }
     }
 }

@@ -1,6 +1,8 @@
-//! Textures from PNG and JPEG: sRGB (IEC 61966-2-1) to linear; an alpha channel is ignored.
+//! Textures from PNG and JPEG: sRGB (IEC 61966-2-1) to linear, without alpha; alpha as a map of its own.
 
 use super::error::FileFault;
+use super::mesh::alpha_map::AlphaMap;
+use super::mesh::model::AlphaChannel;
 use std::io::Cursor;
 use zonal_scene::Texture;
 use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
@@ -19,17 +21,7 @@ const MAX_JPEG_PIXELS_PER_BYTE: usize = 8 * 64 * 16;
 
 /// Decodes an image by its first bytes; `file` names it in messages.
 pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, FileFault> {
-    let fault = |message: String| FileFault::new(file, "", message);
-    if bytes.is_empty() {
-        return Err(fault("this picture is empty; export it again".into()));
-    }
-    let (width, height, channels, data) = if bytes.starts_with(b"\x89PNG") {
-        decode_png(bytes).map_err(fault)?
-    } else if bytes.starts_with(b"\xff\xd8") {
-        decode_jpeg(bytes).map_err(fault)?
-    } else {
-        return Err(fault("this is neither a PNG nor a JPEG picture; convert it to PNG".into()));
-    };
+    let (width, height, channels, data) = decode_bytes(file, bytes)?;
     let linear = srgb_decode_table();
     let pixel = |p: &[u8]| match p {
         [r, g, b, ..] => [*r, *g, *b].map(|x| linear[x as usize]),
@@ -37,10 +29,50 @@ pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, FileFault> {
         [] => [0.0; 3],
     };
     let pixels: Vec<[f32; 3]> = data.chunks_exact(channels).take(width * height).map(pixel).collect();
-    if pixels.len() != width * height {
+    Ok(Texture { width, height, pixels })
+}
+
+/// The alpha of an image; `file` names it in messages.
+pub(crate) fn decode_alpha(file: &str, bytes: &[u8], channel: AlphaChannel) -> Result<AlphaMap, FileFault> {
+    let (width, height, channels, data) = decode_bytes(file, bytes)?;
+    let pixels = || data.chunks_exact(channels).take(width * height);
+    let stored = matches!(channels, 2 | 4);
+    let own = stored
+        && match channel {
+            AlphaChannel::Alpha => true,
+            AlphaChannel::AlphaOrGrey => pixels().any(|p| p[channels - 1] < u8::MAX),
+            AlphaChannel::Red => false,
+        };
+    let alpha = |p: &[u8]| match (own, channel) {
+        (true, _) => p[channels - 1],
+        (false, AlphaChannel::Red) => p[0],
+        (false, AlphaChannel::Alpha) => u8::MAX,
+        (false, AlphaChannel::AlphaOrGrey) => {
+            let colours = &p[..channels - usize::from(stored)];
+            (colours.iter().map(|x| u32::from(*x)).sum::<u32>() / colours.len() as u32) as u8
+        }
+    };
+    Ok(AlphaMap::new(width, height, pixels().map(alpha).collect()))
+}
+
+/// Decodes a PNG or JPEG image.
+fn decode_bytes(file: &str, bytes: &[u8]) -> Result<DecodedImage, FileFault> {
+    let fault = |message: String| FileFault::new(file, "", message);
+    if bytes.is_empty() {
+        return Err(fault("this picture is empty; export it again".into()));
+    }
+    let decoded = if bytes.starts_with(b"\x89PNG") {
+        decode_png(bytes).map_err(fault)?
+    } else if bytes.starts_with(b"\xff\xd8") {
+        decode_jpeg(bytes).map_err(fault)?
+    } else {
+        return Err(fault("this is neither a PNG nor a JPEG picture; convert it to PNG".into()));
+    };
+    let (width, height, channels, data) = &decoded;
+    if data.len() / channels < width * height {
         return Err(fault("this picture is cut short; export it again".into()));
     }
-    Ok(Texture { width, height, pixels })
+    Ok(decoded)
 }
 
 /// True if some pixel of an image is not opaque; false for an image that cannot be decoded.

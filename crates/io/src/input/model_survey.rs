@@ -115,7 +115,10 @@ impl ModelSurvey {
         let materials = used.map(|(material, plates)| SurveyedMaterial::of(material, plates));
         let mut materials: Vec<SurveyedMaterial> = materials.collect();
         materials.sort_by(|a, b| b.area.total_cmp(&a.area));
-        let is_opaque = |f: &&crate::input::mesh::model::MeshFace| mesh.materials[f.material].glass.is_none();
+        let is_opaque = |f: &&crate::input::mesh::model::MeshFace| {
+            let m = &mesh.materials[f.material];
+            !m.is_glass() && m.alpha.is_none()
+        };
         let opaque: Vec<Plate> = mesh.faces.iter().filter(is_opaque).map(|f| f.plate).collect();
         ModelSurvey {
             bounds,
@@ -139,8 +142,8 @@ impl SurveyedMaterial {
             reflectance: m.reflectance,
             is_textured: m.texture.is_some(),
             emission: m.emission,
-            is_glass: m.glass.is_some(),
-            lacks_thickness: m.glass.is_some_and(|g| g.thickness.is_none()),
+            is_glass: m.is_glass(),
+            lacks_thickness: m.is_glass() && m.glass.is_some_and(|g| g.thickness.is_none()),
             double_sided: m.double_sided,
             unread_transparency: m.opaque_warning.clone(),
         }

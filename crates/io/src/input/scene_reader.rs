@@ -2,7 +2,8 @@
 
 use super::error::{FileFault, InputError};
 use super::images;
-use super::mesh::model::ImageSource;
+use super::mesh::alpha_map::AlphaMap;
+use super::mesh::model::{AlphaChannel, AlphaSource, ImageSource};
 use super::scene::gas_composition::SceneGas;
 use super::scene::medium_properties::MediumProperties;
 use super::scene::surface_properties::SurfaceProperties;
@@ -10,11 +11,13 @@ use super::scene::thermal::SceneMode;
 use super::toml::node::TomlNode;
 use super::toml::source::SourceText;
 use crate::files::FileSource;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use zonal_scene::{
-    Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
-    SurfaceEmissivity, ThermalCondition,
+    Bands, Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
+    SurfaceEmissivity, Texture, ThermalCondition,
 };
 
 /// Files that a scene may refer to, and its largest medium.
@@ -48,6 +51,8 @@ pub(crate) struct SceneReader<'a> {
     /// Tables of emissivities by temperature.
     pub(crate) emissivity_tables: Vec<EmissivityTable>,
     texture_of_image: HashMap<String, usize>,
+    /// Alpha of images already read.
+    alpha_of_image: HashMap<(String, AlphaChannel), Rc<AlphaMap>>,
 }
 
 impl<'a> SceneReader<'a> {
@@ -61,6 +66,7 @@ impl<'a> SceneReader<'a> {
             interior_fills: Vec::new(),
             emissivity_tables: Vec::new(),
             texture_of_image: HashMap::new(),
+            alpha_of_image: HashMap::new(),
         }
     }
     /// The mode of the scene.
@@ -129,22 +135,55 @@ impl<'a> SceneReader<'a> {
         let path = self.resolve(node)?;
         self.image(&ImageSource::File(path)).map_err(|f| node.error(f.to_string()))
     }
+    /// The bytes of an image.
+    fn bytes_of<'i>(&self, image: &'i ImageSource) -> Result<Cow<'i, [u8]>, FileFault> {
+        match image {
+            ImageSource::Bytes { bytes, .. } => Ok(Cow::Borrowed(bytes)),
+            ImageSource::File(path) => {
+                let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
+                bytes.map(Cow::Owned).map_err(|e| FileFault::new(&image.name(), "", e))
+            }
+            // Made of other images, without bytes of its own.
+            ImageSource::Weighted(_) => Ok(Cow::Borrowed(&[])),
+        }
+    }
+    /// The alpha of a material; every image is decoded once.
+    pub(crate) fn alpha_map(&mut self, alpha: &AlphaSource) -> Result<Rc<AlphaMap>, FileFault> {
+        let Some(image) = &alpha.image else { return Ok(Rc::new(AlphaMap::opaque())) };
+        let key = (image.name(), alpha.channel);
+        if let Some(map) = self.alpha_of_image.get(&key) {
+            return Ok(map.clone());
+        }
+        let map = Rc::new(images::decode_alpha(&key.0, &self.bytes_of(image)?, alpha.channel)?);
+        self.alpha_of_image.insert(key, map.clone());
+        Ok(map)
+    }
+    /// The texture of an image.
+    fn decoded(&self, image: &ImageSource) -> Result<Texture, FileFault> {
+        let ImageSource::Weighted(own) = image else {
+            return images::decode(&image.name(), &self.bytes_of(image)?);
+        };
+        let weight = images::decode_alpha(&own.weight.name(), &self.bytes_of(&own.weight)?, own.channel)?;
+        let base = own.base.as_ref().map(|image| self.decoded(image)).transpose()?;
+        let size = |of_base: Option<usize>, of_weight: usize| of_base.unwrap_or(1).max(of_weight);
+        let [width, height] = weight.size();
+        let width = size(base.as_ref().map(|t| t.width), width);
+        let height = size(base.as_ref().map(|t| t.height), height);
+        let pixel = |i: usize| {
+            let uv = [(i % width, width), (i / width, height)].map(|(k, n)| (k as f64 + 0.5) / n as f64);
+            let w = own.factor * weight.at(uv);
+            let colour = base.as_ref().map_or(Bands::ONE, |t| t.sample(uv));
+            (colour * if own.complement { 1.0 - w } else { w }).to_rgb().map(|x| x.max(0.0) as f32)
+        };
+        Ok(Texture { width, height, pixels: (0..width * height).map(pixel).collect() })
+    }
     /// The index of an image's texture; every image is decoded once.
     pub(crate) fn image(&mut self, image: &ImageSource) -> Result<usize, FileFault> {
-        let name = match image {
-            ImageSource::File(path) => path.display().to_string(),
-            ImageSource::Bytes { name, .. } => name.clone(),
-        };
+        let name = image.name();
         if let Some(i) = self.texture_of_image.get(&name) {
             return Ok(*i);
         }
-        let mut texture = match image {
-            ImageSource::Bytes { bytes, .. } => images::decode(&name, bytes)?,
-            ImageSource::File(path) => {
-                let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
-                images::decode(&name, &bytes.map_err(|e| FileFault::new(&name, "", e))?)?
-            }
-        };
+        let mut texture = self.decoded(image)?;
         let (bands, triple) = (self.source.bands(), self.source.triple());
         if !bands.is_rgb() {
             for pixel in &mut texture.pixels {

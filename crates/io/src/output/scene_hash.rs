@@ -121,6 +121,7 @@ fn hash_factors(h: &mut WordHasher, scene: &Scene) {
     let mut parts = scene.clone().into_parts();
     for (s, surface) in parts.surfaces.iter_mut().enumerate() {
         surface.reflectance = Bands::ZERO;
+        surface.transmission.iter_mut().for_each(|t| t.transmittance = Bands::ZERO);
         if !scene.is_direct_emitter(s) {
             surface.emission = Bands::ZERO;
         }
@@ -252,6 +253,10 @@ fn hash_surfaces(h: &mut WordHasher, scene: &Scene) {
         h.int((s.sides == Sides::Both) as usize);
         h.length(s.patch_size);
         h.int(s.solid as usize);
+        if let Some(t) = s.transmission {
+            h.bands(t.transmittance);
+            h.option(t.texture);
+        }
     }
     h.int(scene.facets().len());
     for f in scene.facets() {

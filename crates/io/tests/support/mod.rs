@@ -47,6 +47,18 @@ impl Drop for Folder {
     }
 }
 
+/// A square picture of 8-bit grey and alpha.
+pub(crate) fn grey_alpha_png(side: u32, pixels: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, side, side);
+    encoder.set_color(png::ColorType::GrayscaleAlpha);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(pixels).unwrap();
+    writer.finish().unwrap();
+    out
+}
+
 /// An 8-bit RGB picture.
 pub(crate) fn png(width: u32, height: u32, rgb: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! (spectral multiple importance sampling), which has the right mean in every band and is 1 in a grey medium. Emission of the
-//! segments is not sampled but summed, Σ e^{−δ}(1 − e^{−κℓ}) S with S = (1 − Ω)E + q/(4κ), over the whole ray.
+//! segments is not sampled but summed, Σ e^{−δ}(1 − e^{−κℓ}) S with S = (1 − Ω)E + q/(4κ), or q ℓ/4 where κ = 0, over the whole ray.
 
 use super::bvh::{BinaryBvh, RayHit};
 use crate::rng::select_band;
@@ -94,6 +94,8 @@ struct FlightSegment {
     to: f64,
     depth: Bands,
     source: Bands,
+    /// q/4 in bands without extinction, W/m³.
+    transparent: Bands,
     /// `None` where it varies along the segment.
     albedo: Option<Bands>,
     /// For a pane: its index, unit normal and range of depths.
@@ -179,6 +181,7 @@ impl<'a> RayScene<'a> {
         self.visit_segments(v, d, limit, self.emits, &mut |segment| {
             if self.emits {
                 emitted -= (-depth).exp() * (-segment.depth).map(f64::exp_m1) * segment.source / PI;
+                emitted += (-depth).exp() * segment.transparent * ((segment.to - segment.from) / PI);
             }
             if collision.is_none() && segment.depth[band] > rest {
                 let part = rest / segment.depth[band];
@@ -251,6 +254,7 @@ impl<'a> RayScene<'a> {
             to: t,
             depth: p.extinction * length,
             source: (1.0 - p.albedo) * p.emission,
+            transparent: Bands::ZERO,
             albedo: Some(p.albedo),
             pane: Some((pane, normal, run)),
         }
@@ -287,6 +291,8 @@ impl<'a> RayScene<'a> {
             if per_cell {
                 let emission = (1.0 - albedo) * grid.emission(cell) + grid.source(cell) / (4.0 * kappa);
                 segment.source = emission.zip_map(kappa, |e, k| if k > 0.0 { e } else { 0.0 });
+                segment.transparent =
+                    grid.source(cell).zip_map(kappa, |q, k| if k > 0.0 { 0.0 } else { 0.25 * q });
             }
             each(&segment)
         })
@@ -306,7 +312,15 @@ impl<'a> RayScene<'a> {
 
 impl FlightSegment {
     fn empty(from: f64, to: f64) -> FlightSegment {
-        FlightSegment { from, to, depth: Bands::ZERO, source: Bands::ZERO, albedo: None, pane: None }
+        FlightSegment {
+            from,
+            to,
+            depth: Bands::ZERO,
+            source: Bands::ZERO,
+            transparent: Bands::ZERO,
+            albedo: None,
+            pane: None,
+        }
     }
 }
 

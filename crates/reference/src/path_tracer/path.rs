@@ -11,6 +11,7 @@
 //! After a few bounces Russian roulette continues a path with the probability of its last albedo and weights it accordingly, which
 //! keeps the estimate unbiased. Light that arrives unscattered from a sun, a sky, a point light or a surface that the scene lists as a light is direct.
 
+use super::bvh::RayHit;
 use super::detector::{Detector, SubcellPart};
 use super::flight::{FlightEnd, PathVertex, RayScene, sample_scattering};
 use super::light_sampling::{FacetSide, LightSet};
@@ -149,7 +150,7 @@ impl PathSampler<'_> {
                 if !hit.front && self.space.scene.surfaces()[facet.surface].sides == Sides::Front {
                     return false;
                 }
-                let normal = if hit.front { normal } else { -normal };
+                let mut normal = if hit.front { normal } else { -normal };
                 let mut at = s.vertex.at() + d * hit.t;
                 let albedo = match &self.zones {
                     Some(zones) => {
@@ -160,13 +161,25 @@ impl PathSampler<'_> {
                         }
                         zones.reflectances[i]
                     }
-                    None => self.space.scene.reflectance_at(hit.id as usize, hit.uv[0], hit.uv[1]),
+                    None => self.scattering_of_facet(&hit, &mut normal, numbers),
                 };
                 s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
                 albedo
             }
         };
         self.scatter(s, albedo, numbers)
+    }
+
+    /// The fraction that a facet reflects or transmits; the normal turns to the other side where light is transmitted.
+    fn scattering_of_facet(&self, hit: &RayHit, normal: &mut Vec3, numbers: &mut PathNumbers) -> Bands {
+        let (facet, [u, v]) = (hit.id as usize, hit.uv);
+        let (rho, tau) =
+            (self.space.scene.reflectance_at(facet, u, v), self.space.scene.transmittance_at(facet, u, v));
+        let (albedo, transmitted) = choose_side(rho, tau, numbers);
+        if transmitted {
+            *normal = -*normal;
+        }
+        albedo
     }
 
     /// A random point of the volume zone in which a vertex lies, for walks on zones; else the vertex.
@@ -275,6 +288,18 @@ impl PathSampler<'_> {
         if let Some(transmittance) = self.space.transmittance(&s.vertex, towards, r, Some(point.facet)) {
             s.radiance.add(s.throughput * transmittance * radiance * mis_weight, direct && is_scene_light);
         }
+    }
+}
+
+/// Reflects or transmits with probabilities in proportion to the means of ρ and τ: the fraction over its probability, and true where light is transmitted.
+fn choose_side(rho: Bands, tau: Bands, numbers: &mut PathNumbers) -> (Bands, bool) {
+    if tau == Bands::ZERO {
+        return (rho, false);
+    }
+    let transmits = tau.mean() / (rho.mean() + tau.mean());
+    match numbers.rng.uniform() < transmits {
+        true => (tau / transmits, true),
+        false => (rho / (1.0 - transmits), false),
     }
 }
 

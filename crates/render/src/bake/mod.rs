@@ -69,6 +69,7 @@ use zonal_transport::Transport;
 /// #     emission: Bands::ONE,
 /// #     reflectance_texture: None,
 /// #     emission_texture: None,
+/// #     transmission: None,
 /// #     sides: Sides::Both,
 /// #     patch_size: None,
 /// #     solid: false,

@@ -87,8 +87,17 @@ impl<'a> VertexLighting<'a> {
         let p = &self.solution.zones.patches[patch];
         let point = self.point(patch, uv);
         let inside = point + (p.plate.centre() - point) * BORDER_INSET;
+        let sheets = &self.solution.zones.sheets;
+        let (rho, tau) = (p.reflectance, sheets.transmittance(patch));
+        let is_sheet = sheets.opposite(patch).is_some();
         for (slot, light_sampler, n) in &self.light_samplers {
-            let light = light_sampler.gather(self.transport, inside, Receiver::Surface(p.normal), *n, 1);
+            let on =
+                |normal: Vec3| light_sampler.gather(self.transport, inside, Receiver::Surface(normal), *n, 1);
+            let mut light = on(p.normal);
+            if is_sheet {
+                let sum = rho * light + tau * on(-p.normal);
+                light = sum.zip_map(rho + tau, |s, w| if w > 0.0 { s / w } else { 0.0 });
+            }
             let sum = &mut out[first + slot];
             Band::all().for_each(|b| sum[b] += light[b] as f32);
         }

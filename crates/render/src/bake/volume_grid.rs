@@ -74,6 +74,7 @@ pub struct VolumeGrid {
 /// #     emission: Bands::ONE,
 /// #     reflectance_texture: None,
 /// #     emission_texture: None,
+/// #     transmission: None,
 /// #     sides: Sides::Both,
 /// #     patch_size: None,
 /// #     solid: false,

@@ -162,7 +162,8 @@ impl<'a> FinalGather<'a> {
         let patch = &self.solution.zones.patches[i];
         let point = gather_ray.ray.at(h.t);
         let radiosity = self.surfaces.on_tile(i, point);
-        if !patch.continues_rays(h.t) || gather_ray.vertices >= MAX_VERTICES {
+        let is_sheet = self.solution.zones.sheets.opposite(i).is_some();
+        if is_sheet || !patch.continues_rays(h.t) || gather_ray.vertices >= MAX_VERTICES {
             return radiosity / PI;
         }
         let reflectance = scene.reflectance_at(h.facet, h.u, h.v);
@@ -182,8 +183,10 @@ impl<'a> FinalGather<'a> {
     /// Radiance, W/(m² sr), that a segment of a ray in a voxel zone emits and scatters, at its border. Optically thin segments take the
     /// zone's mean.
     fn segment_radiance(&self, zone: usize, kappa: Bands, length: f64, middle: Vec3) -> Bands {
+        let glow = self.solution.zones.transparent_source(self.solution.zones.voxel_offset() + zone);
+        let glow = glow * (length / PI);
         if kappa == Bands::ZERO {
-            return kappa;
+            return glow;
         }
         let thin = kappa.all(|k| k * length < MAX_DEPTH_OF_ZONE_MEAN);
         let radiosity = match self.medium.as_ref().filter(|_| !thin) {
@@ -191,7 +194,7 @@ impl<'a> FinalGather<'a> {
             None => self.means[zone],
         };
         let passed = transmittance(kappa, length);
-        radiosity * (1.0 - passed) / PI
+        radiosity * (1.0 - passed) / PI + glow
     }
 }
 

@@ -1,7 +1,7 @@
 //! Radiance along one camera ray.
 //!
 //! ```text
-//! L = L_m + τ L_end      L_end = B/π,   B = E(x) + ρ(x) (H(x) + H_dir(x))
+//! L = L_m + τ L_end      L_end = B/π,   B = E(x) + ρ(x) (H(x) + H_dir(x)), and of a sheet that transmits with its τ(x) times the same of its other side
 //! ```
 //!
 //! L_m is the radiance that the path adds: indirect emission and scattering of its segments, panes, and single scattering of direct
@@ -19,7 +19,7 @@ use crate::denoise::denoise_patches;
 use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
-use crate::medium::ray_path::{RayPath, linear_source_integral};
+use crate::medium::ray_path::{RayPath, VoxelSegment, linear_source_integral};
 use crate::surface::patch_field::PatchField;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
@@ -53,6 +53,8 @@ pub(crate) struct Integrator<'a> {
     skies: Option<SkyField<'a>>,
     /// True if `medium` contains the light of skies that the medium scatters once.
     medium_has_skies: bool,
+    /// True if transparent voxels emit.
+    has_glow: bool,
 }
 
 impl<'a> Integrator<'a> {
@@ -82,6 +84,7 @@ impl<'a> Integrator<'a> {
             contacts: None,
             skies: None,
             medium_has_skies: false,
+            has_glow: s.zones.has_transparent_sources(),
         }
     }
 
@@ -204,12 +207,27 @@ impl<'a> Integrator<'a> {
         let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
         let point = facet.plate.at(hit.u, hit.v) * 0.5 + ray.at(hit.t) * 0.5;
         let emission = scene.emission_at(hit.facet, hit.u, hit.v);
+        let uv = [hit.u, hit.v];
         let rho = scene.reflectance_at(hit.facet, hit.u, hit.v);
-        if rho == Bands::ZERO {
-            return emission / PI;
-        }
+        let tau = scene.transmittance_at(hit.facet, hit.u, hit.v);
+        let scattered = |fraction: Bands, side: usize, normal: Vec3| match fraction {
+            Bands::ZERO => Bands::ZERO,
+            _ => fraction * self.arriving_light((side, uv), (point, normal), sampler),
+        };
+        // The sides of a facet have consecutive numbers.
+        let behind = scattered(tau, hit.side() ^ 1, -normal);
+        (emission + scattered(rho, hit.side(), normal) + behind) / PI
+    }
+
+    /// H of all light at a point of a side of a facet with its unit normal, W/m².
+    fn arriving_light(
+        &self,
+        (side, uv): (usize, [f64; 2]),
+        (point, normal): (Vec3, Vec3),
+        sampler: RaySampler,
+    ) -> Bands {
         let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };
-        let patch = self.irradiance.tile_at(hit.side(), [hit.u, hit.v]);
+        let patch = self.irradiance.tile_at(side, uv);
         let indirect = match (&self.gather, patch) {
             (Some(gather), _) => gather.irradiance(inputs, (point, normal), sampler),
             (None, Some(i)) => self.interpolated_irradiance(inputs, i, point),
@@ -219,7 +237,7 @@ impl<'a> Integrator<'a> {
         let skip = |light: &LightSampler| sky.is_some() && is_sky(light);
         let direct = sky.unwrap_or(Bands::ZERO)
             + self.lights.irradiance_but((point, normal), indirect, sampler, &skip);
-        (emission + rho * (indirect + direct)) / PI
+        indirect + direct
     }
 
     /// H interpolated between the patches and corrected near contacts at a point of patch `i`, W/m².
@@ -229,9 +247,18 @@ impl<'a> Integrator<'a> {
         self.contacts.as_ref().map_or(smooth, |c| (smooth + correction(c)).max(Bands::ZERO))
     }
 
+    /// Radiance of sources q in transparent voxels, Σ τ q ℓ/(4π), W/(m² sr).
+    fn transparent_radiance(&self, path: &RayPath) -> Bands {
+        let offset = self.solution.zones.voxel_offset();
+        let of = |p: &VoxelSegment| {
+            p.transmittance * self.solution.zones.transparent_source(offset + p.zone) * ((p.t1 - p.t0) / PI)
+        };
+        path.segments.iter().map(of).sum()
+    }
+
     /// Radiance of the medium without direct light, W/(m² sr).
     fn indirect_radiance(&self, ray: ViewRay, path: &RayPath) -> Bands {
-        let mut out = Bands::ZERO;
+        let mut out = if self.has_glow { self.transparent_radiance(path) } else { Bands::ZERO };
         let Some(field) = &self.medium else {
             return out;
         };

@@ -105,10 +105,12 @@ impl ErrorReflection<'_> {
         let mut s: Vec<Bands> = (0..n)
             .into_par_iter()
             .map(|i| {
-                let (c, (rho, _)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
-                let is_negative = draw > 0 && low_discrepancy::split_mix64(draw << 48 | i as u64) & 1 == 1;
-                let sign = if is_negative { -1.0 } else { 1.0 };
-                sign * c * rho * self.error[i]
+                let signed = |k: usize| {
+                    let is_negative =
+                        draw > 0 && low_discrepancy::split_mix64(draw << 48 | k as u64) & 1 == 1;
+                    if is_negative { -self.error[k] } else { self.error[k] }
+                };
+                scaled_radiosity_coefficient(zones, i) * zones.scattered(i, signed)
             })
             .collect();
         s.resize(self.operator.len(), Bands::ZERO);

@@ -28,6 +28,7 @@ pub(crate) fn spectral_solve_bytes(
     let columns = light_groups::select_groups(scene, zones).0.len() as u64;
     let grey = kappa == 1
         && zones.patches.par_iter().all(|p| p.reflectance.is_grey() && p.emission.is_grey())
+        && zones.sheets.is_empty()
         && zones
             .voxels
             .distinct_media()

@@ -106,6 +106,7 @@ pub fn select_engine(
         let (order, note) = selection.basis_order(&found);
         (out.enclosure, out.note) = (Some((found, order)), note);
     }
+    selection.check_transparent_sources(out.engine)?;
     selection.check_memory(&out, transport)?;
     Ok(out)
 }
@@ -132,6 +133,17 @@ impl<'a> EngineSelection<'a> {
             exceeds_dense: size.zones_by_pairs() > MAX_DENSE_ZONES || size.bytes > memory_limit,
             wants_linear_basis: basis == ZoneBasis::Linear
                 || (basis == ZoneBasis::Auto && size.thickness > MIN_LINEAR_BASIS_THICKNESS),
+        }
+    }
+
+    /// Refuses sources in voxels without extinction for an engine whose rays end where the medium absorbs.
+    fn check_transparent_sources(&self, engine: Engine) -> Result<(), SceneError> {
+        match engine == Engine::Hierarchical && self.zones.has_transparent_sources() {
+            true => refuse(
+                "medium.source",
+                "some cells with a source have no extinction, where the rays of the hierarchical engine do not find it; use larger patches and voxels with engine = \"dense\"",
+            ),
+            false => Ok(()),
         }
     }
 
@@ -244,6 +256,10 @@ impl<'a> EngineSelection<'a> {
                 };
                 Ok((Engine::Hierarchical, format!("{why}{not}")))
             }
+            _ if self.zones.has_transparent_sources() => Ok((
+                Engine::Dense,
+                "cells with a source have no extinction, so that rays would not find it".into(),
+            )),
             _ => Ok(self.cheaper_engine()),
         }
     }

@@ -167,6 +167,7 @@ mod tests {
             emission: Bands::ONE,
             reflectance_texture: None,
             emission_texture: None,
+            transmission: None,
             sides: Sides::Front,
             patch_size: None,
             solid: false,

@@ -355,7 +355,8 @@ impl<'a> Gatherer<'a> {
     /// Adds the surface at the end of a ray or connection; paths go on from patches close by.
     fn add_surface(&self, ray: (usize, usize), end: RayEnd, weight: Bands, scratch: &mut GatherScratch) {
         let continues = ray.0 < self.zones.voxel_offset()
-            && self.zones.patches[end.zone as usize].continues_rays(end.distance);
+            && self.zones.patches[end.zone as usize].continues_rays(end.distance)
+            && self.zones.sheets.opposite(end.zone as usize).is_none();
         match self.lights.as_ref().filter(|_| continues) {
             Some(lights) => {
                 let last = self.tracer.continue_path(lights, ray, end, &mut scratch.vertices);

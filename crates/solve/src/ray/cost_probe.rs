@@ -7,6 +7,7 @@ use super::path_continuation::PathLights;
 use super::ray_sampling::RaysPerZone;
 use super::ray_tracer::{FIRST_CODE, RayTracer};
 use crate::direct_light::light_field::{DirectLight, LightField};
+use crate::zone_power::reflected_fraction;
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_scene::{Bands, Scene, Zones};
@@ -116,7 +117,7 @@ fn trace_sample(tracer: &RayTracer, lights: &PathLights, range: Range<usize>) ->
 fn largest_response(zones: &Zones, zone: u32) -> f64 {
     let v = match zone {
         FIRST_CODE.. => return 0.0,
-        z if (z as usize) < zones.voxel_offset() => zones.patches[z as usize].reflectance,
+        z if (z as usize) < zones.voxel_offset() => reflected_fraction(zones, z as usize),
         z if (z as usize) < zones.pane_offset() => zones.voxels.at(z as usize - zones.voxel_offset()).albedo,
         z => zones.panes[z as usize - zones.pane_offset()].albedo,
     };

@@ -185,7 +185,9 @@ impl RayTracer<'_> {
     /// The patch from which a ray with this end continues.
     fn continuing_patch(&self, end: &RayEnd) -> Option<usize> {
         let patch = self.zones.patches.get(end.zone as usize)?;
-        patch.continues_rays(end.distance).then_some(end.zone as usize)
+        // The radiosity of a sheet depends on the light behind it too.
+        let i = end.zone as usize;
+        (patch.continues_rays(end.distance) && self.zones.sheets.opposite(i).is_none()).then_some(i)
     }
 
     /// Continues ray `k` of zone `i` from its end, appends the vertices, and returns the zone or the first vertex of the path.

@@ -19,6 +19,7 @@ use crate::gather::zone_groups::ZoneGroups;
 use crate::iteration::multivector::total;
 use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgstab, neumann_series};
 use crate::light_groups::SourceGroup;
+use crate::mixed_sides::mix_sides;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
 use crate::solve_context::SolveContext;
 use crate::sum_order::SumOrder;
@@ -120,7 +121,9 @@ impl<'a> RayOperator<'a> {
             self.sources = sources.collect();
             for (column, source) in columns.iter_mut().zip(&self.sources) {
                 let dark = vec![[0.0; LANES]; self.len()];
-                let lit = self.times_measure(self.table.incident(&dark, PathExtent::WithSource(source), 1));
+                let mut lit =
+                    self.times_measure(self.table.incident(&dark, PathExtent::WithSource(source), 1));
+                mix_sides(self.zones, &mut lit);
                 let add = |i: usize, s: &mut Bands| *s += weights[i] * lit[i];
                 column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
             }
@@ -233,7 +236,7 @@ fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec
     out
 }
 
-/// The same exchange with continued paths, by the first 1/`divisor` of the rays of every zone.
+/// The same exchange with continued paths, by the first 1/`divisor` of the rays of every zone, and the sides of transmitting sheets mixed.
 struct ContinuedRays<'a, 'b> {
     rays: &'a RayOperator<'b>,
     divisor: usize,
@@ -245,7 +248,10 @@ impl ExchangeOperator for ContinuedRays<'_, '_> {
     }
     fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
         let b = self.rays.radiosities(strengths);
-        self.rays.times_measure(self.rays.table.incident(&b, PathExtent::Continued, self.divisor))
+        let mut power =
+            self.rays.times_measure(self.rays.table.incident(&b, PathExtent::Continued, self.divisor));
+        mix_sides(self.rays.zones, &mut power);
+        power
     }
     fn scale(&mut self, _: &[Bands]) {}
 }

@@ -91,7 +91,8 @@ fn add_zones(
     let emits = |i: usize| if kind.emits(&zones, i) { 1.0 } else { 0.0 };
     for (i, p) in zones.patches.iter().enumerate() {
         e.emitted += emits(i) * p.emission * p.area;
-        e.absorbed_surfaces[p.surface].1 += (1.0 - p.reflectance) * total(i) * p.area;
+        e.absorbed_surfaces[p.surface].1 +=
+            (1.0 - p.reflectance - zones.sheets.transmittance(i)) * total(i) * p.area;
     }
     let [emitted, absorbed]: [Bands; 2] = zones.sum_voxels(|k| {
         let (i, v) = (zones.voxel_offset() + k, zones.voxels.at(k));

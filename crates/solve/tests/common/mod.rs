@@ -150,6 +150,7 @@ pub(crate) fn surface(name: &str, rho: f64, emission: f64, solid: bool) -> Surfa
         emission: Bands::splat(emission),
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: None,
         solid,

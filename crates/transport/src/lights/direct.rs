@@ -371,6 +371,7 @@ mod tests {
             emission: Bands::splat(emission),
             reflectance_texture: None,
             emission_texture: None,
+            transmission: None,
             sides: Sides::Front,
             patch_size: None,
             solid: false,

@@ -29,7 +29,7 @@ pub use exclusions::excluded_parts;
 pub use work_sharing::WorkSharing;
 
 use crate::transport::Transport;
-use zonal_scene::{EvenExtension, Facet, PlateKind, Scene, SceneError, Sides, VoxelZones, Zones};
+use zonal_scene::{EvenExtension, Facet, PlateKind, Scene, SceneError, SheetSides, Sides, VoxelZones, Zones};
 
 /// A face longer than this fraction of the scene's diagonal counts as a wall of an enclosure.
 const MIN_WALL_LENGTH_SHARE: f64 = 1e-2;
@@ -89,7 +89,8 @@ fn zones_without_mirrors(
         Some(grid) => voxel_zones::voxel_zones(scene, grid, transport, sharing),
         None => VoxelZones::default(),
     };
-    Ok(Zones { patches, voxels, panes, own_reflectances: Vec::new() })
+    let sheets = SheetSides::of(scene, &patches);
+    Ok(Zones { patches, voxels, panes, own_reflectances: Vec::new(), sheets })
 }
 
 /// Expected number of patches of a scene for patches of a size in metres: exact to a factor of two, without the cuts along walls.

@@ -91,8 +91,15 @@ fn split_and_filter(scene: &Scene, transport: &Transport, subdivided: &[(usize, 
             let two_sided = s.sides == Sides::Both && !s.solid;
             let sides = [Some(plate), two_sided.then(|| plate.flipped())];
             let split = |p: Plate| wall_splitting::split_along_walls(transport, k, &p, min_area);
-            let pieces = sides.into_iter().flatten().flat_map(split);
-            let open = pieces.filter(|p| !wall_splitting::is_covered(transport, k, p));
+            let pieces: Vec<Plate> = match s.transmission {
+                None => sides.into_iter().flatten().flat_map(split).collect(),
+                // The two sides of a piece are congruent and follow one another.
+                Some(_) => {
+                    let backs = split(plate).into_iter().flat_map(|p| split(p.flipped()));
+                    backs.flat_map(|back| [back.flipped(), back]).collect()
+                }
+            };
+            let open = pieces.into_iter().filter(|p| !wall_splitting::is_covered(transport, k, p));
             open.map(|p| patch(scene, &direct, k, p)).collect::<Vec<_>>()
         })
         .collect()

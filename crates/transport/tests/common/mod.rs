@@ -24,6 +24,7 @@ pub(crate) fn surface(name: &str) -> Surface {
         emission: Bands::from_rgb([1.0, 2.0, 3.0]),
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: None,
         solid: false,

@@ -53,6 +53,7 @@ fn surface(name: &str, rho: f64, emission: f64) -> Surface {
         emission: Bands::splat(emission),
         reflectance_texture: None,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Front,
         patch_size: None,
         solid: false,

@@ -88,8 +88,14 @@ fn add_surfaces(
             ..GlbMaterial::diffuse(&surface.name, [1.0; 3])
         });
         // Colour the vertices.
-        let shading =
-            VertexShading { tone, quantity, reflectance: surface.reflectance, texture: texture.map(|t| t.1) };
+        let shading = VertexShading {
+            tone,
+            quantity,
+            reflectance: surface
+                .transmission
+                .map_or(surface.reflectance, |t| surface.reflectance + t.transmittance),
+            texture: texture.map(|t| t.1),
+        };
         let mut mesh = GlbMesh { name: surface.name.clone(), material: Some(i), ..GlbMesh::default() };
         let vertices = fill_mesh(&mut mesh, baked, &triangles_of_surface[i], &shading);
         if options.light_groups {

@@ -5,18 +5,23 @@
 //! | base colour and its texture | reflectance; the metallic factor is ignored |
 //! | emissive factor × strength × texture | a radiance L; emission = π L |
 //! | unlit | reflectance = base colour, at most 0.95; no emission |
+//! | diffuse transmission, rough transmission without volume | sheet of two sides (`sheets`) |
 //! | transmission with volume | pane, κ = −ln(attenuation colour)/attenuation distance, Ω = 0 |
 //! | transmission without volume | pane, κ = −ln(base colour × factor)/thickness, Ω = 0 |
 //! | alpha blend | pane, κ = −ln(1 − alpha)/thickness, Ω = base colour; alpha 1 is opaque |
-//! | alpha mask, alpha of textures | not read: a warning where the material is used |
+//! | alpha mask; alpha blend by the alpha of a texture | faces cut along their alpha (`mesh::transparent_materials`) |
 
 use super::accessors::Buffers;
 use super::container::{path_beside, resolve_uri};
+use super::sheets::SheetFactors;
 use super::texture_mapping::TextureMapping;
 use crate::files::FileSource;
 use crate::input::error::FileFault;
 use crate::input::images;
-use crate::input::mesh::model::{GlassAttenuation, GlassProperties, ImageSource, MeshData, MeshMaterial};
+use crate::input::mesh::model::{
+    AlphaChannel, AlphaRule, AlphaSource, GlassAttenuation, GlassProperties, ImageSource, MeshData,
+    MeshMaterial, WeightedImage,
+};
 use gltf::Document;
 use gltf::material::AlphaMode;
 use std::collections::{HashMap, HashSet};
@@ -29,6 +34,9 @@ use zonal_scene::Bands;
 const MAX_UNLIT_REFLECTANCE: f64 = 0.95;
 /// Smallest transmittance of a colour; it keeps the extinction finite.
 const MIN_TRANSMITTANCE: f64 = 1e-6;
+
+/// Cutoff of a mask without one.
+const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// The texture mappings of all materials; the default material is added when a primitive uses it.
 pub(super) struct MaterialTable {
@@ -89,45 +97,23 @@ pub(super) fn read_materials(
     Ok(MaterialTable { mappings, default: None })
 }
 
-/// Warns of alpha that is not read: that of the texture, and cut-outs.
-fn add_alpha_warnings(
-    m: &gltf::Material<'_>,
-    alpha: f64,
-    alpha_in_texture: bool,
-    place: &str,
-    out: &mut MeshMaterial,
-) {
-    let name = out.name.clone();
-    let remedy = format!("leave it out by materials.\"{name}\".omit = true, or cut its holes into the mesh");
-    match m.alpha_mode() {
-        AlphaMode::Mask if alpha_in_texture => {
-            out.opaque_warning = Some(format!(
-                "{place} has holes in the alpha of its texture (alphaMode MASK), which are not read: it is treated as fully opaque; {remedy}"
-            ));
-        }
-        AlphaMode::Mask if alpha < f64::from(m.alpha_cutoff().unwrap_or(0.5)) => {
-            out.opaque_warning = Some(format!(
-                "{place} is entirely cut out (alphaMode MASK, alpha below the cutoff), which is not read: it is opaque; {remedy}"
-            ));
-        }
-        AlphaMode::Blend if alpha_in_texture && alpha >= 1.0 => {
-            out.opaque_warning = Some(format!(
-                "{place} blends by the alpha of its texture, which is not read: it is opaque; write materials.\"{name}\".pane = {{ … }} for a pane, or pane = false and properties of its own"
-            ));
-        }
-        AlphaMode::Blend if alpha_in_texture => {
-            out.pane_warning = Some(format!(
-                "{place} blends by the alpha of its texture too, which is not read: its alpha factor alone was used"
-            ));
-        }
-        _ => {}
-    }
+/// The alpha of a material that is cut out, or blends by the alpha of its texture.
+fn read_alpha(m: &gltf::Material<'_>, factor: f64, textured: Option<&ImageSource>) -> Option<AlphaSource> {
+    let rule = match m.alpha_mode() {
+        AlphaMode::Opaque => return None,
+        AlphaMode::Mask => AlphaRule::Mask { cutoff: f64::from(m.alpha_cutoff().unwrap_or(DEFAULT_CUTOFF)) },
+        AlphaMode::Blend => AlphaRule::Blend,
+    };
+    let cut_out = matches!(rule, AlphaRule::Mask { cutoff } if factor < cutoff);
+    let image = textured.cloned();
+    (image.is_some() || cut_out).then_some(AlphaSource { image, channel: AlphaChannel::Alpha, factor, rule })
 }
 
 /// True if an image may have an alpha channel; one that cannot be read is refused where it is used.
 fn has_alpha(files: FileSource<'_>, image: &ImageSource) -> bool {
     match image {
         ImageSource::Bytes { bytes, .. } => images::has_alpha(bytes),
+        ImageSource::Weighted(own) => own.base.as_ref().is_some_and(|image| has_alpha(files, image)),
         ImageSource::File(path) => {
             files.read(path, images::MAX_IMAGE_FILE_BYTES).is_ok_and(|b| images::has_alpha(&b))
         }
@@ -225,7 +211,7 @@ impl ImageReader<'_> {
         out.reflectance = Some(base.map(|x| x.min(if m.unlit() { MAX_UNLIT_REFLECTANCE } else { 1.0 })));
         let mut mapping = TextureMapping::NO_TEXTURE;
         if let Some(info) = pbr.base_color_texture() {
-            out.texture = self.image_of(&info.texture(), &place)?;
+            out.texture = Some(self.image_of(info.texture().index(), &place)?);
             mapping = TextureMapping::new(&info);
         }
         if m.unlit() {
@@ -242,14 +228,36 @@ impl ImageReader<'_> {
                 self.metallic_count += 1;
             }
         }
-        out.glass = read_glass(m, base, alpha, FilePlace { file, place: &place }, notes)?;
-        if m.transmission().is_none_or(|t| t.transmission_factor() <= 0.0) {
-            // Decode textures only if their alpha matters.
-            let alpha_in_texture = m.alpha_mode() != AlphaMode::Opaque
-                && out.texture.as_ref().is_some_and(|image| has_alpha(self.files, image));
-            add_alpha_warnings(m, alpha, alpha_in_texture, &format!("{file}: {place}"), &mut out);
-        }
+        self.read_transparency(m, (base, alpha), &place, (&mut out, &mut mapping), notes)?;
         Ok((out, mapping))
+    }
+
+    /// Reads the transmission of a sheet, the alpha and the glass of a material.
+    fn read_transparency(
+        &mut self,
+        m: &gltf::Material<'_>,
+        (base, alpha): (Bands, f64),
+        place: &str,
+        (out, mapping): (&mut MeshMaterial, &mut TextureMapping),
+        notes: &mut Vec<String>,
+    ) -> Result<(), FileFault> {
+        let base_texture = out.texture.clone();
+        let sheet = SheetFactors::of(m);
+        if let Some(sheet) = &sheet {
+            self.read_sheet(sheet, place, out, base)?;
+            if let Some(own) = sheet.mapping.filter(|_| !mapping.used) {
+                *mapping = own;
+            }
+        }
+        if sheet.is_some() || m.transmission().is_none_or(|t| t.transmission_factor() <= 0.0) {
+            // Decode textures only if their alpha matters.
+            let image = base_texture.as_ref().filter(|_| m.alpha_mode() != AlphaMode::Opaque);
+            out.alpha = read_alpha(m, alpha, image.filter(|image| has_alpha(self.files, image)));
+        }
+        if out.alpha.is_none() {
+            out.glass = read_glass(m, base, alpha, FilePlace { file: self.buffers.file, place }, notes)?;
+        }
+        Ok(())
     }
 
     /// Reads the emissive texture of a material that emits. Both textures share one mapping: that of the base colour, if it has one.
@@ -271,25 +279,55 @@ impl ImageReader<'_> {
         } else {
             *mapping = own;
         }
-        out.emission_texture = self.image_of(&info.texture(), place)?;
+        out.emission_texture = Some(self.image_of(info.texture().index(), place)?);
         Ok(())
     }
 
-    /// The image of a texture.
-    fn image_of(
+    /// Turns a material into a sheet that transmits diffusely.
+    fn read_sheet(
         &mut self,
-        texture: &gltf::Texture<'_>,
+        sheet: &SheetFactors,
         place: &str,
-    ) -> Result<Option<ImageSource>, FileFault> {
+        out: &mut MeshMaterial,
+        base: Bands,
+    ) -> Result<(), FileFault> {
+        let base = base.map(|x| x.min(1.0));
+        let (mut colour, mut colour_image) = (sheet.colour, None);
+        if let Some(texture) = sheet.colour_texture {
+            colour_image = Some(self.image_of(texture, place)?);
+        }
+        if sheet.base_colour {
+            (colour, colour_image) = (base, out.texture.clone());
+        }
+        let Some(texture) = sheet.factor_texture else {
+            out.reflectance = Some(base * (1.0 - sheet.factor));
+            out.transmittance = Some((colour * sheet.factor, colour_image));
+            return Ok(());
+        };
+        let weight = self.image_of(texture, place)?;
+        let channel = if sheet.factor_in_red { AlphaChannel::Red } else { AlphaChannel::Alpha };
+        let weighted = |image: Option<ImageSource>, complement: bool| {
+            let weight = weight.clone();
+            let own = WeightedImage { base: image, weight, channel, factor: sheet.factor, complement };
+            Some(ImageSource::Weighted(Rc::new(own)))
+        };
+        out.reflectance = Some(base);
+        out.texture = weighted(out.texture.take(), true);
+        out.transmittance = Some((colour, weighted(colour_image, false)));
+        Ok(())
+    }
+
+    /// The image of the texture of an index.
+    fn image_of(&mut self, texture: usize, place: &str) -> Result<ImageSource, FileFault> {
         let file = self.buffers.file;
         let root = self.buffers.root;
-        let index = root.textures.get(texture.index()).map(|t| t.source.value());
+        let index = root.textures.get(texture).map(|t| t.source.value());
         let Some((index, image)) = index.and_then(|i| Some((i, root.images.get(i)?))) else {
             let message = "its texture has no image; export the file again";
             return Err(FileFault::new(file, place, message));
         };
         if let Some(p) = self.image_cache.get(&index) {
-            return Ok(Some(p.clone()));
+            return Ok(p.clone());
         }
         let label = format!("image {index}");
         let bytes = match (image.buffer_view, &image.uri) {
@@ -300,7 +338,7 @@ impl ImageReader<'_> {
             (None, Some(uri)) => {
                 let image_source = ImageSource::File(path_beside(self.path, uri));
                 self.image_cache.insert(index, image_source.clone());
-                return Ok(Some(image_source));
+                return Ok(image_source);
             }
             (None, None) => {
                 let message = "this image has neither data nor a file; export the file again";
@@ -309,6 +347,6 @@ impl ImageReader<'_> {
         };
         let image_source = ImageSource::Bytes { name: format!("{file}:{label}"), bytes: Rc::from(bytes) };
         self.image_cache.insert(index, image_source.clone());
-        Ok(Some(image_source))
+        Ok(image_source)
     }
 }

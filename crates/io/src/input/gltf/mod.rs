@@ -22,6 +22,7 @@ mod lights;
 mod materials;
 mod nodes;
 mod primitives;
+mod sheets;
 mod texture_mapping;
 pub(crate) mod volume;
 

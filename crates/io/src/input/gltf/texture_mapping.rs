@@ -16,6 +16,10 @@ impl TextureMapping {
     /// Without a texture.
     pub(super) const NO_TEXTURE: TextureMapping =
         TextureMapping { used: false, set: 0, offset: [0.0; 2], scale: [1.0; 2], sin_cos: (0.0, 1.0) };
+    /// The coordinates of a TEXCOORD set as they are.
+    pub(super) fn of_set(set: u32) -> TextureMapping {
+        TextureMapping { used: true, set, ..TextureMapping::NO_TEXTURE }
+    }
     pub(super) fn new(info: &gltf::texture::Info<'_>) -> TextureMapping {
         let mut mapping = TextureMapping { used: true, set: info.tex_coord(), ..TextureMapping::NO_TEXTURE };
         if let Some(t) = info.texture_transform() {

@@ -12,7 +12,7 @@ use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::{InteriorFill, SceneReader};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
-use zonal_scene::{Bands, DEFAULT_REFLECTANCE, Diagnostic, Facet, Pane, Plate, Sides, Surface};
+use zonal_scene::{Bands, DEFAULT_REFLECTANCE, Diagnostic, Facet, Pane, Plate, Sides, Surface, Transmission};
 
 /// One material of a mesh and the part of the scene that describes it.
 pub(crate) struct MaterialPart<'a, 'n> {
@@ -119,6 +119,7 @@ impl MaterialPart<'_, '_> {
         for kind in ShellKind::VARIANTS.into_iter().filter(|k| present(*k)) {
             let of_kind: Vec<&MeshFace> = faces.iter().filter(|(_, s)| *s == kind).map(|(f, _)| *f).collect();
             let default = match (kind, self.material.double_sided) {
+                _ if template.transmission.is_some() => Sides::Both,
                 (ShellKind::Open, Some(false)) => Sides::Front,
                 (ShellKind::Open, _) => Sides::Both,
                 _ => Sides::Front,
@@ -166,8 +167,22 @@ impl MaterialPart<'_, '_> {
             None if light_mode => self.texture(&m.emission_texture, reader)?,
             _ => None,
         };
+        let transmission = match (&m.transmittance, properties.transmittance) {
+            (Some((transmittance, texture)), None) if light_mode => {
+                Some(Transmission { transmittance: *transmittance, texture: self.texture(texture, reader)? })
+            }
+            _ => properties.transmission(),
+        };
+        if m.transmittance.is_some() && !light_mode {
+            let text = format!(
+                "material '{}' transmits diffusely in its file; in thermal mode it is opaque",
+                m.name
+            );
+            reader.note(Diagnostic::warning("transmission", text));
+        }
         Ok(Surface {
             name: String::new(),
+            transmission,
             reflectance: properties.reflectance.or(m.reflectance).unwrap_or(DEFAULT_REFLECTANCE),
             emission: properties.emission.unwrap_or(if light_mode { m.emission } else { Bands::ZERO }),
             reflectance_texture,
@@ -192,10 +207,6 @@ impl MaterialPart<'_, '_> {
                 self.name
             );
             reader.note(Diagnostic::warning("closed-pane", text));
-        }
-        if self.pane_override().extinction.is_none() {
-            let lost = self.material.pane_warning.iter();
-            lost.for_each(|text| reader.note(Diagnostic::warning("alpha", text)));
         }
         let mut by_thickness: BTreeMap<u64, Vec<Plate>> = BTreeMap::new();
         for f in faces {

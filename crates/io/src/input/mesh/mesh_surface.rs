@@ -8,6 +8,7 @@ use super::missing_values::refuse_missing;
 use super::model::{MeshData, MeshFace};
 use super::placement::load_placed;
 use super::shells::{ShellKind, Shells, find_shells};
+use super::transparent_materials::cut_transparent_materials;
 use crate::input::error::InputError;
 use crate::input::scene::surface_properties::SurfaceProperties;
 use crate::input::scene::thermal::SceneMode;
@@ -43,12 +44,14 @@ pub(crate) fn read_mesh_surface(
     properties: SurfaceProperties,
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
-    let (mesh, scale) = load_placed(node, reader)?;
+    let (mut mesh, scale) = load_placed(node, reader)?;
     add_lights(table, &mesh, name, reader)?;
     let overrides = material_overrides::read_overrides(table, &mesh, reader)?;
     let values = read_face_values(table, &mesh, reader)?;
     let first_face = reader.parts.faces.len();
     reader.parts.faces.meshes.push(FaceMesh { name: name.to_string(), faces: mesh.face_count });
+    cut_transparent_materials(&mut mesh, (scale, properties.patch_size), &overrides, reader)
+        .map_err(|f| node.error(f.to_string()))?;
     let materials = MaterialUse::new(&mesh, &overrides);
     let shell_of_face = find_shells_of_faces(table, &materials, name, properties.sides, reader)?;
     // Collect the materials in use.
@@ -173,7 +176,7 @@ impl<'a> MaterialUse<'a> {
     fn is_pane(&self, material: usize) -> bool {
         match self.override_of(material).pane {
             Some(pane) => pane.is_some(),
-            None => self.mesh.materials[material].glass.is_some(),
+            None => self.mesh.materials[material].is_glass(),
         }
     }
     /// The materials that have faces and are not omitted, and what each becomes.
@@ -188,11 +191,11 @@ impl<'a> MaterialUse<'a> {
             (m, kind)
         })
     }
-    /// The faces of opaque materials and their shells: panes, regions and omitted materials close nothing.
+    /// The faces of opaque materials and their shells: panes, cut-outs, regions and omitted materials close nothing.
     fn opaque_shells(&self) -> (Vec<usize>, Shells) {
         let is_opaque = |m: usize| {
             let over = self.override_of(m);
-            !self.is_pane(m) && !over.omit && !over.region
+            !self.is_pane(m) && !over.omit && !over.region && self.mesh.materials[m].alpha.is_none()
         };
         let opaque: Vec<bool> = (0..self.mesh.materials.len()).map(is_opaque).collect();
         let all = &self.mesh.faces;

@@ -10,8 +10,11 @@
 //! | `shells` | closed parts and their orientation |
 //! | `mesh_lights` | lights of a mesh file as lights of the scene |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
+//! | `alpha_map`, `cut_outs`, `transparent_materials` | faces cut along the alpha of a picture |
 //! | `missing_values` | materials that lack values, in one error |
 
+pub(crate) mod alpha_map;
+mod cut_outs;
 mod face_values;
 mod load;
 mod material_overrides;
@@ -25,5 +28,6 @@ pub(crate) mod placement;
 pub(crate) mod polygon;
 pub(crate) mod polygon_list;
 pub(crate) mod shells;
+mod transparent_materials;
 
 pub(crate) use load::read_mesh_file;

@@ -65,7 +65,67 @@ pub(crate) enum MeshLightKind {
 #[derive(Clone)]
 pub(crate) enum ImageSource {
     File(PathBuf),
-    Bytes { name: String, bytes: Rc<[u8]> },
+    Bytes {
+        name: String,
+        bytes: Rc<[u8]>,
+    },
+    /// A picture, white without one, times a weight by another picture.
+    Weighted(Rc<WeightedImage>),
+}
+
+/// A picture times w or 1 − w, w = factor × a channel of another picture.
+pub(crate) struct WeightedImage {
+    pub(crate) base: Option<ImageSource>,
+    pub(crate) weight: ImageSource,
+    pub(crate) channel: AlphaChannel,
+    pub(crate) factor: f64,
+    /// True for 1 − w.
+    pub(crate) complement: bool,
+}
+
+impl ImageSource {
+    /// Name of the image, for messages.
+    pub(crate) fn name(&self) -> String {
+        match self {
+            ImageSource::File(path) => path.display().to_string(),
+            ImageSource::Bytes { name, .. } => name.clone(),
+            ImageSource::Weighted(w) => {
+                let base = w.base.as_ref().map_or(String::new(), ImageSource::name);
+                format!("{base}*{}*{}{}{:?}", w.weight.name(), w.factor, w.complement, w.channel)
+            }
+        }
+    }
+}
+
+/// Alpha that varies over a material, or cuts it out.
+#[derive(Clone)]
+pub(crate) struct AlphaSource {
+    /// The image; without one alpha is the factor.
+    pub(crate) image: Option<ImageSource>,
+    pub(crate) channel: AlphaChannel,
+    /// Multiplies the alpha of the image.
+    pub(crate) factor: f64,
+    pub(crate) rule: AlphaRule,
+}
+
+/// The numbers of an image that are alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum AlphaChannel {
+    /// Its alpha channel.
+    Alpha,
+    /// Its red channel, as stored.
+    Red,
+    /// Its alpha channel if some pixel is not opaque there, otherwise the mean of its colours as stored.
+    AlphaOrGrey,
+}
+
+/// Effect of alpha.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum AlphaRule {
+    /// Opaque where alpha is at least the cutoff, nothing elsewhere.
+    Mask { cutoff: f64 },
+    /// The fraction 1 − alpha of light passes.
+    Blend,
 }
 
 /// A material of a mesh file.
@@ -78,6 +138,8 @@ pub(crate) struct MeshMaterial {
     /// W/m².
     pub(crate) emission: Bands,
     pub(crate) emission_texture: Option<ImageSource>,
+    /// Diffuse transmittance of a sheet, and its texture.
+    pub(crate) transmittance: Option<(Bands, Option<ImageSource>)>,
     /// glTF's doubleSided; none for OBJ.
     pub(crate) double_sided: Option<bool>,
     pub(crate) glass: Option<GlassProperties>,
@@ -85,11 +147,15 @@ pub(crate) struct MeshMaterial {
     pub(crate) missing_warning: Option<String>,
     /// Warning if the material is an opaque surface: transparency that is not read.
     pub(crate) opaque_warning: Option<String>,
-    /// Warning if the material is a pane with the extinction of its file: transparency that is not read.
-    pub(crate) pane_warning: Option<String>,
+    /// Alpha that varies, or cuts the material out.
+    pub(crate) alpha: Option<AlphaSource>,
 }
 
 impl MeshMaterial {
+    /// True of a pane, unless the scene says otherwise; the glass of a sheet that transmits diffusely serves a pane of the scene.
+    pub(crate) fn is_glass(&self) -> bool {
+        self.glass.is_some() && self.transmittance.is_none()
+    }
     /// A material with a name and nothing else.
     pub(crate) fn named(name: &str) -> MeshMaterial {
         MeshMaterial {
@@ -98,11 +164,12 @@ impl MeshMaterial {
             texture: None,
             emission: Bands::ZERO,
             emission_texture: None,
+            transmittance: None,
             double_sided: None,
             glass: None,
             missing_warning: None,
             opaque_warning: None,
-            pane_warning: None,
+            alpha: None,
         }
     }
 }

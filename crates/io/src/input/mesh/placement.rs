@@ -107,6 +107,7 @@ fn to_scene_bands(material: &mut MeshMaterial, reader: &SceneReader<'_>) {
         Some(emission) => material.emission = emission,
         None => (material.emission, material.missing_warning) = (Bands::ZERO, Some(unknown.into())),
     }
+    material.transmittance = material.transmittance.take().and_then(|(t, image)| Some((convert(t)?, image)));
     let converted = material.glass.map(|glass| {
         let attenuation = match glass.attenuation {
             GlassAttenuation::Coefficient(k) => convert(k).map(GlassAttenuation::Coefficient),

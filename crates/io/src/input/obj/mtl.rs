@@ -1,10 +1,10 @@
-//! Material libraries of OBJ files: Kd is the reflectance, map_Kd its texture, Ke a radiance (emission = π Ke).
+//! Material libraries of OBJ files: Kd is the reflectance, map_Kd its texture, Ke a radiance (emission = π Ke), map_d an alpha that blends.
 
 use crate::files::FileSource;
 use crate::input::error::FileFault;
-use crate::input::mesh::model::{ImageSource, MeshMaterial};
+use crate::input::mesh::model::{AlphaChannel, AlphaRule, AlphaSource, ImageSource, MeshMaterial};
 use std::f64::consts::PI;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use zonal_scene::Bands;
 
 /// Largest library, bytes.
@@ -55,9 +55,20 @@ struct MtlLine<'a> {
 }
 
 impl MtlLine<'_> {
+    /// The path of the picture that the line names; its name where there is none.
+    fn picture(&self) -> Result<PathBuf, &str> {
+        // Skip options; a name without options may hold spaces.
+        let name = match self.rest.starts_with('-') {
+            true => self.rest.split_whitespace().last().unwrap_or(self.rest),
+            false => self.rest,
+        };
+        let image = self.folder.join(name.replace('\\', "/"));
+        if self.files.contains(&image) { Ok(image) } else { Err(name) }
+    }
+
     /// Sets the property that the line gives.
     fn apply(&self, m: &mut MeshMaterial, notes: &mut Vec<String>) -> Result<(), FileFault> {
-        let MtlLine { files, folder, file, number, word, rest } = *self;
+        let MtlLine { file, number, word, rest, .. } = *self;
         match word {
             "Kd" => {
                 let kd = colour(file, number, rest)?;
@@ -67,19 +78,12 @@ impl MtlLine<'_> {
                 m.reflectance = Some(kd.map(|x| x.min(1.0)));
             }
             "Ke" => m.emission = colour(file, number, rest)? * PI,
-            "map_Kd" => {
-                // Skip options; a name without options may hold spaces.
-                let name = match rest.starts_with('-') {
-                    true => rest.split_whitespace().last().unwrap_or(rest),
-                    false => rest,
-                };
-                let image = folder.join(name.replace('\\', "/"));
-                if files.contains(&image) {
-                    m.texture = Some(ImageSource::File(image));
-                } else {
+            "map_Kd" => match self.picture() {
+                Ok(image) => m.texture = Some(ImageSource::File(image)),
+                Err(name) => {
                     notes.push(format!("{file}:{number}: there is no picture '{name}'; Kd alone was used"));
                 }
-            }
+            },
             "d" if rest.parse().is_ok_and(|d: f64| d < 1.0) => {
                 m.opaque_warning = Some(format!(
                     "{file}:{number}: material '{0}' is transparent and was read as opaque; give it a pane in the scene to change that",
@@ -87,10 +91,24 @@ impl MtlLine<'_> {
                 ));
             }
             "map_d" => {
-                m.opaque_warning = Some(format!(
-                    "{file}:{number}: material '{0}' is transparent by a picture (map_d), which is not read: it is opaque; give it a pane in the scene, or leave it out by materials.\"{0}\".omit = true",
-                    m.name
-                ));
+                let image = self.picture().map(ImageSource::File);
+                match image {
+                    Ok(image) => {
+                        m.opaque_warning = None;
+                        m.alpha = Some(AlphaSource {
+                            image: Some(image),
+                            channel: AlphaChannel::AlphaOrGrey,
+                            factor: 1.0,
+                            rule: AlphaRule::Blend,
+                        });
+                    }
+                    Err(name) => {
+                        m.opaque_warning = Some(format!(
+                            "{file}:{number}: there is no picture '{name}' of the transparency of material '{0}': it is opaque; put the picture there, or leave the material out by materials.\"{0}\".omit = true",
+                            m.name
+                        ));
+                    }
+                }
             }
             _ => {}
         }

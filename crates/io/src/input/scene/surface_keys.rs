@@ -56,6 +56,7 @@ pub(crate) fn read_properties(
         node: node.map(|n| n.0),
         convection: network::read_convection(table)?,
         reflectance: thermal::read_reflectance(table)?.or(of_table),
+        transmittance: table.read("transmittance", |n| n.bands(1.0))?,
         solar_absorptance: thermal::read_solar(table, "solar_absorptance", 1.0)?,
         emission: without_file(table, "emission").map(|n| light_quantities::read_flux(&n)).transpose()?,
         sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,

@@ -1,6 +1,6 @@
 //! Properties of a surface as a table gives them: those of a face or a material take precedence over those of the whole.
 
-use zonal_scene::{Bands, Convection, DEFAULT_REFLECTANCE, Sides, Surface, ThermalCondition};
+use zonal_scene::{Bands, Convection, DEFAULT_REFLECTANCE, Sides, Surface, ThermalCondition, Transmission};
 
 /// Whether a surface bounds a solid body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +26,8 @@ pub(crate) struct SurfaceProperties {
     pub(crate) emissivity_table: Option<usize>,
     /// The back, where it differs.
     pub(crate) back: Option<BackProperties>,
+    /// Diffuse transmittance of a sheet.
+    pub(crate) transmittance: Option<Bands>,
     /// Absorptance of sunlight, in place of that of the reflectance.
     pub(crate) solar_absorptance: Option<f64>,
     /// W/m².
@@ -53,6 +55,7 @@ impl SurfaceProperties {
                 None => other.emissivity_table,
             },
             back: self.back.or(other.back),
+            transmittance: self.transmittance.or(other.transmittance),
             solar_absorptance: self.solar_absorptance.or(other.solar_absorptance),
             emission: self.emission.or(other.emission),
             sides: self.sides.or(other.sides),
@@ -68,15 +71,24 @@ impl SurfaceProperties {
             },
         }
     }
+    /// The diffuse transmission that these properties give.
+    pub(crate) fn transmission(&self) -> Option<Transmission> {
+        let given = self.transmittance.filter(|t| *t != Bands::ZERO);
+        given.map(|transmittance| Transmission { transmittance, texture: None })
+    }
     /// An inline surface with these properties.
     pub(crate) fn surface(&self, name: String, shape: SurfaceShape) -> Surface {
-        let sides = self.sides.unwrap_or(Sides::Front);
+        let transmission = self.transmission();
+        // Light passes to the other side of a sheet.
+        let default = if transmission.is_some() { Sides::Both } else { Sides::Front };
+        let sides = self.sides.unwrap_or(default);
         Surface {
             name,
             reflectance: self.reflectance.unwrap_or(DEFAULT_REFLECTANCE),
             emission: self.emission.unwrap_or(Bands::ZERO),
             reflectance_texture: self.texture,
             emission_texture: None,
+            transmission,
             sides,
             patch_size: self.patch_size,
             // A body whose inside exchanges too is hollow.

@@ -16,7 +16,7 @@ const NETWORK_KEYS: [&str; 4] = ["node", "heat_transfer_coefficient", "ambient_t
 /// Keys of thermal conditions of volumes, in thermal mode.
 const VOLUME_CONDITIONS: [&str; 2] = ["temperature", "heat_source"];
 /// Keys that belong to light mode.
-const LIGHT_MODE_KEYS: [&str; 4] = ["emission", "texture", "source", "radiance"];
+const LIGHT_MODE_KEYS: [&str; 5] = ["emission", "texture", "source", "radiance", "transmittance"];
 /// Largest difference, absolute and relative, between two statements of one quantity.
 const CONSISTENCY_TOLERANCE: f64 = 1e-9;
 

@@ -189,6 +189,13 @@ pub(crate) const SURFACE_SHAPES: &[KeySpec] = &[
 pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
     key("reflectance", "bands in [0, 1]", "", "0.5, or the mesh's", "diffuse reflectance"),
     key(
+        "transmittance",
+        "bands in [0, 1]",
+        "",
+        "0, or the mesh's",
+        "diffuse transmittance of a thin sheet, from each side to the other (light mode)",
+    ),
+    key(
         "emission",
         "bands from 0",
         "W/m2",

@@ -14,7 +14,7 @@ use zonal_math::Vec3;
 use zonal_scene::{
     Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh,
     IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SkyDistribution,
-    SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, ZoneBasis,
+    SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, Transmission, ZoneBasis,
 };
 
 /// The version of the format.
@@ -83,10 +83,37 @@ struct SurfaceFormat {
     emission: Bands,
     reflectance_texture: Option<usize>,
     emission_texture: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "transmission")]
+    transmission: Option<Transmission>,
     #[serde(with = "SidesFormat")]
     sides: Sides,
     patch_size: Option<f64>,
     solid: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Transmission")]
+struct TransmissionFormat {
+    #[serde(with = "bands")]
+    transmittance: Bands,
+    texture: Option<usize>,
+}
+
+/// An optional transmission.
+mod transmission {
+    use super::TransmissionFormat;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use zonal_scene::Transmission;
+
+    #[derive(Serialize, Deserialize)]
+    struct Wrapper(#[serde(with = "TransmissionFormat")] Transmission);
+
+    pub(super) fn serialize<S: Serializer>(t: &Option<Transmission>, s: S) -> Result<S::Ok, S::Error> {
+        t.map(Wrapper).serialize(s)
+    }
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Transmission>, D::Error> {
+        Ok(Option::<Wrapper>::deserialize(d)?.map(|w| w.0))
+    }
 }
 
 #[derive(Serialize, Deserialize)]

@@ -15,8 +15,8 @@ use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{
     BandSet, Facet, Fields, Light, LightGroup, LightGroupKind, Pane, PaneZone, Patch, Plate, SUBCELLS, Scene,
-    SceneError, SceneParts, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid, VoxelPlace,
-    VoxelSamples, VoxelZones, Zones,
+    SceneError, SceneParts, SheetSides, Solution, Texture, ThermalCondition, ThermalFields, VoxelGrid,
+    VoxelPlace, VoxelSamples, VoxelZones, Zones,
 };
 
 /// Reads a solution and validates its shapes, ranges and numbers. Files of the format version before are read too.
@@ -81,8 +81,10 @@ fn read(
     }
     // Read the scene and its zones.
     let scene = read_scene(&mut npz, header, (bands, triple))?;
+    let patches = read_patches(&mut npz, &scene)?;
     let zones = Zones {
-        patches: read_patches(&mut npz, &scene)?,
+        sheets: SheetSides::of(&scene, &patches),
+        patches,
         voxels: read_voxels(&mut npz, &scene)?,
         panes: read_pane_zones(&mut npz, &scene)?,
         ..Zones::default()

@@ -105,6 +105,7 @@ fn scene() -> Scene {
         emission: Bands::from_rgb([0.0, 0.0, 1.0 / 3.0]),
         reflectance_texture: texture,
         emission_texture: None,
+        transmission: None,
         sides: Sides::Both,
         patch_size: Some(0.1),
         solid: false,

@@ -80,7 +80,7 @@ pub(super) fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -
         let more = share * (emission + fields.radiosity[i] - h).abs() * p.area;
         let own = &mut out[p.surface];
         own.incident += more;
-        own.absorbed += (1.0 - p.reflectance) * more;
+        own.absorbed += (1.0 - p.reflectance - zones.sheets.transmittance(i)) * more;
     }
     out
 }

@@ -14,6 +14,7 @@ fn emitting_scene(plates: &[Plate], sides: Sides, texture: Option<Texture>) -> S
         emission: Bands::splat(PI),
         reflectance_texture: None,
         emission_texture: texture.as_ref().map(|_| 0),
+        transmission: None,
         sides,
         patch_size: None,
         solid: false,

@@ -1,0 +1,180 @@
+//! Materials whose alpha varies over a picture: their faces are cut into pieces of one class of alpha ([`super::cut_outs`]).
+//!
+//! | rule | pieces |
+//! |---|---|
+//! | mask | opaque where alpha ≥ the cutoff, nothing elsewhere |
+//! | blend | nothing below the first of [`BLEND_LEVELS`], opaque above the last, between two of them a pane of the mean transmittance 1 − ᾱ |
+//!
+//! All methods then see opaque plates and panes only: their zones have the opaque area, and rays meet the contours. Cells are a fraction of a patch
+//! and no smaller than a fraction of a pixel, or some pixels of a blended picture; where a material would have more than [`MAX_PIECES`] pieces the cells are doubled until it has fewer.
+
+use super::alpha_map::AlphaClasses;
+use super::cut_outs::{CutPiece, TexturedPlate, cut};
+use super::material_overrides::MaterialOverride;
+use super::model::{AlphaRule, GlassAttenuation, GlassProperties, MeshData, MeshFace, MeshMaterial};
+use crate::input::error::FileFault;
+use crate::input::scene::thermal::SceneMode;
+use crate::input::scene_reader::SceneReader;
+use std::collections::BTreeMap;
+use zonal_math::Vec3;
+use zonal_scene::{Bands, Diagnostic};
+
+/// Edge of a patch over that of a cell of a cut face.
+const CELLS_PER_PATCH: f64 = 8.0;
+/// Smallest cells of a mask and of a blended picture, pixels. At the edge of a hole a blended picture falls from 1 to 0 within a pixel or two, and larger cells
+/// take this for a line.
+const MASK_PIXELS: f64 = 0.5;
+const BLEND_PIXELS: f64 = 3.0;
+/// Patches of the mesh's diagonal, if no patch size is given: those of a scene's.
+const PATCHES_PER_DIAGONAL: f64 = 30.0;
+/// Largest number of pieces of a material, and doublings of the cells after which each face is one cell.
+const MAX_PIECES: usize = 400_000;
+const MAX_DOUBLINGS: u32 = 30;
+/// Values of alpha that bound the levels of a blended picture: below the first nothing is left, above the last the surface is opaque.
+const BLEND_LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+/// Thickness of the panes of a level, m. Their optical depth is that of 1 − ᾱ for any thickness.
+const LEVEL_THICKNESS: f64 = 1e-3;
+/// Largest alpha of a pane.
+const MAX_PANE_ALPHA: f64 = 1.0 - 1e-6;
+
+/// Cuts the faces of all materials with an alpha of their own; levels of blended pictures become materials of their own. `scale` is the factor of lengths of the
+/// file, `surface_patch_size` the patch size of the whole mesh, m.
+pub(super) fn cut_transparent_materials(
+    mesh: &mut MeshData,
+    (scale, surface_patch_size): (f64, Option<f64>),
+    overrides: &BTreeMap<usize, MaterialOverride>,
+    reader: &mut SceneReader<'_>,
+) -> Result<(), FileFault> {
+    let diagonal = mesh_diagonal(&mesh.faces);
+    for m in 0..mesh.materials.len() {
+        let over = overrides.get(&m).cloned().unwrap_or_default();
+        // A pane, a region or an opaque surface of the scene takes the place of the file's transparency.
+        if over.pane.is_some() || over.omit || over.region {
+            mesh.materials[m].alpha = None;
+        }
+        let Some(alpha) = mesh.materials[m].alpha.clone() else { continue };
+        let patch_size =
+            over.properties.patch_size.or(surface_patch_size).or(reader.parts.options.patch_size);
+        let cell = patch_size.unwrap_or(diagonal / PATCHES_PER_DIAGONAL) / CELLS_PER_PATCH;
+        let map = reader.alpha_map(&alpha)?;
+        let thresholds = match alpha.rule {
+            AlphaRule::Mask { cutoff } => vec![cutoff],
+            AlphaRule::Blend => BLEND_LEVELS.to_vec(),
+        };
+        let classes = AlphaClasses::new(&map, alpha.factor, thresholds);
+        let own: Vec<MeshFace> = mesh.faces.iter().filter(|f| f.material == m).copied().collect();
+        let pixels = if alpha.rule == AlphaRule::Blend { BLEND_PIXELS } else { MASK_PIXELS };
+        let (pieces, doublings) = cut_faces(&own, &classes, [cell, pixels]);
+        note_cut_outs(mesh, m, (own.len(), pieces.len(), doublings), reader);
+        mesh.faces.retain(|f| f.material != m);
+        let opaque = pieces.iter().filter(|p| p.1.class == classes.top());
+        mesh.faces.extend(opaque.map(|(f, piece)| face_of(f, piece, m)));
+        if alpha.rule == AlphaRule::Blend {
+            add_levels(mesh, (m, scale, &over), &pieces, &classes, reader)?;
+        }
+    }
+    Ok(())
+}
+
+fn mesh_diagonal(faces: &[MeshFace]) -> f64 {
+    let bounds = faces.iter().map(|f| f.plate.bounds());
+    let (lo, hi) = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((Vec3::ZERO, Vec3::ONE));
+    (hi - lo).length()
+}
+
+fn face_of(of: &MeshFace, piece: &CutPiece, material: usize) -> MeshFace {
+    MeshFace { material, plate: piece.plate, uv: piece.uv, ..*of }
+}
+
+/// The pieces of all faces above the lowest class, each with its face, and the doublings of the cells.
+fn cut_faces<'f>(
+    faces: &'f [MeshFace],
+    classes: &AlphaClasses<'_>,
+    [cell, pixels]: [f64; 2],
+) -> (Vec<(&'f MeshFace, CutPiece)>, u32) {
+    let mut out = Vec::new();
+    for doublings in 0..=MAX_DOUBLINGS {
+        out.clear();
+        let last = doublings == MAX_DOUBLINGS;
+        let fits = faces.iter().all(|f| {
+            let face = TexturedPlate { plate: f.plate, uv: f.uv };
+            let halvings = face.halvings(cell, pixels, classes).saturating_sub(doublings);
+            let room = if last { usize::MAX } else { MAX_PIECES - out.len() };
+            let Some(pieces) = cut(&face, classes, halvings, room) else { return false };
+            out.extend(pieces.into_iter().filter(|p| p.class > 0).map(|p| (f, p)));
+            last || out.len() <= MAX_PIECES
+        });
+        if fits {
+            return (out, doublings);
+        }
+    }
+    (out, MAX_DOUBLINGS)
+}
+
+/// Reports that faces were cut.
+fn note_cut_outs(
+    mesh: &MeshData,
+    material: usize,
+    (faces, pieces, doublings): (usize, usize, u32),
+    reader: &mut SceneReader<'_>,
+) {
+    if faces == 0 {
+        return;
+    }
+    let name = &mesh.materials[material].name;
+    let mut text = match pieces {
+        0 => format!("material '{name}' is entirely cut out by its alpha, and left out"),
+        _ => format!("material '{name}': {faces} face(s) were cut along their alpha into {pieces} plates"),
+    };
+    if doublings > 0 && pieces > 0 {
+        text += "; details are coarse, their areas are kept";
+    }
+    if pieces > 0 && mesh.materials[material].emission != Bands::ZERO {
+        text += "; only their opaque parts emit";
+    }
+    reader.note(Diagnostic::note("cut-outs", text));
+}
+
+/// Adds the panes of the levels between the lowest and the highest class as materials.
+fn add_levels(
+    mesh: &mut MeshData,
+    (material, scale, over): (usize, f64, &MaterialOverride),
+    pieces: &[(&MeshFace, CutPiece)],
+    classes: &AlphaClasses<'_>,
+    reader: &mut SceneReader<'_>,
+) -> Result<(), FileFault> {
+    let base = mesh.materials[material].clone();
+    let factor = over.properties.reflectance.or(base.reflectance).unwrap_or(Bands::ONE);
+    let textured = over.properties.reflectance.is_none() && reader.mode() == SceneMode::Light;
+    let texture = match &base.texture {
+        Some(image) if textured => Some(reader.image(image)?),
+        _ => None,
+    };
+    for class in 1..classes.top() {
+        let own: Vec<_> = pieces.iter().filter(|p| p.1.class == class).collect();
+        let area: f64 = own.iter().map(|p| p.1.plate.area()).sum();
+        if own.is_empty() {
+            continue;
+        }
+        // Means over the area, by the centres of the pieces.
+        let (mut alpha, mut albedo) = (0.0, Bands::ZERO);
+        for (_, piece) in &own {
+            let (centre, weight) = (piece.centre_uv(), piece.plate.area() / area);
+            alpha += weight * classes.alpha(centre);
+            let colour = texture.map_or(Bands::ONE, |t| reader.parts.textures[t].sample(centre));
+            albedo += weight * (factor * colour).map(|x| x.min(1.0));
+        }
+        let transmittance = Bands::splat(1.0 - alpha.min(MAX_PANE_ALPHA));
+        let index = mesh.materials.len();
+        mesh.materials.push(MeshMaterial {
+            glass: Some(GlassProperties {
+                thickness: Some(LEVEL_THICKNESS / scale),
+                attenuation: GlassAttenuation::Transmittance(transmittance),
+                albedo,
+            }),
+            ..MeshMaterial::named(&format!("{} (alpha {alpha:.2})", base.name))
+        });
+        mesh.faces.extend(own.iter().map(|(f, piece)| MeshFace { scale: 1.0, ..face_of(f, piece, index) }));
+    }
+    Ok(())
+}
