@@ -1,7 +1,7 @@
 // The GPU resources of a solution: mesh, textures, panes, medium; relit when light factors change.
 
 import { createTable, createTexture, setTextureParameters } from './gl.js';
-import { cross, unit } from './vector_math.js';
+import { cross, length } from './vector_math.js';
 import { toHalves, VALUES } from './half_float.js';
 import { sumGroups, surfaceEmissions } from './relight.js';
 import { crackLines, weld } from './cracks.js';
@@ -69,13 +69,19 @@ export function groupByTexture(scene) {
   return { order, runs };
 }
 
-/** Unit normals of the triangles at their vertices, as signed 16-bit numbers. */
-function normals({ position: p, index }) {
+/** Unit normals at the vertices, as signed 16-bit numbers: of the largest triangle of each, since those of slivers are inaccurate. */
+export function normals({ position: p, index }) {
   const out = new Int16Array((4 * p.length) / 3);
+  const largest = new Float32Array(p.length / 3);
   for (let t = 0; t < index.length; t += 3) {
     const [i, j, k] = [3 * index[t], 3 * index[t + 1], 3 * index[t + 2]];
-    const n = unit(cross([0, 1, 2].map((c) => p[j + c] - p[i + c]), [0, 1, 2].map((c) => p[k + c] - p[i + c])));
-    for (const v of [i, j, k]) n.forEach((x, c) => (out[(4 * v) / 3 + c] = Math.round(32767 * x)));
+    const area = cross([0, 1, 2].map((c) => p[j + c] - p[i + c]), [0, 1, 2].map((c) => p[k + c] - p[i + c]));
+    const size = length(area);
+    for (const v of [i, j, k]) {
+      if (!(size > largest[v / 3])) continue;
+      largest[v / 3] = size;
+      area.forEach((x, c) => (out[(4 * v) / 3 + c] = Math.round((32767 * x) / size)));
+    }
   }
   return out;
 }

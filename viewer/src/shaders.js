@@ -54,7 +54,8 @@ uniform highp sampler2D surfaces;
 uniform sampler2D albedo, emission, colours;
 uniform float exposure, emitted, baked;
 uniform int show;
-uniform bool hideBacks;
+uniform bool hideBacks, cracks;
+uniform float crackInset;
 uniform vec4 range;
 uniform vec3 weights;
 out vec4 colour;
@@ -67,7 +68,16 @@ void main() {
     return;
   }
   vec3 rho = min(reflectance.rgb * texture(albedo, vUv).rgb, 1.0);
-  vec3 H = baked * vH + sunlight(vPoint, normalize(vNormal), noise(gl_FragCoord.xy));
+  vec3 n = normalize(vNormal);
+  float turn = noise(gl_FragCoord.xy);
+  vec3 sun = sunlight(vPoint, n, turn);
+  if (cracks && sun != vec3(0.0)) {
+    // A line along an edge is lit only where both sides are.
+    vec3 side = crackInset * normalize(cross(n, abs(n.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0)));
+    vec3 other = cross(n, side);
+    sun = min(min(sunlight(vPoint + side, n, turn), sunlight(vPoint - side, n, turn)), min(sunlight(vPoint + other, n, turn), sunlight(vPoint - other, n, turn)));
+  }
+  vec3 H = baked * vH + sun;
   vec3 B = emitted * texelFetch(surfaces, at + ivec2(0, 1), 0).rgb * texture(emission, vUv).rgb + rho * H;
   if (show == 0) {
     colour = vec4(min(B * (exposure / 3.14159265359), 60000.0), 1.0);

@@ -10,6 +10,10 @@ import { cross, dot, unit } from './vector_math.js';
 const MAP_SIDE = { one: 4096, several: 2048 };
 /** Margin of a map over the scene's box. */
 const MARGIN = 1.02;
+/** Distance on either side of crack lines at which sunlight has to arrive to light them, texels: on edges themselves a map is not reliable. */
+const CRACK_TEXELS = 3;
+/** Distance of crack lines behind the surfaces in a map, texels. */
+const CRACK_DEPTH = 16;
 /** Rotations of a map that are tried to make it small. */
 const ROTATIONS = 48;
 
@@ -69,6 +73,8 @@ export class SunMaps {
       sunTintAll: this.array(gl.RGB10_A2, paneSide, n),
     };
     this.depths = suns.map((s, k) => this.depthTexture(s, data.arrays[`sunDepth${k}`]));
+    /** Largest edge of a texel, m. */
+    this.texel = Math.max(...this.maps.flatMap(({ half }) => [half[0], half[1]])) * 2 / this.side;
     /** Bytes of the maps on the GPU. */
     this.bytes = n * (4 * this.side ** 2 + (panes ? 12 * this.side ** 2 : 0));
   }
@@ -121,6 +127,8 @@ export class SunMaps {
       gl.bindVertexArray(this.mesh.array);
       for (const [kind, list] of [[gl.TRIANGLES, this.mesh.triangles], [gl.LINES, this.mesh.cracks]]) {
         gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, list.buffer);
+        // Crack lines lie behind the surfaces whose gaps they close, since their depths within a texel are not those of its centre.
+        programs.depth.set('behind', kind === gl.LINES ? (CRACK_DEPTH * this.texel) / map.half[2] : 0);
         for (const run of list.runs) gl.drawElements(kind, run.count, gl.UNSIGNED_INT, 4 * run.first);
       }
       if (this.panes) this.drawPanes(programs, map, k);
@@ -175,6 +183,7 @@ export class SunMaps {
     if (!this.count) return {};
     const { gl, suns, maps } = this;
     const out = {
+      crackInset: CRACK_TEXELS * this.texel,
       sunSpace: maps.flatMap(mapSpace),
       sunScale: maps.flatMap(({ half }, k) => [...half.map((h) => 0.5 / h), Math.tan(0.5 * suns[k].angularDiameter)]),
       sunLight: suns.flatMap((s) => s.irradiance.map((e) => e * factors[s.group] * scale)),

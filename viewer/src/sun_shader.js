@@ -58,8 +58,10 @@ float sunBias(int k) { return 2e-5 / sunScale[k].z; }
 // Distance, m, of the surface in the map before the receiver's plane at an offset.
 float sunGap(int k, vec3 q, vec2 slope, vec2 offset) {
   ivec3 at = sunTexel(k, q.xy + offset);
-  vec2 centre = (vec2(at.xy) + 0.5) / (vec2(textureSize(sunOpaque, 0).xy) * sunScale[k].xy) - q.xy;
-  float margin = 1e-4 * length(centre) * (1.0 + dot(slope, slope));
+  vec2 texel = 1.0 / (vec2(textureSize(sunOpaque, 0).xy) * sunScale[k].xy);
+  vec2 centre = (vec2(at.xy) + 0.5) * texel - q.xy;
+  // Rasterisers round vertices to a fraction of a texel, a sixteenth at worst.
+  float margin = 1e-4 * length(centre) * (1.0 + dot(slope, slope)) + 0.13 * dot(abs(slope), texel);
   return q.z + dot(slope, centre) - margin - texelFetch(sunOpaque, at, 0).r / sunScale[k].z;
 }
 // Transmittance of the panes between the sun and a depth of the map; the maps hold its square root.
@@ -90,11 +92,21 @@ bool sunBlocked(int k, vec3 q, vec2 slope, vec2 ray, float from, float texel) {
   if (d <= sunBias(k)) return false;
   return length(ray) * abs(d - from) < texel || sunGap(k, q, slope, ray * d) > sunBias(k);
 }
+// True where a surface lies a few texels before the point in its texel or one beside it: at the seam of two walls a texel may hold neither or the wrong one.
+bool sunTouched(int k, vec3 q, vec2 slope, vec2 texel) {
+  float reach = 4.0 * dot(texel, 1.0 + abs(slope));
+  for (int i = 0; i < 9; i++) {
+    float d = sunGap(k, q, slope, texel * vec2(i % 3 - 1, i / 3 - 1));
+    if (d > sunBias(k) && d < reach) return true;
+  }
+  return false;
+}
 // Mean transmittance of panes, zero for blocked rays, at a surface point.
 vec3 sunSeen(int k, vec3 p, vec3 n, float turn) {
   vec3 q = (sunSpace[k] * vec4(p, 1.0)).xyz;
   vec2 slope = vec2(dot(n, sunAxis(k, 0)), dot(n, sunAxis(k, 1))) / -dot(n, sunAxis(k, 2));
   vec2 texels = 1.0 / (vec2(textureSize(sunOpaque, 0).xy) * sunScale[k].xy);
+  if (sunTouched(k, q, slope, texels)) return vec3(0.0);
   float texel = max(texels.x, texels.y), tangent = sunScale[k].w;
   float near = 1e30, far = 0.0, glass = 0.0, panes = 0.0;
   int blocked = 0;
@@ -115,7 +127,8 @@ vec3 sunSeen(int k, vec3 p, vec3 n, float turn) {
     }
   }
   if (blocked == SEARCH) return vec3(0.0);
-  glass /= max(panes, 1.0);
+  // Panes that were not met are as far as the frames beside them.
+  glass = panes > 0.0 ? glass / panes : far;
   if (far == 0.0 && panes == 0.0) return vec3(1.0);
   // At least the filter of a texel.
   float width = max(tangent, 0.7 * texel / max(max(far, glass), texel));
@@ -123,7 +136,8 @@ vec3 sunSeen(int k, vec3 p, vec3 n, float turn) {
   for (int i = 0; i < sunSamples; i++) {
     vec2 ray = sunDisc(width * sqrt((float(i) + 0.5) / float(sunSamples)), i, turn);
     if (far > 0.0 && (sunBlocked(k, q, slope, ray, far, texel) || sunBlocked(k, q, slope, ray, near, texel))) continue;
-    sum += panes > 0.0 ? sunTint(k, q, ray * glass) : vec3(1.0);
+    if (panes > 0.0 && sunBlocked(k, q, slope, ray, glass, texel)) continue;
+    sum += sunTint(k, q, ray * glass);
   }
   return sum / float(sunSamples);
 }
@@ -145,8 +159,9 @@ vec3 sunFluence(vec3 p, float turn, float radius) {
     if (sunLight[k] == vec3(0.0)) continue;
     vec3 q = (sunSpace[k] * vec4(p, 1.0)).xyz;
     vec2 ray = sunDisc(sunScale[k].w * sqrt(radius), 0, turn);
-    float d = max(sunGap(k, q, vec2(0.0), vec2(0.0)), sunPaneGap(k, q, vec2(0.0)));
-    vec2 offset = ray * max(d, 0.0);
+    float d = sunGap(k, q, vec2(0.0), vec2(0.0));
+    if (d <= sunBias(k)) d = sunPaneGap(k, q, vec2(0.0));
+    vec2 offset = ray * d;
     if (sunGap(k, q, vec2(0.0), offset) > sunBias(k)) continue;
     sum += sunTint(k, q, offset) * sunPassed(k, p) * sunLight[k];
   }
@@ -163,7 +178,11 @@ export const SUN_DEPTH = {
   vertex: `${HEAD}
 layout(location = 0) in vec3 position;
 uniform mat4 toMap;
-void main() { gl_Position = toMap * vec4(position, 1.0); }`,
+uniform float behind;
+void main() {
+  gl_Position = toMap * vec4(position, 1.0);
+  gl_Position.z += behind;
+}`,
   fragment: `${HEAD}
 void main() {}`,
 };

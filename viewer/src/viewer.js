@@ -422,7 +422,7 @@ export class Viewer {
     this.relight();
     const c = this.data.cameras.find((x) => x.name === name);
     const camera = c ? cameras.fromScene(c) : this.state.camera;
-    const raw = this.renderer.linear(this.frameSettings({ camera, show: 'picture', hideBacks: false }), width, height, { mediumScale: 1, steps: 256, stride: 0.5, jitter: -1, sunSamples: 64 });
+    const raw = this.renderer.linear(this.frameSettings({ camera, show: 'picture', hideBacks: false }), width, height, { mediumScale: 0.5, steps: 256, stride: 0.5, jitter: -1 });
     const out = [];
     for (let y = height - 1; y >= 0; y--) {
       for (let x = 0; x < width; x++) out.push(...raw.subarray(4 * (y * width + x), 4 * (y * width + x) + 3));
