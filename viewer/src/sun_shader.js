@@ -92,9 +92,11 @@ bool sunBlocked(int k, vec3 q, vec2 slope, vec2 ray, float from, float texel) {
   if (d <= sunBias(k)) return false;
   return length(ray) * abs(d - from) < texel || sunGap(k, q, slope, ray * d) > sunBias(k);
 }
-// True where a surface lies a few texels before the point in its texel or one beside it: at the seam of two walls a texel may hold neither or the wrong one.
+// True where a surface lies a few texels before the point in its texel or one beside it: at the seam of two walls a texel
+// may hold neither or the wrong one. Where it holds what lies behind the point, any surface before it counts.
 bool sunTouched(int k, vec3 q, vec2 slope, vec2 texel) {
-  float reach = 4.0 * dot(texel, 1.0 + abs(slope));
+  float width = dot(texel, 1.0 + abs(slope));
+  float reach = sunGap(k, q, slope, vec2(0.0)) < -0.5 * width ? 1e30 : 4.0 * width;
   for (int i = 0; i < 9; i++) {
     float d = sunGap(k, q, slope, texel * vec2(i % 3 - 1, i / 3 - 1));
     if (d > sunBias(k) && d < reach) return true;

@@ -57,12 +57,18 @@ fn direct_light_equals_that_of_the_solution() {
         let is_sky = |k: LightGroupKind| k == LightGroupKind::Surroundings;
         for (x, y) in a.groups.iter().zip(&b.groups) {
             let zones = 0..a.zones.len();
-            assert!(zones.clone().all(|i| (x.direct.at(i) - y.direct.at(i) * y.direct_scale).abs().into_iter().all(|d| d < 1e-4)));
+            assert!(zones.clone().all(|i| {
+                (x.direct.at(i) - y.direct.at(i) * y.direct_scale).abs().into_iter().all(|d| d < 1e-4)
+            }));
             // Light of the surroundings without interreflection is a part of theirs; other groups have none yet.
             for i in zones {
                 let (own, all) = (x.incident.at(i), y.incident.at(i) * y.incident_scale);
                 let is_part = (0.0..=1.05 * all.first() + 0.02).contains(&own.first());
-                assert!(if is_sky(x.kind) { is_part } else { own == Bands::ZERO }, "{} {i}: {own:?} {all:?}", x.name);
+                assert!(
+                    if is_sky(x.kind) { is_part } else { own == Bands::ZERO },
+                    "{} {i}: {own:?} {all:?}",
+                    x.name
+                );
             }
         }
         let sky = a.groups.iter().find(|g| is_sky(g.kind)).unwrap();
@@ -91,8 +97,13 @@ fn errors_are_unknown_until_the_exchange_is_known() {
 
 #[test]
 fn a_part_between_mirrors_has_the_direct_light_of_its_solution() {
-    let text = COURT.replace("[solve]", "[solve]\nengine = \"dense\"").replace("[medium]", "[boundary]\nx0 = \"mirror\"\n[medium]");
-    let text = text.replace("rectangle = { origin = [0,0,0], edge1 = [0,1,0], edge2 = [0,0,1] }", "rectangle = { origin = [1,0,0], edge1 = [0,0,1], edge2 = [0,1,0] }");
+    let text = COURT
+        .replace("[solve]", "[solve]\nengine = \"dense\"")
+        .replace("[medium]", "[boundary]\nx0 = \"mirror\"\n[medium]");
+    let text = text.replace(
+        "rectangle = { origin = [0,0,0], edge1 = [0,1,0], edge2 = [0,0,1] }",
+        "rectangle = { origin = [1,0,0], edge1 = [0,0,1], edge2 = [0,1,0] }",
+    );
     let (a, b) = (first(read(&text)), solve(read(&text)));
     assert_eq!(a.fields.direct, b.fields.direct);
     assert_eq!(a.fields.incident.len(), b.zones.len());

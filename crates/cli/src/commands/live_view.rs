@@ -191,7 +191,9 @@ mod tests {
     #[test]
     fn direct_light_leaves_its_shadow_rays_to_the_draft() {
         let scene = Scene::builder()
-            .surface(Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]).name("floor").reflectance(0.5))
+            .surface(
+                Mesh::rectangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]).name("floor").reflectance(0.5),
+            )
             .medium(Medium::grid([0.0; 3], [1.0; 3], [2; 3]).extinction(0.1))
             .light(Sun::new([0.3, 0.0, -1.0]).irradiance(1.0))
             .build()

@@ -37,12 +37,15 @@ pub fn notes(report: &Report, stage: ShownStage) -> Vec<Value> {
     let shown: Vec<&Diagnostic> = report.warnings.iter().filter(is_shown).collect();
     let entry = |severity: Severity, text: String, advice: Option<&str>| json!({ "severity": severity.name(), "text": text, "advice": advice });
     let advice_on = |d: &Diagnostic| ADVICE.iter().find(|a| a.0 == d.code).map(|a| a.1);
-    let mut out: Vec<Value> =
-        shown.iter().map(|d| entry(d.severity, d.to_string(), advice_on(d))).collect();
+    let mut out: Vec<Value> = shown.iter().map(|d| entry(d.severity, d.to_string(), advice_on(d))).collect();
     let left_out = report.warnings.len() - shown.len();
     if left_out > 0 {
         let text = format!("{left_out} note(s) on the accuracy of this solution are left out");
-        out.push(entry(Severity::Note, text, Some("nothing is to be done: a better solution is being computed")));
+        out.push(entry(
+            Severity::Note,
+            text,
+            Some("nothing is to be done: a better solution is being computed"),
+        ));
     }
     out
 }
@@ -53,7 +56,10 @@ mod tests {
 
     fn report() -> Report {
         let warnings = vec![
-            Diagnostic::warning("tolerance", "the estimated error misses the tolerance: use a smaller tolerance"),
+            Diagnostic::warning(
+                "tolerance",
+                "the estimated error misses the tolerance: use a smaller tolerance",
+            ),
             Diagnostic::note("open-scene", "the scene is open"),
             Diagnostic::note("mirrors", "mirrors at x0").at("scene"),
         ];
@@ -79,7 +85,10 @@ mod tests {
             assert_eq!(column("severity"), ["warning", "note", "note"]);
             assert_eq!(list[2]["text"], "scene: mirrors at x0");
             let advice = column("advice");
-            assert!(advice[0].is_null() && advice[2].is_null(), "the text says what to do, or there is nothing");
+            assert!(
+                advice[0].is_null() && advice[2].is_null(),
+                "the text says what to do, or there is nothing"
+            );
             assert!(advice[1].as_str().unwrap().contains("windows"), "{advice:?}");
         }
     }

@@ -23,9 +23,7 @@ use serde_json::{Value, json};
 use zonal_io::output::encode_texture_png;
 use zonal_math::Vec3;
 use zonal_render::bake::volume_grid::{VolumeGrid, VolumeGridOptions, bake_volume_grid};
-use zonal_render::bake::{
-    BakeOptions, BakedSolution, BakedSun, PaneMesh, SunlightMode, SurfaceMesh, bake,
-};
+use zonal_render::bake::{BakeOptions, BakedSolution, BakedSun, PaneMesh, SunlightMode, SurfaceMesh, bake};
 use zonal_report::Failure;
 use zonal_scene::{Bands, ErrorEstimate, Light, LightGroup, LightGroupKind, Progress, Solution};
 

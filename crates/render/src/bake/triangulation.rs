@@ -200,9 +200,8 @@ fn group_direct(
         Some(k) => (0..vertices.len()).map(|i| values[i * n + k].into_rgb()).collect(),
         None if group.is_smooth() => {
             let field = TileField::new((0..patches).map(|i| group.direct(i)).collect());
-            let at = |v: &PatchVertex| {
-                field.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1))
-            };
+            let at =
+                |v: &PatchVertex| field.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
             vertices.par_iter().map(|v| to_single_precision(at(v))).collect()
         }
         None => Vec::new(),

@@ -292,7 +292,8 @@ impl GridSource<'_> {
     fn direct_of_zone(&self, light_samplers: &[LightSampler], zone: usize) -> Bands {
         let v = self.solution.zones.voxels.at(zone);
         let fluence = |l: &LightSampler| {
-            let samples = if matches!(l.light(), Light::Sky { .. }) { SKY_SAMPLES } else { DIRECT_LIGHT_POINTS };
+            let samples =
+                if matches!(l.light(), Light::Sky { .. }) { SKY_SAMPLES } else { DIRECT_LIGHT_POINTS };
             l.gather(self.shadow_rays, v.centre, Receiver::Free, samples, 0) * self.softening(l, v.centre)
         };
         v.albedo * light_samplers.iter().map(fluence).sum::<Bands>() / 4.0
