@@ -326,7 +326,10 @@ fn a_scene_is_shown_in_direct_light_then_as_draft_then_as_wanted_and_again_after
         lines.push(line.trim().to_string());
     }
     assert!(
-        ["Ctrl-C", "direct light:", "draft:", "normal:"].iter().zip(&lines).all(|(x, line)| line.starts_with(x)),
+        ["Ctrl-C", "direct light:", "draft:", "normal:"]
+            .iter()
+            .zip(&lines)
+            .all(|(x, line)| line.starts_with(x)),
         "{lines:?}"
     );
     let done = |version: u64| {

@@ -98,18 +98,15 @@ test('page', { skip: missing }, async (t) => {
     assert.deepEqual(a, b);
     const [sum, off] = [0, 1].map((k) => a.reduce((s, x, i) => s + (k ? Math.abs(x - c[i]) : x), 0));
     assert.ok(off < 0.02 * sum, `${off} ${sum}`);
-    await page.locator('#panelButton').click();
   });
 
   await t.test('false colours of direct light are chosen and kept in the address', async () => {
     await page.evaluate(() => window.zonal.set({ show: 'irradiance' }));
-    await page.locator('#panelButton').click();
     await page.locator('#part').selectOption('direct');
     await page.waitForFunction(() => location.hash.includes('part=direct'), null, { timeout: 20000 });
     assert.match(await page.locator('#legend').innerText(), /Irradiance of direct light/);
     assert.ok((await spread(page)) > 10);
     await page.evaluate(() => window.zonal.set({ show: 'picture', part: 'total' }));
-    await page.locator('#panelButton').click();
   });
 
   await t.test('every control is reached by Tab with a visible focus', async () => {
@@ -200,10 +197,10 @@ test('page', { skip: missing }, async (t) => {
     const before = await spread(p);
     assert.equal(await p.evaluate(() => window.zonal.state.stops), 1.5);
     assert.ok(before > 10, `${before}`);
-    // Direct light first, its error unknown; then the exchange with falling errors.
+    // Direct light first, its error unknown; then the exchange with stated errors.
     const series = await p.evaluate(() => window.zonal.data.report.estimates.map((e) => e.patches[0]));
     assert.equal(series[0], null);
-    assert.ok(series.length === 3 && series[1] > 0 && series[2] <= series[1], `${series}`);
+    assert.ok(series.length === 3 && series.slice(1).every((e) => e >= 0 && e < 0.01), `${series}`);
     assert.match(await p.evaluate(() => document.getElementById('report').textContent), /RMS error of Hunknown → [\d.<]+.* → [\d.<]+/);
     const notes = await p.evaluate(() => window.zonal.data.report.notes);
     assert.ok(notes.every((n) => !/being computed/.test(`${n.text} ${n.advice}`)), JSON.stringify(notes));
