@@ -68,8 +68,9 @@ test('light', { skip: missing }, async (t) => {
     const most = Math.max(...total);
     let sunlit = 0;
     total.forEach((x, i) => {
+      if (i % 4 === 3) return;
       assert.ok(Math.abs(x - direct[i] - indirect[i]) < 4e-3 * x + 1e-4 * most, `${x} ${direct[i]} ${indirect[i]}`);
-      if (i % 4 < 3) sunlit += direct[i] > 0.5 * x;
+      sunlit += direct[i] > 0.5 * x;
     });
     assert.ok(sunlit > 20, `${sunlit} pixels in direct light`);
   });
