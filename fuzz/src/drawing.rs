@@ -61,7 +61,8 @@ pub fn draw(solution: &Solution) -> Vec<Vec<[f32; 3]>> {
 /// Packs a solution of few zones for the viewer.
 pub fn pack(solution: &Solution) {
     if solution.zones.len() <= MAX_ZONES_PACKED {
-        let _ = package(solution, &PackageDetail { max_vertices: 200 }, &NoProgress);
+        let _ =
+            package(solution, &PackageDetail { max_vertices: 200, ..PackageDetail::default() }, &NoProgress);
     }
 }
 

@@ -237,7 +237,7 @@ pub(crate) fn page(
     let call = CallSettings { threads, progress };
     let text = solution.run(py, call, move |s, observer| {
         check_uniform_light(Path::new(SOLUTION), s)?;
-        let detail = package::PackageDetail { max_vertices };
+        let detail = package::PackageDetail { max_vertices, ..package::PackageDetail::default() };
         let shown = (first_band > 0).then(|| with_shown_bands(s.clone(), first_band)).transpose()?;
         let packed = package::package(shown.as_ref().unwrap_or(s), &detail, observer)?;
         Ok::<_, Failure>(page::single_file(&packed))

@@ -57,7 +57,7 @@ function validate(header, arrays, invalid) {
   if (!arrays.index || arrays.index.length % 3 || arrays.index.some((i) => i >= vertices)) throw invalid('index');
   if (arrays.surface.some((s) => s >= header.surfaces.length)) throw invalid('surface');
   for (const [name, a] of Object.entries(arrays)) {
-    if (/^irradiance\d+$/.test(name) && a.length !== 3 * vertices) throw invalid(name);
+    if (/^(in)?direct\d+$/.test(name) && a.length !== 3 * vertices) throw invalid(name);
   }
 }
 

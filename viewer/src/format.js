@@ -21,6 +21,9 @@ export const count = (n) => String(n).replace(/\B(?=(\d{3})+$)/g, '\u202f');
 /** Per cent with two significant digits. */
 export const percent = (x) => `${x === 0 ? '0' : x < 1e-5 ? '<\u20090.001' : (100 * x).toPrecision(2).replace(/\.0+$/, '')}\u2009%`;
 
+/** The largest of relative errors; an unknown one is null in JSON. */
+export const relativeError = (list) => (list.some((e) => !Number.isFinite(e)) ? 'unknown' : percent(Math.max(...list)));
+
 /** A size in bytes. */
 export const bytes = (n) => (n < 1e6 ? `${Math.ceil(n / 1e3)}\u2009kB` : `${(n / 1e6).toFixed(1)}\u2009MB`);
 

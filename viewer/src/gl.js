@@ -1,6 +1,6 @@
 // Helpers over WebGL 2: programs with uniforms, textures, render targets.
 
-/** Compiles and links a program whose uniforms are set by name from an object. */
+/** Compiles and links a program whose uniforms are set by name from an object; arrays as one list of numbers. */
 export function createProgram(gl, { vertex, fragment }) {
   const p = gl.createProgram();
   for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -15,7 +15,7 @@ export function createProgram(gl, { vertex, fragment }) {
   const uniforms = new Map();
   for (let i = 0; i < gl.getProgramParameter(p, gl.ACTIVE_UNIFORMS); i++) {
     const { name, type } = gl.getActiveUniform(p, i);
-    uniforms.set(name, { type, at: gl.getUniformLocation(p, name) });
+    uniforms.set(name.replace(/\[0\]$/, ''), { type, at: gl.getUniformLocation(p, name) });
   }
   const setters = {
     [gl.FLOAT]: (at, v) => gl.uniform1f(at, v),
@@ -25,6 +25,7 @@ export function createProgram(gl, { vertex, fragment }) {
     [gl.FLOAT_MAT4]: (at, v) => gl.uniformMatrix4fv(at, false, v),
   };
   return {
+    free: () => gl.deleteProgram(p),
     /** Makes the program current and sets uniforms; samplers take [unit, target, texture]. */
     use(values) {
       gl.useProgram(p);

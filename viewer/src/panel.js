@@ -1,9 +1,12 @@
 // The settings panel. It shows a state and reports changes by callbacks; it holds no state.
 
 import { cssColour } from './colour.js';
-import { MIN_STOPS, count, fromSlider, number, percent, stops, ticks, multiplier, toSlider } from './format.js';
+import { MIN_STOPS, count, fromSlider, number, percent, relativeError, stops, ticks, multiplier, toSlider } from './format.js';
 
 const $ = (id) => document.getElementById(id);
+
+/** The stage of the first data of a solve. */
+const FIRST_STAGE = 'direct light';
 
 export const NAMES = { irradiance: 'Irradiance', radiosity: 'Radiosity', error: 'Error estimate of the irradiance' };
 const BAND_NAMES = { mean: 'mean of bands', luminance: 'luminance', red: 'red band', green: 'green band', blue: 'blue band' };
@@ -39,9 +42,12 @@ export class Panel {
     $('exposure').addEventListener('input', (e) => on.stops(Number(e.target.value)));
     $('density').addEventListener('input', (e) => on.density(fromSlider(Number(e.target.value))));
     for (const [id, value] of [['exposure', () => on.stops(0)], ['density', () => on.density(1)]]) $(id).addEventListener('dblclick', value);
+    $('saveCamera').addEventListener('click', () => on.saveCamera());
+    $('copyCamera').addEventListener('click', () => on.copyCamera());
     $('lightsReset').addEventListener('click', () => on.lightsReset());
     $('show').addEventListener('change', (e) => on.show(e.target.value));
     $('band').addEventListener('change', (e) => on.band(e.target.value));
+    $('part').addEventListener('change', (e) => on.part(e.target.value));
     $('log').addEventListener('click', () => on.log(true));
     $('linear').addEventListener('click', () => on.log(false));
     $('rangeReset').addEventListener('click', () => on.range(null));
@@ -85,11 +91,17 @@ export class Panel {
     if (counts.panes) row('Pane zones', count(counts.panes));
     row('Engine', report.engine);
     row('Solver status', report.status);
-    row('RMS error of H', percent(Math.max(...report.estimate.patches)));
-    if (counts.voxels || counts.panes) row('RMS error of G', percent(Math.max(...report.estimate.volumes)));
+    // The errors of all solutions of the series, the newest last.
+    const errors = (kind) => report.estimates.map((e) => relativeError(e[kind])).join(' → ');
+    row('RMS error of H', errors('patches'));
+    if (counts.voxels || counts.panes) row('RMS error of G', errors('volumes'));
     row('Grade of factors', report.grade);
-    row('Energy residual', percent(Math.max(...report.residual.map(Math.abs))));
-    for (const w of report.warnings) $('warnings').append(Object.assign(document.createElement('li'), { textContent: w }));
+    if (report.stage !== FIRST_STAGE) row('Energy residual', percent(Math.max(...report.residual.map(Math.abs))));
+    for (const { severity, text, advice } of report.notes) {
+      const item = Object.assign(document.createElement('li'), { className: severity, textContent: text });
+      if (advice) item.append(Object.assign(document.createElement('p'), { textContent: advice }));
+      $('warnings').append(item);
+    }
   }
 
   /** Reads the two inputs of the range. */
@@ -98,6 +110,12 @@ export class Panel {
     const valid = Number.isFinite(low) && Number.isFinite(high) && high > low && low >= 0;
     for (const id of ['low', 'high']) $(id).setAttribute('aria-invalid', String(!valid));
     if (valid) this.on.range([low, high]);
+  }
+
+  /** Says what became of the options of a camera. */
+  showCopied(text) {
+    $('copied').textContent = text;
+    $('copied').hidden = false;
   }
 
   toggle(open = $('panel').hidden) {
@@ -117,6 +135,8 @@ export class Panel {
     $('mapSettings').hidden = !mapped;
     $('pictureSettings').hidden = mapped;
     $('band').value = state.band;
+    $('part').value = state.part;
+    $('partRow').hidden = state.show === 'error';
     $('log').setAttribute('aria-pressed', String(state.log));
     $('linear').setAttribute('aria-pressed', String(!state.log));
     for (const mode of ['walk', 'orbit']) $(mode).setAttribute('aria-pressed', String(state.mode === mode));
@@ -129,7 +149,8 @@ export class Panel {
   legend(state, [low, high]) {
     if (document.activeElement !== $('low')) $('low').value = number(low, 3);
     if (document.activeElement !== $('high')) $('high').value = number(high, 3);
-    $('legendTitle').replaceChildren(NAMES[state.show], Object.assign(document.createElement('span'), { textContent: ` · ${BAND_NAMES[state.band]} · W/m²` }));
+    const name = state.part === 'total' || state.show === 'error' ? NAMES[state.show] : `${NAMES[state.show]} of ${state.part} light`;
+    $('legendTitle').replaceChildren(name, Object.assign(document.createElement('span'), { textContent: ` · ${BAND_NAMES[state.band]} · W/m²` }));
     $('legendBar').style.background = `linear-gradient(90deg in srgb, ${Array.from({ length: 33 }, (_, i) => cssColour(i / 32)).join(', ')})`;
     if (!$('legendBar').style.background) $('legendBar').style.background = `linear-gradient(90deg, ${Array.from({ length: 33 }, (_, i) => cssColour(i / 32)).join(', ')})`;
     const position = (x) => (state.log ? Math.log(x / low) / Math.log(high / low) : (x - low) / (high - low));

@@ -51,14 +51,19 @@ export function panesBefore(scene, eye, dir, end) {
   return [...crossed].sort((a, b) => a[1] - b[1]).map(([pane]) => scene.panes[pane].name);
 }
 
-/** The fields at the surface point that a ray hits; null without a hit. `values` is the irradiance at the vertices. */
-export function probe(scene, values, factors, eye, dir, hideBacks) {
+/** The fields at the surface point that a ray hits, without the light of suns that are drawn; null without a hit. */
+export function probe(scene, factors, eye, dir, hideBacks) {
   const hit = raycast(scene, eye, dir, hideBacks);
   if (!hit) return null;
   const { index, triangleZone, surface, error } = scene.arrays;
   const corners = [0, 1, 2].map((k) => index[3 * hit.triangle + k]);
   const weights = [1 - hit.u - hit.v, hit.u, hit.v];
-  const at = (array, map) => [0, 1, 2].map((b) => corners.reduce((s, c, k) => s + weights[k] * map(array[3 * c + b]), 0));
+  const at = (array, scale) => [0, 1, 2].map((b) => corners.reduce((s, c, k) => s + weights[k] * scale * VALUES[array[3 * c + b]], 0));
+  const total = (stem) => scene.groups.reduce((sum, group, g) => {
+    const values = scene.arrays[stem + g];
+    const own = values ? at(values, factors[g] * group.scales[stem]) : [0, 0, 0];
+    return sum.map((x, b) => x + own[b]);
+  }, [0, 0, 0]);
   const zone = triangleZone[hit.triangle];
   const point = eye.map((x, k) => x + hit.t * dir[k]);
   return {
@@ -69,7 +74,7 @@ export function probe(scene, values, factors, eye, dir, hideBacks) {
     surface: scene.surfaces[surface[corners[0]]].name,
     zone,
     through: panesBefore(scene, eye, dir, hit.t),
-    here: { irradiance: at(values, (x) => x), error: at(error, (h) => VALUES[h] * scene.mesh.errorScale) },
+    here: { indirect: total('indirect'), direct: total('direct'), error: at(error, scene.mesh.errorScale) },
     mean: patchFields(scene, zone, factors),
   };
 }

@@ -48,7 +48,7 @@ export function showProbe(card, found, close) {
   const body = element('tbody');
   if (found.here.radiosity) body.append(group('at this point'), row('Radiosity', found.here.radiosity));
   else body.append(group('at this point'));
-  body.append(row('Irradiance', found.here.irradiance));
+  body.append(row('Irradiance', found.here.irradiance), row('indirect', found.here.indirect, true), row('direct', found.here.direct, true));
   const m = found.mean;
   body.append(group('mean of the zone'), row('Radiosity', m.radiosity), row('Irradiance', m.irradiance), row('indirect', m.indirect, true), row('direct', m.direct, true), row('error', m.error, true, (e) => (Number.isFinite(e) ? number(e) : 'unknown')));
   table.append(thead, body);

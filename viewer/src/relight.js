@@ -7,12 +7,14 @@ function addHalves(out, halves, factor) {
   for (let i = 0; i < out.length; i++) out[i] += factor * VALUES[halves[i]];
 }
 
-/** Σ_g f_g X_g over the half-float arrays named `stem` + g, each times its group's scale of that name; missing arrays count as zero. */
-export function sumGroups(scene, stem, factors, length) {
+/** Σ_g f_g X_g over the half-float arrays named stem + g for each of the stems, each times its group's scale of that name; missing arrays count as zero. */
+export function sumGroups(scene, stems, factors, length) {
   const out = new Float32Array(length);
   scene.groups.forEach((group, g) => {
-    const halves = scene.arrays[stem + g];
-    if (halves && factors[g]) addHalves(out, halves, factors[g] * group.scales[stem]);
+    for (const stem of stems) {
+      const halves = scene.arrays[stem + g];
+      if (halves && factors[g]) addHalves(out, halves, factors[g] * group.scales[stem]);
+    }
   });
   return out;
 }
@@ -25,6 +27,12 @@ export function surfaceEmissions(scene, factors) {
 /** Radiance of the surroundings, W/(m² sr). */
 export function background(scene, factors) {
   return [0, 1, 2].map((b) => scene.groups.reduce((s, g, i) => s + factors[i] * g.background[b], 0));
+}
+
+/** The field `show` of a patch for a part of the light: total, direct or indirect. The radiosity of a part is ρ times its irradiance, without emission. */
+export function partOf(fields, show, part) {
+  if (part === 'total' || show === 'error') return fields[show];
+  return show === 'radiosity' ? fields[part].map((x, b) => x * fields.reflectance[b]) : fields[part];
 }
 
 /** Fields of the solution on a patch with the groups scaled, W/m². */
@@ -49,6 +57,7 @@ export function patchFields(scene, zone, factors) {
     direct,
     irradiance: indirect.map((x, b) => x + direct[b]),
     radiosity: rho.map((r, b) => emission[b] + r * (indirect[b] + direct[b])),
+    reflectance: rho,
     error: three('zoneError'),
   };
 }

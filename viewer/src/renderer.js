@@ -1,6 +1,6 @@
 // Draws a frame: surfaces, panes from far to near, the medium at reduced size, then composition and tone mapping.
 
-import { FINAL, MEDIUM, MESH, PANE } from './shaders.js';
+import { FINAL, PANE, medium, mesh } from './shaders.js';
 import { createProgram, createTargets, createTexture } from './gl.js';
 import { frame, scale, viewProjection } from './vector_math.js';
 import { background } from './relight.js';
@@ -9,6 +9,14 @@ import { LUMINANCE, mapColour } from './colour.js';
 /** Weights of the bands in a single value. */
 export const BAND_WEIGHTS = { mean: [1 / 3, 1 / 3, 1 / 3], luminance: LUMINANCE, red: [1, 0, 0], green: [0, 1, 0], blue: [0, 0, 1] };
 
+/** Texture unit of the albedo of the medium, behind those of the suns. */
+const ALBEDO_UNIT = 13;
+/** Rays to each sun from a surface point, unless the quality says otherwise. */
+const SUN_SAMPLES = 32;
+/** Bytes of a vertex of the mesh (position, texture, surface, light, normal) and of the panes (position, normal, pane, light). */
+const MESH_VERTEX_BYTES = 42;
+const PANE_VERTEX_BYTES = 38;
+
 /** Output of a frame: tone-mapped picture, colours of the map, or linear radiance. */
 const OUTPUT = { picture: 0, map: 1, linear: 2 };
 
@@ -16,12 +24,12 @@ export class Renderer {
   constructor(gl, scene) {
     this.gl = gl;
     this.programs = {
-      mesh: createProgram(gl, MESH),
       pane: createProgram(gl, PANE),
       tint: createProgram(gl, { vertex: PANE.vertex, fragment: PANE.tint }),
-      medium: createProgram(gl, MEDIUM),
       final: createProgram(gl, FINAL),
     };
+    /** Draw calls of the last frame, and the bytes of indices and vertices that they read. */
+    this.counts = { calls: 0, bytes: 0 };
     const colours = new Float32Array(4 * 256);
     for (let i = 0; i < 256; i++) colours.set([...mapColour(i / 255), 1], 4 * i);
     this.colours = createTexture(gl, gl.RGBA16F, gl.RGBA, gl.FLOAT, 256, 1, colours, gl.LINEAR);
@@ -33,6 +41,11 @@ export class Renderer {
 
   /** Draws this scene from now on. */
   show(scene) {
+    const { gl, programs } = this;
+    if (this.scene?.suns.count !== scene.suns.count) {
+      for (const name of ['mesh', 'medium']) programs[name]?.free();
+      Object.assign(programs, { mesh: createProgram(gl, mesh(scene.suns.count)), medium: createProgram(gl, medium(scene.suns.count)) });
+    }
     this.scene = scene;
     const { bounds } = scene.data;
     this.diagonal = Math.hypot(...bounds[1].map((x, k) => x - bounds[0][k]));
@@ -64,12 +77,15 @@ export class Renderer {
   }
 
   /**
-   * Draws a frame. `settings`: camera, exposure, density, show ('picture', 'irradiance', 'radiosity', 'error'), range, hideBacks, factors.
-   * `quality`: mediumScale, steps, stride, jitter. `output`: 'picture' or 'linear'.
+   * Draws a frame. `settings`: camera, exposure, density, show ('picture', 'irradiance', 'radiosity', 'error'), part ('total', 'direct', 'indirect', or
+   * 'sun' for drawn sunlight alone), range,
+   * hideBacks, factors. `quality`: mediumScale, steps, stride, jitter, sunSamples. `output`: 'picture' or 'linear'; linear irradiance is in W/m².
    */
   draw(settings, width, height, quality, into = null, output = 'picture') {
     const { gl, scene } = this;
     const picture = settings.show === 'picture';
+    scene.suns.prepare();
+    this.counts = { calls: 0, bytes: 0 };
     const t = this.targets(width, height, quality.mediumScale);
     const view = this.view(settings.camera, width / height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, t.multisampled);
@@ -79,7 +95,7 @@ export class Renderer {
     const clear = picture ? background(scene.data, settings.factors).map((x) => Math.min(x * settings.exposure, 60000)) : [0.0045, 0.005, 0.006];
     gl.clearColor(...clear, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this.drawMesh(settings, view, picture);
+    this.drawMesh(settings, view, quality, output);
     if (picture && scene.panes && !settings.withoutPanes) this.drawPanes(settings, view);
     gl.disable(gl.DEPTH_TEST);
     if (t.multisampled !== t.resolved) {
@@ -105,10 +121,26 @@ export class Renderer {
     gl.bindVertexArray(this.screen);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.bindVertexArray(null);
+    this.counts.calls++;
   }
 
-  drawMesh(settings, view, picture) {
+  /** Draws indexed elements of vertices of `vertexBytes` bytes each. */
+  drawElements(kind, count, offset, vertexBytes) {
+    this.gl.drawElements(kind, count, this.gl.UNSIGNED_INT, offset);
+    this.counts.calls++;
+    this.counts.bytes += count * (4 + vertexBytes);
+  }
+
+  /** Uniforms of sunlight: of all suns on what is shown, `scale` times. */
+  sunUniforms(settings, quality, scale) {
+    const lit = settings.show !== 'error' && settings.part !== 'indirect';
+    return this.scene.suns.uniforms(settings.factors, lit ? scale : 0, quality.sunSamples ?? SUN_SAMPLES);
+  }
+
+  drawMesh(settings, view, quality, output) {
     const { gl, scene } = this;
+    const { show } = settings;
+    const part = show === 'picture' ? 'total' : settings.part ?? 'total';
     const p = this.programs.mesh;
     const [low, high] = settings.range ?? [0, 1];
     const log = Boolean(settings.log);
@@ -116,7 +148,8 @@ export class Renderer {
     p.use({
       viewProjection: view.matrix, eye: settings.camera.eye, exposure: settings.exposure, surfaces: [0, gl.TEXTURE_2D, scene.surfaces],
       colours: [3, gl.TEXTURE_2D, this.colours], hideBacks: Boolean(settings.hideBacks),
-      show: picture ? 0 : settings.show === 'radiosity' ? 1 : 2,
+      show: show === 'picture' ? 0 : show === 'radiosity' ? 1 : output === 'linear' ? 3 : 2, emitted: part === 'total' ? 1 : 0, baked: part === 'sun' ? 0 : 1,
+      ...this.sunUniforms({ ...settings, part }, quality, 1),
       range: [ends[0], 1 / (ends[1] - ends[0] || 1), log ? 1 : 0, 0], weights: BAND_WEIGHTS[settings.band ?? 'mean'],
     });
     gl.bindVertexArray(scene.mesh.array);
@@ -126,7 +159,7 @@ export class Renderer {
       for (const run of list.runs) {
         p.set('albedo', [1, gl.TEXTURE_2D, scene.textures[run.texture] ?? scene.white]);
         p.set('emission', [2, gl.TEXTURE_2D, scene.textures[run.emissionTexture] ?? scene.white]);
-        gl.drawElements(kind, run.count, gl.UNSIGNED_INT, 4 * run.first);
+        this.drawElements(kind, run.count, 4 * run.first, MESH_VERTEX_BYTES);
       }
     }
     gl.bindVertexArray(null);
@@ -145,7 +178,7 @@ export class Renderer {
     for (let b = 0; b < 3; b++) {
       this.programs.pane.set('band', b);
       gl.colorMask(b === 0, b === 1, b === 2, false);
-      gl.drawElements(gl.TRIANGLES, 3 * scene.panes.count, gl.UNSIGNED_INT, 0);
+      this.drawElements(gl.TRIANGLES, 3 * scene.panes.count, 0, PANE_VERTEX_BYTES);
     }
     gl.colorMask(true, true, true, true);
     gl.disable(gl.BLEND);
@@ -170,7 +203,7 @@ export class Renderer {
         panes: [0, gl.TEXTURE_2D, scene.panes.table], depth: [1, gl.TEXTURE_2D, t.depth], size: [medium.width, medium.height],
       });
       gl.bindVertexArray(scene.panes.array);
-      gl.drawElements(gl.TRIANGLES, 3 * scene.panes.count, gl.UNSIGNED_INT, 0);
+      this.drawElements(gl.TRIANGLES, 3 * scene.panes.count, 0, PANE_VERTEX_BYTES);
       gl.blendEquation(gl.FUNC_ADD);
       gl.disable(gl.BLEND);
     }
@@ -180,12 +213,13 @@ export class Renderer {
       extinction: [2, gl.TEXTURE_3D, v.extinction], radiosity: [3, gl.TEXTURE_3D, v.radiosity],
       eye: settings.camera.eye, ...view.lens, low: v.min, high: v.max, density: settings.density,
       exposure: (settings.exposure * v.unit) / Math.PI, stride: v.cell * quality.stride, maxSteps: quality.steps,
-      shift: quality.jitter ?? 0, hasPanes: Boolean(scene.panes),
+      shift: quality.jitter ?? 0, hasPanes: Boolean(scene.panes), albedo: [ALBEDO_UNIT, gl.TEXTURE_3D, v.albedo],
+      ...this.sunUniforms({ ...settings, part: 'total' }, quality, 1 / v.unit),
     });
     this.drawScreen();
   }
 
-  /** Linear radiance, W/(m² sr), of a small picture: four floats a pixel, row 0 at the bottom. */
+  /** Linear radiance, W/(m² sr), or irradiance, W/m², of a small picture: four floats a pixel, row 0 at the bottom. */
   linear(settings, width, height, quality) {
     const { gl } = this;
     const image = createTexture(gl, gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT, width, height, null);

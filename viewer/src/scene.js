@@ -1,10 +1,11 @@
 // The GPU resources of a solution: mesh, textures, panes, medium; relit when light factors change.
 
 import { createTable, createTexture, setTextureParameters } from './gl.js';
-import { cross, unit } from './vector_math.js';
+import { cross, length } from './vector_math.js';
 import { toHalves, VALUES } from './half_float.js';
 import { sumGroups, surfaceEmissions } from './relight.js';
 import { crackLines, weld } from './cracks.js';
+import { SunMaps } from './sun_maps.js';
 
 /** Largest number of pane triangles that are depth-sorted for every frame. */
 const MAX_SORTED_TRIANGLES = 30000;
@@ -36,13 +37,13 @@ async function loadTextures(gl, scene, progress) {
 }
 
 /** Uploads a vertex attribute. */
-function attribute(gl, location, data, size, type, integer = false) {
+function attribute(gl, location, data, size, type, { integer = false, normalized = false } = {}) {
   const buffer = gl.createBuffer();
   gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
   gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
   gl.enableVertexAttribArray(location);
   if (integer) gl.vertexAttribIPointer(location, size, type, 0, 0);
-  else gl.vertexAttribPointer(location, size, type, false, 0, 0);
+  else gl.vertexAttribPointer(location, size, type, normalized, 0, 0);
   return buffer;
 }
 
@@ -68,13 +69,19 @@ export function groupByTexture(scene) {
   return { order, runs };
 }
 
-/** Unit normals of the triangles at their vertices, as signed bytes. */
-function normals({ position: p, index }) {
-  const out = new Int8Array((4 * p.length) / 3);
+/** Unit normals at the vertices, as signed 16-bit numbers: of the largest triangle of each, since those of slivers are inaccurate. */
+export function normals({ position: p, index }) {
+  const out = new Int16Array((4 * p.length) / 3);
+  const largest = new Float32Array(p.length / 3);
   for (let t = 0; t < index.length; t += 3) {
     const [i, j, k] = [3 * index[t], 3 * index[t + 1], 3 * index[t + 2]];
-    const n = unit(cross([0, 1, 2].map((c) => p[j + c] - p[i + c]), [0, 1, 2].map((c) => p[k + c] - p[i + c])));
-    for (const v of [i, j, k]) n.forEach((x, c) => (out[(4 * v) / 3 + c] = Math.round(127 * x)));
+    const area = cross([0, 1, 2].map((c) => p[j + c] - p[i + c]), [0, 1, 2].map((c) => p[k + c] - p[i + c]));
+    const size = length(area);
+    for (const v of [i, j, k]) {
+      if (!(size > largest[v / 3])) continue;
+      largest[v / 3] = size;
+      area.forEach((x, c) => (out[(4 * v) / 3 + c] = Math.round((32767 * x) / size)));
+    }
   }
   return out;
 }
@@ -87,7 +94,7 @@ function createMesh(gl, scene) {
   const light = attribute(gl, 3, new Float32Array(arrays.position.length), 3, gl.FLOAT);
   const buffers = [
     attribute(gl, 0, arrays.position, 3, gl.FLOAT), attribute(gl, 1, arrays.uv, 2, gl.FLOAT),
-    attribute(gl, 2, arrays.surface, 1, gl.UNSIGNED_SHORT, true), light, attribute(gl, 4, normals(arrays), 4, gl.BYTE, false),
+    attribute(gl, 2, arrays.surface, 1, gl.UNSIGNED_SHORT, { integer: true }), light, attribute(gl, 4, normals(arrays), 4, gl.SHORT, { normalized: true }),
   ];
   const triangles = groupByTexture(scene);
   const edges = crackLines(triangles, ids, arrays.position);
@@ -111,7 +118,7 @@ function createPanes(gl, scene) {
   const order = gl.createBuffer();
   const buffers = [
     attribute(gl, 0, panePosition, 3, gl.FLOAT), attribute(gl, 1, paneNormal, 3, gl.FLOAT),
-    attribute(gl, 2, paneOf, 1, gl.UNSIGNED_SHORT, true), light, order,
+    attribute(gl, 2, paneOf, 1, gl.UNSIGNED_SHORT, { integer: true }), light, order,
   ];
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, order);
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, paneIndex, gl.DYNAMIC_DRAW);
@@ -170,12 +177,16 @@ function createVolume(gl, scene, maxSize) {
   };
   // The array is [x][y][z]: z is the first axis of the texture.
   const dims = [v.dims[2], v.dims[1], v.dims[0]];
-  const extinction = texture();
-  const halves = scene.arrays.extinction;
-  if (halves) fill(extinction, Float32Array.from(halves, (h) => VALUES[h] * v.extinctionScale), dims, 1);
-  else fill(extinction, Float32Array.from(v.extinction), [1, 1, 1], 1);
+  const constant = (name) => {
+    const t = texture();
+    const halves = scene.arrays[name];
+    if (halves) fill(t, Float32Array.from(halves, (h) => VALUES[h] * v[`${name}Scale`]), dims, 1);
+    else fill(t, Float32Array.from(v[name]), [1, 1, 1], 1);
+    return t;
+  };
+  const [extinction, albedo] = ['extinction', 'albedo'].map(constant);
   const cell = v.dims.map((n, k) => (v.max[k] - v.min[k]) / n);
-  return { extinction, radiosity: texture(), fill, dims, cell: Math.min(...cell), min: v.min, max: v.max, unit: 1 };
+  return { extinction, albedo, radiosity: texture(), fill, dims, cell: Math.min(...cell), min: v.min, max: v.max, unit: 1 };
 }
 
 /** All GPU resources of a solution. */
@@ -189,6 +200,7 @@ export class Scene {
     s.mesh = createMesh(gl, data);
     s.panes = createPanes(gl, data);
     s.volume = createVolume(gl, data, Math.min(gl.getParameter(gl.MAX_3D_TEXTURE_SIZE), small ? 96 : 256));
+    s.suns = new SunMaps(gl, data, s, small);
     return s;
   }
 
@@ -199,17 +211,19 @@ export class Scene {
       gl.deleteVertexArray(part.array);
       part.buffers.forEach((b) => gl.deleteBuffer(b));
     }
-    const textures = [...this.textures, this.white, this.surfaces, this.panes?.table, this.volume?.extinction, this.volume?.radiosity];
+    this.suns.free();
+    const { extinction, albedo, radiosity } = this.volume ?? {};
+    const textures = [...this.textures, this.white, this.surfaces, this.panes?.table, extinction, albedo, radiosity];
     textures.forEach((t) => t && gl.deleteTexture(t));
   }
 
-  /** Sums the light of all groups; `field` is the vertex field of the mesh: irradiance, or the error estimate. */
-  relight(factors, field = 'irradiance') {
+  /** Sums the light of all groups; `field` is the vertex field of the mesh: total, direct or indirect irradiance, or the error estimate. */
+  relight(factors, field = 'total') {
     const { gl, data } = this;
     const error = field === 'error';
     this.values = error
       ? Float32Array.from(data.arrays.error, (h) => VALUES[h] * data.mesh.errorScale)
-      : sumGroups(data, 'irradiance', factors, data.arrays.position.length);
+      : sumGroups(data, field === 'total' ? ['indirect', 'direct'] : [field], factors, data.arrays.position.length);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.mesh.light);
     gl.bufferData(gl.ARRAY_BUFFER, this.values, gl.DYNAMIC_DRAW);
     if (this.surfaces) gl.deleteTexture(this.surfaces);
@@ -217,12 +231,14 @@ export class Scene {
     this.surfaces = createTable(gl, data.surfaces.map((s, i) => [[...s.reflectance, s.both ? 1 : 0], [...emitted[i], 0]]), 2);
     if (this.panes) {
       gl.bindBuffer(gl.ARRAY_BUFFER, this.panes.light);
-      gl.bufferData(gl.ARRAY_BUFFER, sumGroups(data, 'pane', factors, data.arrays.panePosition.length), gl.DYNAMIC_DRAW);
+      gl.bufferData(gl.ARRAY_BUFFER, sumGroups(data, ['pane'], factors, data.arrays.panePosition.length), gl.DYNAMIC_DRAW);
     }
     if (this.volume) {
       const v = this.volume;
-      const light = sumGroups(data, 'volume', factors, 3 * v.dims[0] * v.dims[1] * v.dims[2]);
-      v.unit = Math.max(light.reduce((m, x) => Math.max(m, x), 0) / 1000, 1e-30);
+      const light = sumGroups(data, ['volume'], factors, 3 * v.dims[0] * v.dims[1] * v.dims[2]);
+      // Sunlight has no values here: its share is drawn.
+      const sun = (data.suns ?? []).reduce((m, s) => Math.max(m, ...s.irradiance.map((e) => (e * factors[s.group]) / 4)), 0);
+      v.unit = Math.max(light.reduce((m, x) => Math.max(m, x), sun) / 1000, 1e-30);
       v.fill(v.radiosity, light, v.dims, v.unit);
     }
   }

@@ -1,11 +1,20 @@
 // Shader programs. Radiances are drawn times the exposure, so that half floats hold them for any unit.
 
+import { sunCode } from './sun_shader.js';
+
 const HEAD = `#version 300 es
 precision highp float;
 precision highp int;
 `;
 
-export const MESH = {
+const NOISE = `
+float noise(vec2 p) { return fract(52.9829189 * fract(0.06711056 * p.x + 0.00583715 * p.y)); }
+float linearDepth(float z, vec2 planes) {
+  return 2.0 * planes.x * planes.y / (planes.y + planes.x - (2.0 * z - 1.0) * (planes.y - planes.x));
+}`;
+
+/** Surfaces in the light of `suns` suns. */
+export const mesh = (suns) => ({
   vertex: `${HEAD}
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec2 uv;
@@ -18,28 +27,35 @@ uniform bool cracks;
 // Centroid interpolation: extrapolation beyond a triangle would be too bright or negative where the light is steep.
 centroid out vec2 vUv;
 centroid out vec3 vH;
+centroid out vec3 vPoint;
+flat out vec3 vNormal;
 flat out int vSurface;
 flat out int vAway;
 void main() {
   vAway = cracks && dot(normal, eye - position) <= 0.0 ? 1 : 0;
   vUv = uv;
   vH = irradiance;
+  vPoint = position;
+  vNormal = normal;
   vSurface = int(surface);
   gl_Position = viewProjection * vec4(position, 1.0);
   // Crack lines lie slightly behind the surfaces whose gaps they close.
   if (cracks) gl_Position.z += 1e-6 * gl_Position.w;
 }`,
-  // B = E + ρH; the back of a one-sided surface is black, or discarded.
-  fragment: `${HEAD}
+  // B = E + ρH; the back of a one-sided surface is black, or discarded. Without E for a part of the light.
+  fragment: `${HEAD}${NOISE}${sunCode(suns)}
 centroid in vec2 vUv;
 centroid in vec3 vH;
+centroid in vec3 vPoint;
+flat in vec3 vNormal;
 flat in int vSurface;
 flat in int vAway;
 uniform highp sampler2D surfaces;
 uniform sampler2D albedo, emission, colours;
-uniform float exposure;
+uniform float exposure, emitted, baked;
 uniform int show;
-uniform bool hideBacks;
+uniform bool hideBacks, cracks;
+uniform float crackInset;
 uniform vec4 range;
 uniform vec3 weights;
 out vec4 colour;
@@ -52,16 +68,30 @@ void main() {
     return;
   }
   vec3 rho = min(reflectance.rgb * texture(albedo, vUv).rgb, 1.0);
-  vec3 B = texelFetch(surfaces, at + ivec2(0, 1), 0).rgb * texture(emission, vUv).rgb + rho * vH;
+  vec3 n = normalize(vNormal);
+  float turn = noise(gl_FragCoord.xy);
+  vec3 sun = sunlight(vPoint, n, turn);
+  if (cracks && sun != vec3(0.0)) {
+    // A line along an edge is lit only where both sides are.
+    vec3 side = crackInset * normalize(cross(n, abs(n.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0)));
+    vec3 other = cross(n, side);
+    sun = min(min(sunlight(vPoint + side, n, turn), sunlight(vPoint - side, n, turn)), min(sunlight(vPoint + other, n, turn), sunlight(vPoint - other, n, turn)));
+  }
+  vec3 H = baked * vH + sun;
+  vec3 B = emitted * texelFetch(surfaces, at + ivec2(0, 1), 0).rgb * texture(emission, vUv).rgb + rho * H;
   if (show == 0) {
     colour = vec4(min(B * (exposure / 3.14159265359), 60000.0), 1.0);
     return;
   }
-  float value = dot(weights, show == 1 ? B : vH);
+  if (show == 3) {
+    colour = vec4(min(H * exposure, 60000.0), 1.0);
+    return;
+  }
+  float value = dot(weights, show == 1 ? B : H);
   float t = range.z > 0.5 ? (log2(max(value, 1e-35)) - range.x) * range.y : (value - range.x) * range.y;
   colour = vec4(texture(colours, vec2(clamp(t, 0.0, 1.0) * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb, 1.0);
 }`,
-};
+});
 
 export const PANE = {
   vertex: `${HEAD}
@@ -126,20 +156,16 @@ void main() {
   gl_Position = vec4(2.0 * at - 1.0, 0.0, 1.0);
 }`;
 
-const NOISE = `
-float noise(vec2 p) { return fract(52.9829189 * fract(0.06711056 * p.x + 0.00583715 * p.y)); }
-float linearDepth(float z, vec2 planes) {
-  return 2.0 * planes.x * planes.y / (planes.y + planes.x - (2.0 * z - 1.0) * (planes.y - planes.x));
-}`;
-
-export const MEDIUM = {
+/** The medium in the light of `suns` suns. */
+export const medium = (suns) => ({
   vertex: SCREEN,
-  // Ray marching: L = Σ τ (1 − exp(−κ d)) B/π over the steps of a ray up to the surface, with one jitter for all steps of a pixel.
-  fragment: `${HEAD}${NOISE}
+  // Ray marching: L = Σ τ (1 − exp(−κ d)) (B + Ω G_sun/4)/π over the steps of a ray up to the surface, with one jitter for all steps of a pixel. Sunlight is
+  // evaluated at a point of its own in every step.
+  fragment: `${HEAD}${NOISE}${sunCode(suns)}
 in vec2 at;
 uniform highp sampler2D depth;
 uniform sampler2D paneTint;
-uniform highp sampler3D extinction, radiosity;
+uniform highp sampler3D extinction, radiosity, albedo;
 uniform vec3 eye, forward, across, upward, low, high;
 uniform vec2 planes;
 uniform float density, exposure, stride, shift;
@@ -167,7 +193,10 @@ void main() {
       vec3 where = ((eye + dir * t - low) / (high - low)).zyx;
       vec3 kappa = density * texture(extinction, where).rgb;
       vec3 left = exp(-kappa * step);
-      vec3 light = tau * (1.0 - left) * texture(radiosity, where).rgb;
+      vec3 B = texture(radiosity, where).rgb;
+${suns ? `      vec2 random = fract(noise(gl_FragCoord.xy) + vec2(0.61803399, 0.75487767) * float(i));
+      B += 0.25 * texture(albedo, where).rgb * sunFluence(eye + dir * (t0 + (float(i) + random.x) * step), random.y, fract(7.0 * random.x));
+` : ''}      vec3 light = tau * (1.0 - left) * B;
       sum += t > glass.a ? light * glass.rgb : light;
       tau *= left;
     }
@@ -175,7 +204,7 @@ void main() {
   scattered = vec4(min(sum * exposure, 60000.0), end);
   transmittance = vec4(tau, 1.0);
 }`,
-};
+});
 
 export const FINAL = {
   vertex: SCREEN,

@@ -15,6 +15,7 @@ export function write(state, groups) {
   if (state.stops) p.set('ev', round(state.stops));
   if (state.density !== 1) p.set('density', round(state.density));
   if (state.show !== 'picture') p.set('show', state.show);
+  if (state.part !== 'total') p.set('part', state.part);
   if (state.band !== 'mean') p.set('band', state.band);
   if (!state.log) p.set('scale', 'linear');
   if (state.range) p.set('range', list(state.range));
@@ -54,6 +55,7 @@ export function read(fragment, groups) {
   set('stops', number('ev', -30, 30));
   set('density', number('density', 0, 1000));
   set('show', word('show', ['picture', 'irradiance', 'radiosity', 'error']));
+  set('part', word('part', ['total', 'direct', 'indirect']));
   set('band', word('band', ['mean', 'luminance', 'red', 'green', 'blue']));
   if (p.get('scale') === 'linear') out.log = false;
   const range = numbers('range', 2);

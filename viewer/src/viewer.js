@@ -2,13 +2,14 @@
 
 import { autoExposure } from './colour.js';
 import * as cameras from './camera.js';
+import { cameraFile, cameraOptions, copy, save } from './camera_file.js';
 import { Controls } from './controls.js';
 import { showProbe } from './probe_card.js';
 import { add, direction, frame, mix, project, scale, sub } from './vector_math.js';
 import { NAMES, Panel } from './panel.js';
 import { probe, raycast } from './probe.js';
 import { BAND_WEIGHTS, Renderer } from './renderer.js';
-import { patchFields } from './relight.js';
+import { partOf, patchFields } from './relight.js';
 import * as urlState from './url_state.js';
 
 const $ = (id) => document.getElementById(id);
@@ -25,7 +26,7 @@ export class Viewer {
     this.hideBacks = null;
     this.state = {
       camera: this.initialCamera(), activeCamera: data.cameras.length ? 0 : 'overview', mode: data.cameras.length ? 'walk' : 'orbit', stops: 0, density: 1,
-      factors: data.groups.map(() => 1), show: 'picture', band: 'mean', log: true, range: null,
+      factors: data.groups.map(() => 1), show: 'picture', part: 'total', band: 'mean', log: true, range: null,
     };
     this.relit = { field: null };
     this.readUrl();
@@ -88,7 +89,7 @@ export class Viewer {
 
   set(change) {
     Object.assign(this.state, change);
-    if ('factors' in change || 'show' in change) this.relit.field = null;
+    if ('factors' in change || 'show' in change || 'part' in change) this.relit.field = null;
     this.changed();
   }
 
@@ -99,12 +100,28 @@ export class Viewer {
       light: (i, f) => this.set({ factors: this.state.factors.map((x, k) => (k === i ? f : x)) }),
       lightsReset: () => this.set({ factors: this.state.factors.map(() => 1) }),
       show: (v) => this.set({ show: v, range: null }),
+      part: (v) => this.set({ part: v, range: null }),
       band: (v) => this.set({ band: v, range: null }),
       log: (v) => this.set({ log: v }),
       range: (v) => this.set({ range: v }),
       mode: (v) => this.setMode(v),
       camera: (i) => this.flyTo(i),
+      saveCamera: () => save('camera.toml', cameraFile(this.sceneCamera())),
+      copyCamera: async () => {
+        const options = cameraOptions(this.sceneCamera());
+        this.panel.showCopied((await copy(options)) ? `Copied: ${options}` : options);
+      },
     };
+  }
+
+  /** The camera in the coordinates of the scene. It looks at the surface in the centre of the picture, or ahead. */
+  sceneCamera() {
+    const { eye, forward, up } = this.state.camera;
+    const hit = raycast(this.data, eye, forward, this.backsHidden());
+    const target = add(eye, scale(forward, hit ? hit.t : 0.3 * this.renderer.diagonal));
+    const { tanX } = frame(this.state.camera, this.aspect());
+    const fov = (360 / Math.PI) * Math.atan(tanX);
+    return { origin: add(eye, this.data.origin), target: add(target, this.data.origin), up, fov };
   }
 
   setMode(mode) {
@@ -198,7 +215,8 @@ export class Viewer {
   // Light.
 
   relight() {
-    const field = this.state.show === 'error' ? 'error' : 'irradiance';
+    const { show, part } = this.state;
+    const field = show === 'error' ? 'error' : show === 'picture' ? 'total' : part;
     if (this.relit.field === field) return;
     this.scene.relight(this.state.factors, field);
     this.relit.field = field;
@@ -209,7 +227,7 @@ export class Viewer {
   frameSettings(more = {}) {
     const s = this.state;
     return {
-      camera: s.camera, exposure: this.base * 2 ** s.stops, density: s.density, show: s.show, band: s.band, log: s.log,
+      camera: s.camera, exposure: this.base * 2 ** s.stops, density: s.density, show: s.show, part: s.part, band: s.band, log: s.log,
       range: s.show === 'picture' ? null : this.range(), hideBacks: this.backsHidden(), factors: s.factors, ...more,
     };
   }
@@ -229,12 +247,12 @@ export class Viewer {
   }
 
   /** One number a patch. */
-  patchValues(show, band) {
+  patchValues(show, band, part = 'total') {
     const w = BAND_WEIGHTS[band];
     const n = this.data.counts.patches;
     const out = new Float32Array(n);
     for (let z = 0; z < n; z++) {
-      const v = patchFields(this.data, z, this.state.factors)[show];
+      const v = partOf(patchFields(this.data, z, this.state.factors), show, part);
       out[z] = w[0] * v[0] + w[1] * v[1] + w[2] * v[2];
     }
     return out;
@@ -242,11 +260,11 @@ export class Viewer {
 
   /** Ends of the scale: as set, or percentiles of the patches. */
   range() {
-    const { show, band, log, range, factors } = this.state;
+    const { show, part, band, log, range, factors } = this.state;
     if (range && !(log && range[0] <= 0)) return range;
-    const key = `${show} ${band} ${factors.join(' ')}`;
+    const key = `${show} ${part} ${band} ${factors.join(' ')}`;
     if (this.ends?.key !== key) {
-      const v = this.patchValues(show, band).filter((x) => x > 0 && Number.isFinite(x)).sort();
+      const v = this.patchValues(show, band, part).filter((x) => x > 0 && Number.isFinite(x)).sort();
       const at = (q) => v[Math.floor((v.length - 1) * q)] ?? 1;
       this.ends = { key, low: at(0.05), high: at(0.995) };
     }
@@ -267,18 +285,20 @@ export class Viewer {
 
   updateProbe() {
     const { eye, dir, at } = this.probeRay;
-    const irradiance = this.state.show === 'error' ? null : this.scene.values;
-    this.probeResult = probe(this.data, irradiance ?? new Float32Array(0), this.state.factors, eye, dir, this.backsHidden());
+    this.probeResult = probe(this.data, this.state.factors, eye, dir, this.backsHidden());
     if (!this.probeResult) return this.closeProbe();
-    if (!irradiance) this.probeResult.here.irradiance = [NaN, NaN, NaN];
-    // The radiosity at the point with its textures: render a very small picture from nearby.
+    const { here } = this.probeResult;
+    // Sunlight at the point, and its radiosity with textures: render very small pictures from nearby.
     const side = this.probeResult.back ? -1 : 1;
     const near = 0.02 * this.renderer.diagonal;
     const camera = { eye: sub(this.probeResult.point, scale(dir, side * Math.min(near, this.probeResult.distance))), forward: scale(dir, side), up: Math.abs(dir[2]) < 0.9 ? [0, 0, 1] : [0, 1, 0], fov: 0.02 };
-    if (irradiance && !this.probeResult.back) {
-      const p = this.renderer.linear(this.frameSettings({ camera, density: 0, show: 'picture', withoutPanes: true, exposure: this.provisionalExposure() }), 2, 2, { mediumScale: 1, steps: 1, stride: 1 });
-      this.probeResult.here.radiosity = [p[0], p[1], p[2]].map((v) => v * Math.PI);
-    }
+    const draw = (more) => {
+      const settings = this.frameSettings({ camera, density: 0, withoutPanes: true, exposure: this.provisionalExposure(), ...more });
+      return [...this.renderer.linear(settings, 2, 2, { mediumScale: 1, steps: 1, stride: 1, sunSamples: 256 }).subarray(0, 3)];
+    };
+    if (this.scene.suns.count) here.direct = add(here.direct, draw({ show: 'irradiance', part: 'sun' }));
+    here.irradiance = add(here.indirect, here.direct);
+    if (this.relit.field === 'total' && !this.probeResult.back) here.radiosity = draw({ show: 'picture' }).map((v) => v * Math.PI);
     const card = $('probe');
     showProbe(card, this.probeResult, () => this.closeProbe());
     // Keep the card off the point.
@@ -381,8 +401,8 @@ export class Viewer {
   /** Steps through the medium and the scale of its render target. */
   quality(still, pixels) {
     const fine = this.small ? 0.5 : 1;
-    if (!still) return { mediumScale: this.small ? 0.25 : 0.4, steps: 48 * fine, stride: 1.2 };
-    return { mediumScale: pixels < 2e5 ? 1 : 0.5, steps: 160 * fine, stride: 0.5 };
+    if (!still) return { mediumScale: this.small ? 0.25 : 0.4, steps: 48 * fine, stride: 1.2, sunSamples: 8 };
+    return { mediumScale: pixels < 2e5 ? 1 : 0.5, steps: 160 * fine, stride: 0.5, sunSamples: this.small ? 16 : 32 };
   }
 
   /** Adapts the resolution during motion to the frame time. */
@@ -402,7 +422,7 @@ export class Viewer {
     this.relight();
     const c = this.data.cameras.find((x) => x.name === name);
     const camera = c ? cameras.fromScene(c) : this.state.camera;
-    const raw = this.renderer.linear(this.frameSettings({ camera, show: 'picture', hideBacks: false }), width, height, { mediumScale: 1, steps: 256, stride: 0.5, jitter: -1 });
+    const raw = this.renderer.linear(this.frameSettings({ camera, show: 'picture', hideBacks: false }), width, height, { mediumScale: 0.5, steps: 256, stride: 0.5, jitter: -1 });
     const out = [];
     for (let y = height - 1; y >= 0; y--) {
       for (let x = 0; x < width; x++) out.push(...raw.subarray(4 * (y * width + x), 4 * (y * width + x) + 3));

@@ -314,39 +314,42 @@ impl RunningViewer {
 }
 
 #[test]
-fn a_scene_is_shown_as_draft_then_as_wanted_and_again_after_changes() {
+fn a_scene_is_shown_in_direct_light_then_as_draft_then_as_wanted_and_again_after_changes() {
     let mut v = RunningViewer::of("room.toml", room(0.5));
     // The page is there before its data.
     v.assert_responsive();
     let mut lines = Vec::new();
     let mut line = String::new();
-    while lines.len() < 3 {
+    while lines.len() < 4 {
         line.clear();
         v.output.read_line(&mut line).unwrap();
         lines.push(line.trim().to_string());
     }
     assert!(
-        lines[0].contains("Ctrl-C") && lines[1].starts_with("draft:") && lines[2].starts_with("normal:"),
+        ["Ctrl-C", "direct light:", "draft:", "normal:"]
+            .iter()
+            .zip(&lines)
+            .all(|(x, line)| line.starts_with(x)),
         "{lines:?}"
     );
     let done = |version: u64| {
         move |p: &serde_json::Value| p["done"] == true && p["version"].as_u64() >= Some(version)
     };
-    let p = v.progress_when(done(2));
+    let p = v.progress_when(done(3));
     assert_eq!(
         (p["live"].as_bool(), p["version"].as_u64(), p["error"].is_null()),
-        (Some(true), Some(2), true)
+        (Some(true), Some(3), true)
     );
     // A changed scene is solved again; one that is not valid leaves the data, and says why.
     v.folder.put("room.toml", room(0.8));
-    v.progress_when(done(4));
+    v.progress_when(done(6));
     v.folder.put("room.toml", "[[surface]]\nboxx = 1");
     let p = v.progress_when(|p| !p["error"].is_null());
-    assert_eq!(p["version"].as_u64(), Some(4));
+    assert_eq!(p["version"].as_u64(), Some(6));
     assert!(p["error"].as_str().unwrap().contains("room.toml:2:1"), "{p}");
     assert!(v.get("/scene.bin").starts_with("HTTP/1.1 200 OK"));
     v.folder.put("room.toml", room(0.2));
-    v.progress_when(done(6));
+    v.progress_when(done(9));
     assert_eq!(v.stop("-INT").0, Some(0));
 }
 

@@ -12,6 +12,7 @@
 //! | module | content |
 //! |---|---|
 //! | `pipeline` | the phases of a solve, in their order |
+//! | `direct_solution` | direct light alone, before the exchange is known |
 //! | [`settings`] | memory limit, checkpoints, observer, warm start |
 //! | [`distribution`] | work shared by several processes |
 //! | [`operator`] | the interface of the engines: [`ExchangeOperator`], `ErrorModel` |
@@ -35,6 +36,7 @@
 
 pub mod dense;
 pub mod direct_light;
+mod direct_solution;
 pub mod distribution;
 pub mod engine;
 mod errors;
@@ -69,6 +71,7 @@ mod zonal_solution;
 pub mod zone_division;
 mod zone_power;
 
+pub use direct_solution::solve_direct_light;
 pub use operator::ExchangeOperator;
 pub use pipeline::{solve, solve_with_settings, solve_zones};
 pub use settings::SolveSettings;

@@ -4,7 +4,7 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
-import { chapel, complaints, file, launch, missing, open, run, serve, spread } from './support.mjs';
+import { chapel, complaints, file, floatsOf, launch, missing, open, run, serve, spread } from './support.mjs';
 
 const camera = (page) => page.evaluate(() => window.zonal.state.camera);
 const far = (a, b) => Math.hypot(...a.map((x, k) => x - b[k]));
@@ -77,6 +77,36 @@ test('page', { skip: missing }, async (t) => {
     assert.ok(await page.locator('#help').isVisible());
     await page.keyboard.press('Escape');
     assert.ok(!(await page.locator('#help').isVisible()));
+  });
+
+  await t.test('a saved camera is that of zonal render', async () => {
+    await page.evaluate(() => window.zonal.flyTo(1));
+    await page.waitForFunction(() => !window.zonal.flight);
+    if (!(await page.locator('#panel').isVisible())) await page.locator('#panelButton').click();
+    const [saved] = await Promise.all([page.waitForEvent('download'), page.locator('#saveCamera').click()]);
+    assert.equal(saved.suggestedFilename(), 'camera.toml');
+    await saved.saveAs(file('camera.toml'));
+    await page.locator('#copyCamera').click();
+    await page.waitForFunction(() => !document.getElementById('copied').hidden);
+    const options = (await page.locator('#copied').innerText()).replace('Copied: ', '').split(' ');
+    // Both are the second camera of the scene, whose picture is wider than 4:3 or as wide.
+    const small = ['--size', '16x12', '--samples', '4', '-o'];
+    run('render', solution, '--camera-file', 'camera.toml', ...small, 'file.exr');
+    run('render', solution, ...options, ...small, 'options.exr');
+    run('render', solution, '--camera', 'aisle', ...small, 'scene.exr');
+    const [a, b, c] = ['file.exr', 'options.exr', 'scene.exr'].map(floatsOf);
+    assert.deepEqual(a, b);
+    const [sum, off] = [0, 1].map((k) => a.reduce((s, x, i) => s + (k ? Math.abs(x - c[i]) : x), 0));
+    assert.ok(off < 0.02 * sum, `${off} ${sum}`);
+  });
+
+  await t.test('false colours of direct light are chosen and kept in the address', async () => {
+    await page.evaluate(() => window.zonal.set({ show: 'irradiance' }));
+    await page.locator('#part').selectOption('direct');
+    await page.waitForFunction(() => location.hash.includes('part=direct'), null, { timeout: 20000 });
+    assert.match(await page.locator('#legend').innerText(), /Irradiance of direct light/);
+    assert.ok((await spread(page)) > 10);
+    await page.evaluate(() => window.zonal.set({ show: 'picture', part: 'total' }));
   });
 
   await t.test('every control is reached by Tab with a visible focus', async () => {
@@ -167,6 +197,13 @@ test('page', { skip: missing }, async (t) => {
     const before = await spread(p);
     assert.equal(await p.evaluate(() => window.zonal.state.stops), 1.5);
     assert.ok(before > 10, `${before}`);
+    // Direct light first, its error unknown; then the exchange with stated errors.
+    const series = await p.evaluate(() => window.zonal.data.report.estimates.map((e) => e.patches[0]));
+    assert.equal(series[0], null);
+    assert.ok(series.length === 3 && series.slice(1).every((e) => e >= 0 && e < 0.01), `${series}`);
+    assert.match(await p.evaluate(() => document.getElementById('report').textContent), /RMS error of Hunknown → [\d.<]+.* → [\d.<]+/);
+    const notes = await p.evaluate(() => window.zonal.data.report.notes);
+    assert.ok(notes.every((n) => !/being computed/.test(`${n.text} ${n.advice}`)), JSON.stringify(notes));
     writeFileSync(file('room.toml'), room(0.9).replace('0.25', '0.2'));
     await solved(150);
     assert.equal(await p.evaluate(() => window.zonal.state.stops), 1.5);

@@ -121,10 +121,15 @@ export const spread = (page) => page.evaluate(() => {
 /** `zonal render` of a camera as linear floats, row 0 on top. */
 export function rendered(solution, camera, width, height, samples = 64) {
   run('render', solution, '--camera', camera, '--size', `${width}x${height}`, '--samples', String(samples), '-o', 'reference.exr');
-  execFileSync(floats, ['reference.exr', 'reference.npy'], { cwd: folder });
-  const bytes = readFileSync(file('reference.npy'));
+  return floatsOf('reference.exr');
+}
+
+/** The values of an .exr file, row 0 on top. */
+export function floatsOf(name) {
+  execFileSync(floats, [name, 'floats.npy'], { cwd: folder });
+  const bytes = readFileSync(file('floats.npy'));
   const start = 10 + bytes.readUInt16LE(8);
-  return new Float64Array(bytes.buffer.slice(bytes.byteOffset + start, bytes.byteOffset + start + 24 * width * height));
+  return new Float64Array(bytes.buffer.slice(bytes.byteOffset + start, bytes.byteOffset + bytes.length));
 }
 
 /** Mean colours of square blocks. */
@@ -144,13 +149,40 @@ function blocks(pixels, width, height, side) {
   return out;
 }
 
+/** Means of the bands of the pixels of a picture that is `times` as fine along each axis. */
+const means = (pixels, width, height, times) => blocks(pixels, times * width, times * height, times).map(([r, g, b]) => (r + g + b) / 3);
+
 /**
- * Differences of the mean colours of blocks of 8 × 8 pixels in linear radiance: for each block the largest difference of a band over the
+ * Positions of bright pixels of a reference (spots of the sun) in a picture that is `times` as fine: the share of the brightest pixels of each picture that has
+ * one of the other, at 0.8 times its brightness, within `reach` pixels.
+ */
+export function compareSpots(reference, fine, width, height, times, reach = 2, part = 0.015) {
+  const pictures = [means(reference, width, height, 1), means(fine, width, height, times)];
+  const share = ([a, b]) => {
+    const least = [...a].sort((x, y) => y - x)[Math.floor(part * a.length)];
+    let [bright, met] = [0, 0];
+    a.forEach((v, i) => {
+      if (v < least) return;
+      bright++;
+      const [x, y] = [i % width, Math.floor(i / width)];
+      let near = false;
+      for (let v2 = Math.max(y - reach, 0); v2 <= Math.min(y + reach, height - 1); v2++) {
+        for (let u = Math.max(x - reach, 0); u <= Math.min(x + reach, width - 1); u++) near ||= b[v2 * width + u] >= 0.8 * v;
+      }
+      met += near;
+    });
+    return met / bright;
+  };
+  return Math.min(share(pictures), share([...pictures].reverse()));
+}
+
+/**
+ * Differences of the mean colours of blocks of `side` × `side` pixels in linear radiance: for each block the largest difference of a band over the
  * largest band of the reference. `fine` has `times` as many pixels along each axis, so that antialiasing of edges does not count.
  */
-export function compareBlocks(reference, fine, width, height, times) {
-  const a = blocks(reference, width, height, 8);
-  const b = blocks(fine, times * width, times * height, 8 * times);
+export function compareBlocks(reference, fine, width, height, times, side = 8) {
+  const a = blocks(reference, width, height, side);
+  const b = blocks(fine, times * width, times * height, side * times);
   const all = a.map((r, i) => Math.max(...r.map((x, k) => Math.abs(b[i][k] - x))) / Math.max(...r)).sort((x, y) => x - y);
   return { median: all[all.length >> 1], largest: all[all.length - 1], over: all.filter((x) => x > 0.05).length, count: all.length };
 }

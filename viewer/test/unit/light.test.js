@@ -1,7 +1,7 @@
 import test from 'node:test';
 import assert from 'node:assert/strict';
 import { VALUES, toHalf, toHalves } from '../../src/half_float.js';
-import { background, patchFields, sumGroups, surfaceEmissions } from '../../src/relight.js';
+import { background, partOf, patchFields, sumGroups, surfaceEmissions } from '../../src/relight.js';
 import { autoExposure, curve, mapColour, mapLab, oklab, srgb } from '../../src/colour.js';
 
 test('half floats round-trip and round to nearest', () => {
@@ -17,13 +17,14 @@ test('half floats round-trip and round to nearest', () => {
 
 const scene = {
   groups: [
-    { scales: { irradiance: 2 }, background: [1, 0, 0] },
-    { scales: { irradiance: 4 }, background: [0, 2, 0] },
+    { scales: { indirect: 2, direct: 1 }, background: [1, 0, 0] },
+    { scales: { indirect: 4 }, background: [0, 2, 0] },
   ],
   surfaces: [{ emission: [1, 2, 3], group: 1 }, { emission: [0, 0, 0], group: null }],
   arrays: {
-    irradiance0: toHalves([1, 2, 3]),
-    irradiance1: toHalves([0.5, 0, 1]),
+    indirect0: toHalves([1, 2, 3]),
+    indirect1: toHalves([0.5, 0, 1]),
+    direct0: toHalves([8, 0, 1]),
     zoneIndirect0: Float32Array.of(1, 2, 3),
     zoneDirect0: Float32Array.of(1, 1, 1),
     zoneIndirect1: Float32Array.of(10, 20, 30),
@@ -35,9 +36,11 @@ const scene = {
 };
 
 test('group sums are linear in the factors', () => {
-  assert.deepEqual([...sumGroups(scene, 'irradiance', [1, 1], 3)], [4, 4, 10]);
-  assert.deepEqual([...sumGroups(scene, 'irradiance', [0, 3], 3)], [6, 0, 12]);
-  assert.deepEqual([...sumGroups(scene, 'pane', [1, 1], 3)], [0, 0, 0]);
+  assert.deepEqual([...sumGroups(scene, ['indirect'], [1, 1], 3)], [4, 4, 10]);
+  assert.deepEqual([...sumGroups(scene, ['indirect'], [0, 3], 3)], [6, 0, 12]);
+  assert.deepEqual([...sumGroups(scene, ['direct'], [2, 3], 3)], [16, 0, 2]);
+  assert.deepEqual([...sumGroups(scene, ['indirect', 'direct'], [1, 1], 3)], [12, 4, 11]);
+  assert.deepEqual([...sumGroups(scene, ['pane'], [1, 1], 3)], [0, 0, 0]);
   assert.deepEqual(surfaceEmissions(scene, [1, 2]), [[2, 4, 6], [0, 0, 0]]);
   assert.deepEqual(background(scene, [3, 0.5]), [3, 1, 0]);
 });
@@ -48,6 +51,10 @@ test('patch fields obey B = E + ρ(H + H_dir)', () => {
   assert.deepEqual(p.direct, [2, 2, 2]);
   assert.deepEqual(p.irradiance, [9, 16, 23]);
   assert.deepEqual(p.radiosity, [0.5 + 4.5, 1 + 4, 1.5]);
+  const [total, direct, indirect] = ['total', 'direct', 'indirect'].map((part) => partOf(p, 'irradiance', part));
+  assert.deepEqual(total, direct.map((x, b) => x + indirect[b]));
+  assert.deepEqual(partOf(p, 'radiosity', 'direct'), [1, 0.5, 0]);
+  assert.deepEqual(partOf(p, 'error', 'direct'), p.error);
 });
 
 test('tone curve is that of zonal render', () => {

@@ -68,7 +68,7 @@ test('overview contains the scene for any aspect ratio', () => {
 // A floor of two surfaces: the left one-sided, the right seen from both sides.
 const floor = {
   origin: [10, 0, 0],
-  groups: [{ scales: { irradiance: 1 }, background: [0, 0, 0] }],
+  groups: [{ scales: { indirect: 1, direct: 1 }, background: [0, 0, 0] }],
   surfaces: [
     { name: 'left', both: false, emission: [0, 0, 0], group: null, reflectance: [1, 1, 1] },
     { name: 'right', both: true, emission: [0, 0, 0], group: null, reflectance: [1, 1, 1] },
@@ -81,6 +81,8 @@ const floor = {
     index: Uint32Array.of(0, 1, 2, 3, 4, 5),
     triangleZone: Uint32Array.of(0, 1),
     error: toHalves(new Array(18).fill(0.5)),
+    indirect0: toHalves([0, 0, 0, 4, 4, 4, 8, 8, 8, 1, 1, 1, 1, 1, 1, 1, 1, 1]),
+    direct0: toHalves([2, 2, 2, 2, 2, 2, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0]),
     zoneIndirect0: Float32Array.of(1, 1, 1, 2, 2, 2),
     zoneReflectance: new Float32Array(6).fill(0.5),
     zoneEmission: new Float32Array(6),
@@ -102,9 +104,9 @@ test('rays hit fronts, and backs unless they are hidden', () => {
 });
 
 test('probe interpolates and names surface, zone and panes', () => {
-  const values = Float32Array.of(0, 0, 0, 4, 4, 4, 8, 8, 8, 1, 1, 1, 1, 1, 1, 1, 1, 1);
-  const found = probe(floor, values, [3], [0.25, 0.5, 2], [0, 0, -1], false);
-  close(found.here.irradiance, [5, 5, 5]);
+  const found = probe(floor, [3], [0.25, 0.5, 2], [0, 0, -1], false);
+  close(found.here.indirect, [15, 15, 15]);
+  close(found.here.direct, [6, 6, 6]);
   close(found.here.error, [1, 1, 1]);
   close(found.position, [10.25, 0.5, 0]);
   close(found.mean.irradiance, [3, 3, 3]);
@@ -147,7 +149,7 @@ test('numbers, sliders and ticks are formatted', () => {
   assert.deepEqual(ticks(3, 3, true), [3]);
 });
 
-const state = { camera, mode: 'orbit', stops: 1.5, density: 0, show: 'error', band: 'red', log: false, range: [1, 5], factors: [0.25, 1] };
+const state = { camera, mode: 'orbit', stops: 1.5, density: 0, show: 'error', part: 'direct', band: 'red', log: false, range: [1, 5], factors: [0.25, 1] };
 const groups = [{ name: 'sun & moon' }, { name: 'sky' }];
 
 test('URL state round trip', () => {

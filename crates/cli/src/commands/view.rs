@@ -16,7 +16,8 @@ use zonal_report::{Failure, say};
 
 /// Show a solution, a scene or a model in a browser on this machine.
 ///
-/// The page of a scene (.toml) or mesh file opens at once and shows a draft, then the solution of the scene's own tolerance; changes of the file are picked up.
+/// The page of a scene (.toml) or mesh file opens at once and shows direct light, then a draft with interreflection, then the solution of the scene's own
+/// tolerance; changes of the file are picked up.
 /// A mesh file gets a scene as `zonal init` writes it.
 ///
 /// Bakes the solution onto triangles and serves a page that draws it with WebGL 2: walk or orbit, scale lights and exposure, probe values under the
@@ -55,7 +56,7 @@ pub struct Args {
 
 impl Args {
     fn detail(&self) -> PackageDetail {
-        PackageDetail { max_vertices: self.vertices as usize }
+        PackageDetail { max_vertices: self.vertices as usize, ..PackageDetail::default() }
     }
 }
 

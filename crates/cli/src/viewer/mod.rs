@@ -8,6 +8,7 @@
 //! | module | contents |
 //! |---|---|
 //! | [`package`] | the data of the page from a solution, as one compressed file |
+//! | [`notes`] | notes of a report, with advice by cause |
 //! | [`pack`] | the format of that file: a JSON header and named arrays |
 //! | [`page`] | the page, built by npm from `viewer/` and embedded; page and data in one file |
 //! | [`live`] | the newest data and the progress of the solve behind a page |
@@ -17,6 +18,7 @@
 //! The page depends on no solver. The server reads no files: its targets are a list of routes that is fixed before it listens.
 
 pub mod live;
+pub mod notes;
 pub mod pack;
 pub mod package;
 pub mod page;

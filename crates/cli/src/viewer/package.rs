@@ -6,21 +6,26 @@
 //!
 //! | arrays | per | contents |
 //! |---|---|---|
-//! | `position`, `uv`, `surface`, `irradianceG`, `error` | vertex | mesh of the patches; irradiance of group G, direct light included |
+//! | `position`, `uv`, `surface`, `indirectG`, `directG`, `error` | vertex | mesh of the patches; indirect and direct irradiance of group G |
 //! | `index`, `triangleZone` | triangle | corners; patch zone |
 //! | `zoneIndirectG`, `zoneDirectG`, `zoneError`, `zoneReflectance`, `zoneEmission`, `zoneSurface` | patch | values of the solution |
 //! | `panePosition`, `paneNormal`, `paneOf`, `paneG`, `paneIndex` | vertex, triangle | panes with their radiosity |
-//! | `extinction`, `volumeG` | point of the medium | extinction if it varies; radiosity |
+//! | `extinction`, `albedo`, `volumeG` | point of the medium | extinction and scattering albedo if they vary; radiosity |
+//! | `sunDepthK` | node of the medium | optical depth towards sun K |
 //! | `textureN` | | PNG |
+//!
+//! The direct light of suns is in none of these fields but `paneG` and `zoneDirectG`: the page draws it with a shadow map, by the direction, irradiance and
+//! optical depth of each sun in `suns` of the header. Wide suns and suns of scenes with mirrors are part of `directG` and `volumeG`.
 
+use super::notes::notes;
 use super::pack::{Pack, scale_of};
 use serde_json::{Value, json};
 use zonal_io::output::encode_texture_png;
 use zonal_math::Vec3;
 use zonal_render::bake::volume_grid::{VolumeGrid, VolumeGridOptions, bake_volume_grid};
-use zonal_render::bake::{BakeOptions, BakedSolution, PaneMesh, SurfaceMesh, bake};
+use zonal_render::bake::{BakeOptions, BakedSolution, BakedSun, PaneMesh, SunlightMode, SurfaceMesh, bake};
 use zonal_report::Failure;
-use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Progress, Solution};
+use zonal_scene::{Bands, ErrorEstimate, Light, LightGroup, LightGroupKind, Progress, Solution};
 
 /// Largest side of a texture, pixels; larger ones are halved.
 const MAX_TEXTURE_SIDE: usize = 2048;
@@ -30,16 +35,53 @@ const DIAGONAL_OVER_MIN_EDGE: f64 = 3000.0;
 /// Relative tolerance of linear interpolation of direct light within a triangle.
 const BAKE_TOLERANCE: f64 = 0.02;
 
-/// Resolution of the baked light.
+/// The place of a solution in the series that a live page shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ShownStage {
+    /// Direct light alone; a draft follows.
+    DirectLight,
+    /// A draft that a better solution follows.
+    Draft,
+    /// The solution of a file.
+    #[default]
+    Only,
+    /// The last of a series, of this quality.
+    Last(&'static str),
+}
+
+impl ShownStage {
+    /// The name in progress and header.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            ShownStage::DirectLight => "direct light",
+            ShownStage::Draft => "draft",
+            ShownStage::Only => "solution",
+            ShownStage::Last(quality) => quality,
+        }
+    }
+
+    /// True where no better solution follows.
+    #[must_use]
+    pub fn is_last(self) -> bool {
+        matches!(self, ShownStage::Only | ShownStage::Last(_))
+    }
+}
+
+/// Resolution of the baked light, and the place of the solution in a series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackageDetail {
     /// Largest number of vertices on patches.
     pub max_vertices: usize,
+    /// The place of the solution.
+    pub stage: ShownStage,
+    /// Error estimates of the earlier solutions of the series, the first one first.
+    pub earlier: Vec<ErrorEstimate>,
 }
 
 impl Default for PackageDetail {
     fn default() -> Self {
-        PackageDetail { max_vertices: 400_000 }
+        PackageDetail { max_vertices: 400_000, stage: ShownStage::Only, earlier: Vec::new() }
     }
 }
 
@@ -61,19 +103,22 @@ pub fn package(s: &Solution, detail: &PackageDetail, progress: &dyn Progress) ->
         max_vertices: detail.max_vertices,
         tolerance: BAKE_TOLERANCE,
         min_edge,
+        sunlight: SunlightMode::Separate,
         ..BakeOptions::default()
     };
     let baked = bake(s, &options, progress);
-    let medium = bake_volume_grid(s, &VolumeGridOptions::default(), progress);
+    let volume = VolumeGridOptions { sunlight: SunlightMode::Separate, ..VolumeGridOptions::default() };
+    let medium = bake_volume_grid(s, &volume, progress);
     let (low, high) = s.scene.bounds();
     let origin = (low + high) * 0.5;
     let mut pack = Pack::default();
     let mut scales = vec![json!({}); baked.groups.len()];
-    add_header(&mut pack, s, &baked, origin);
+    add_header(&mut pack, s, (&baked, detail), origin);
     add_mesh(&mut pack, &baked.surfaces, origin, &mut scales);
     add_zones(&mut pack, s);
     add_panes(&mut pack, s, &baked.panes, origin, &mut scales);
     add_volume(&mut pack, medium.as_ref(), origin, &mut scales);
+    add_suns(&mut pack, &baked.suns);
     pack.set("groups", light_groups(s, &baked, &scales));
     for (i, t) in s.scene.textures().iter().enumerate() {
         let bytes =
@@ -88,7 +133,12 @@ fn array(v: Vec3) -> Value {
 }
 
 /// Names, counts, cameras, surfaces, report.
-fn add_header(pack: &mut Pack, s: &Solution, baked: &BakedSolution, origin: Vec3) {
+fn add_header(
+    pack: &mut Pack,
+    s: &Solution,
+    (baked, detail): (&BakedSolution, &PackageDetail),
+    origin: Vec3,
+) {
     let (scene, report) = (&s.scene, &s.report);
     let (low, high) = scene.bounds();
     pack.set("name", scene.name().into());
@@ -101,14 +151,17 @@ fn add_header(pack: &mut Pack, s: &Solution, baked: &BakedSolution, origin: Vec3
         "counts",
         json!({ "patches": z.patches.len(), "voxels": z.voxels.len(), "panes": z.panes.len() }),
     );
+    // An unknown error is infinite, which JSON writes as null.
+    let estimate =
+        |e: &ErrorEstimate| json!({ "patches": e.patches.as_slice(), "volumes": e.volumes.as_slice() });
     let mut status: Vec<&str> = report.status.iter().map(|x| x.name()).collect();
     status.dedup();
     pack.set(
         "report",
         json!({
             "engine": report.engine, "status": status.join(", "), "grade": report.estimate.grade.name(),
-            "estimate": { "patches": report.estimate.patches.as_slice(), "volumes": report.estimate.volumes.as_slice() },
-            "residual": report.energy.residual.as_slice(), "warnings": report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "estimates": detail.earlier.iter().chain([&report.estimate]).map(estimate).collect::<Vec<_>>(),
+            "residual": report.energy.residual.as_slice(), "notes": notes(report, detail.stage), "stage": detail.stage.name(),
         }),
     );
     let camera = |c: &zonal_scene::Camera| json!({ "name": c.name, "origin": array(c.origin - origin), "target": array(c.target - origin), "up": array(c.up), "fov": c.fov });
@@ -137,9 +190,9 @@ fn add_field(pack: &mut Pack, name: &str, values: &[[f32; 3]]) -> f32 {
     scale
 }
 
-/// Adds a field of every light group; `scales` gets the scale of each under the name of the field.
+/// Adds a field of every light group that has it; `scales` gets the scale of each under the name of the field.
 fn add_group_fields(pack: &mut Pack, stem: &str, groups: &[Vec<[f32; 3]>], scales: &mut [Value]) {
-    for (g, values) in groups.iter().enumerate() {
+    for (g, values) in groups.iter().enumerate().filter(|(_, v)| !v.is_empty()) {
         scales[g][stem] = add_field(pack, &format!("{stem}{g}"), values).into();
     }
 }
@@ -152,7 +205,16 @@ fn add_mesh(pack: &mut Pack, m: &SurfaceMesh, origin: Vec3, scales: &mut [Value]
     pack.f32("position", &positions(&m.positions, origin));
     pack.f32("uv", m.uvs.as_flattened());
     pack.u16("surface", &m.surfaces.iter().map(|s| *s as u16).collect::<Vec<_>>());
-    add_group_fields(pack, "irradiance", &m.irradiance, scales);
+    let indirect = |(all, direct): (&Vec<[f32; 3]>, &Vec<[f32; 3]>)| -> Vec<[f32; 3]> {
+        let part = |(i, h): (usize, &[f32; 3])| {
+            let d = direct.get(i).copied().unwrap_or_default();
+            [0, 1, 2].map(|b| (h[b] - d[b]).max(0.0))
+        };
+        all.iter().enumerate().map(part).collect()
+    };
+    let indirect: Vec<Vec<[f32; 3]>> = m.irradiance.iter().zip(&m.direct).map(indirect).collect();
+    add_group_fields(pack, "indirect", &indirect, scales);
+    add_group_fields(pack, "direct", &m.direct, scales);
     let error = add_field(pack, "error", &m.error);
     pack.u32("index", m.triangles.as_flattened());
     pack.u32("triangleZone", &m.zones);
@@ -203,8 +265,28 @@ fn add_volume(pack: &mut Pack, medium: Option<&VolumeGrid>, origin: Vec3, scales
         [one] => head["extinction"] = json!(one),
         many => head["extinctionScale"] = add_field(pack, "extinction", many).into(),
     }
+    match &m.albedo[..] {
+        [one] => head["albedo"] = json!(one),
+        many => head["albedoScale"] = add_field(pack, "albedo", many).into(),
+    }
     add_group_fields(pack, "volume", &m.radiosity, scales);
     pack.set("volume", head);
+}
+
+/// The suns whose direct light the page draws.
+fn add_suns(pack: &mut Pack, suns: &[BakedSun]) {
+    let mut list = Vec::new();
+    for (k, sun) in suns.iter().enumerate() {
+        let mut head = json!({
+            "group": sun.group, "towards": array(sun.towards), "irradiance": sun.irradiance, "angularDiameter": sun.angular_diameter,
+        });
+        if let Some(depths) = &sun.depths {
+            head["depthDims"] = json!(depths.dims);
+            head["depthScale"] = add_field(pack, &format!("sunDepth{k}"), &depths.values).into();
+        }
+        list.push(head);
+    }
+    pack.set("suns", Value::Array(list));
 }
 
 /// Light groups: name, radiance of the background, scales of the fields.

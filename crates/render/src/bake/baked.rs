@@ -4,6 +4,17 @@
 
 use zonal_math::Vec3;
 
+/// Whether the direct light of suns is part of baked light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SunlightMode {
+    /// It is baked as that of all other lights.
+    #[default]
+    Baked,
+    /// It is left out of patches and medium, and described by [`BakedSun`]s for viewers that draw shadow maps; wide suns and those of scenes with
+    /// mirrors are baked. Panes and [`BakedMedium`] contain it always.
+    Separate,
+}
+
 /// Resolution of a baked solution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeOptions {
@@ -15,11 +26,14 @@ pub struct BakeOptions {
     pub max_vertices: usize,
     /// Samples of each sun and emitter at a vertex, and a sixteenth of those of a sky that shares a group; 16.
     pub light_samples: usize,
+    /// Direct light of suns; baked.
+    pub sunlight: SunlightMode,
 }
 
 impl Default for BakeOptions {
     fn default() -> Self {
-        BakeOptions { min_edge: None, tolerance: 0.05, max_vertices: 2_000_000, light_samples: 16 }
+        let sunlight = SunlightMode::Baked;
+        BakeOptions { min_edge: None, tolerance: 0.05, max_vertices: 2_000_000, light_samples: 16, sunlight }
     }
 }
 
@@ -36,6 +50,32 @@ pub struct BakedSolution {
     pub panes: PaneMesh,
     /// The medium; `None` without one.
     pub medium: Option<BakedMedium>,
+    /// The suns whose direct light is separate.
+    pub suns: Vec<BakedSun>,
+}
+
+/// A sun whose direct light a viewer draws.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakedSun {
+    /// Index of its light group.
+    pub group: u32,
+    /// Unit vector towards it.
+    pub towards: Vec3,
+    /// Irradiance on a plane normal to its direction, outside of the medium and of panes, W/m² per band.
+    pub irradiance: [f32; 3],
+    /// Angular diameter, rad.
+    pub angular_diameter: f64,
+    /// Optical depths of the medium towards it; `None` where they are zero.
+    pub depths: Option<SunDepths>,
+}
+
+/// Optical depths of the medium towards a sun, at nodes that divide the box of the voxel grid evenly, from face to face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SunDepths {
+    /// Nodes along x, y, z; at least 2.
+    pub dims: [usize; 3],
+    /// Depth a band, z fastest: index (i·ny + j)·nz + k.
+    pub values: Vec<[f32; 3]>,
 }
 
 /// The patches as triangles. All lists but the last two have one entry per vertex.
@@ -49,8 +89,10 @@ pub struct SurfaceMesh {
     pub uvs: Vec<[f32; 2]>,
     /// Index of the surface.
     pub surfaces: Vec<u32>,
-    /// Irradiance H + H_dir, W/m² per band: `irradiance[group][vertex]`.
+    /// Irradiance H + H_dir without that of separate suns, W/m² per band: `irradiance[group][vertex]`.
     pub irradiance: Vec<Vec<[f32; 3]>>,
+    /// The part H_dir of `irradiance`; empty for a group without direct light.
+    pub direct: Vec<Vec<[f32; 3]>>,
     /// Emitted flux E, W/m² per band, of the group in `emission_groups`.
     pub emission: Vec<[f32; 3]>,
     /// Estimated error of the zone's indirect irradiance, all groups together, W/m² per band.

@@ -276,3 +276,103 @@ fn threads_do_not_change_a_bit() {
     let one = with(1);
     assert!(one == with(2) && one == with(5));
 }
+
+/// The coarse mesh of the furnished room, by vertex the same for every mode of sunlight.
+fn coarse(s: &Solution, sunlight: SunlightMode) -> BakedSolution {
+    baked(s, &BakeOptions { min_edge: Some(10.0), sunlight, ..BakeOptions::default() })
+}
+
+#[test]
+fn separate_sunlight_and_the_rest_sum_to_baked_light() {
+    let apart = room();
+    let whole = Solution { groups: Vec::new(), ..apart.clone() };
+    let transport = Transport::new(&apart.scene);
+    let sun = zonal_transport::lights::LightSampler::new(&apart.scene, &apart.scene.lights()[0]);
+    for s in [&apart, &whole] {
+        let (all, rest) = (coarse(s, SunlightMode::Baked), coarse(s, SunlightMode::Separate));
+        assert_eq!((all.suns.len(), rest.suns.len()), (0, 1));
+        let own = &rest.suns[0];
+        assert_eq!((own.group, own.irradiance, own.angular_diameter), (0, [4.0, 2.0, 1.0], 0.0));
+        assert_eq!((&all.panes, &all.medium), (&rest.panes, &rest.medium));
+        let (a, r) = (&all.surfaces, &rest.surfaces);
+        // With the sun, more vertices on patch borders differ in their light and are not merged.
+        let at = |i: usize| (a.positions[i].map(f32::to_bits), a.normals[i].map(f32::to_bits));
+        let first: std::collections::HashMap<_, _> = (0..a.positions.len()).map(|i| (at(i), i)).collect();
+        let mut lit = 0;
+        for i in 0..r.positions.len() {
+            let k = first[&(r.positions[i].map(f32::to_bits), r.normals[i].map(f32::to_bits))];
+            let [p, n] = [r.positions[i], r.normals[i]].map(|x| Vec3::from_array(x.map(f64::from)));
+            let inside = p + (vec3(0.0, 0.0, 1.0) - p) * 1e-3;
+            let receiver = zonal_transport::lights::Receiver::Surface(n);
+            let h = sun.gather(&transport, inside, receiver, 1, 0).first();
+            let (with, without) = (a.irradiance[0][k][0] as f64, r.irradiance[0][i][0] as f64);
+            // Vertices at the edge of a shadow fall on either side.
+            lit += usize::from(h > 0.5 && (with - without - h).abs() < 0.02 * h);
+            assert!(with >= without - 0.05 * with && without > 0.0);
+        }
+        assert!(lit > 100, "{lit}");
+        // The group of the sun alone has no direct light left, and others keep theirs.
+        assert!(s.groups.is_empty() || r.direct[0].is_empty() && r.direct[1].len() == r.positions.len());
+        assert!(s.groups.is_empty() || !a.direct[0].is_empty() && r.direct[2].is_empty());
+    }
+}
+
+#[test]
+fn direct_light_is_a_part_of_the_irradiance() {
+    let b = coarse(&room(), SunlightMode::Baked);
+    for (all, direct) in b.surfaces.irradiance.iter().zip(&b.surfaces.direct) {
+        let pairs = all.iter().flatten().zip(direct.iter().flatten());
+        assert!(pairs.clone().all(|(h, d)| *d >= 0.0 && d <= h));
+    }
+    let indirect = b.surfaces.irradiance[0][0][0] - b.surfaces.direct[0][0][0];
+    let [p, n] = [b.surfaces.positions[0], b.surfaces.normals[0]];
+    assert!((indirect - 0.5 * (1.0 + 0.3 * p[0] + 0.1 * n[2])).abs() < 0.05, "{indirect}");
+}
+
+#[test]
+fn sun_depths_are_those_of_the_medium() {
+    let s = room();
+    let transport = Transport::new(&s.scene);
+    let rest = coarse(&s, SunlightMode::Separate);
+    let depths = rest.suns[0].depths.as_ref().unwrap();
+    assert_eq!(depths.dims, [5; 3]);
+    for (i, d) in depths.values.iter().enumerate() {
+        let x = vec3((i / 25) as f64, (i / 5 % 5) as f64, (i % 5) as f64) * 0.5 - vec3(1.0, 1.0, 0.0);
+        let expected = transport.medium_depth(x, transport.exterior_point(x, rest.suns[0].towards)).first();
+        assert!((d[0] as f64 - expected).abs() < 1e-6 && expected <= 0.3 * 2.3, "{i}: {d:?} {expected}");
+    }
+}
+
+#[test]
+fn medium_without_separate_sunlight_keeps_the_rest() {
+    let s = room();
+    let grid = |sunlight, max_refined_points| {
+        let options = volume_grid::VolumeGridOptions {
+            max_refined_points,
+            sunlight,
+            ..volume_grid::VolumeGridOptions::default()
+        };
+        volume_grid::bake_volume_grid(&s, &options, &NoProgress).unwrap()
+    };
+    // On the voxels, and on a finer grid.
+    for points in [0, 4096] {
+        let (all, rest) = (grid(SunlightMode::Baked, points), grid(SunlightMode::Separate, points));
+        assert_eq!(rest.albedo, [[0.5; 3]]);
+        assert_eq!(all.radiosity[1..], rest.radiosity[1..]);
+        let mean = |g: &volume_grid::VolumeGrid| {
+            g.radiosity[0].iter().map(|b| b[0] as f64).sum::<f64>() / g.radiosity[0].len() as f64
+        };
+        // B = Ω/4 · G_dir of the sun, dimmed by the medium; a part is in the shadow of the board.
+        let sun = mean(&all) - mean(&rest);
+        let without_direct = |i: usize| {
+            let (g, zone) = (&s.groups[0], s.zones.voxel_offset() + i);
+            0.5 / 4.0 * g.incident.at(zone).first()
+        };
+        let wanted = (0..s.zones.voxels.len()).map(without_direct).sum::<f64>() / s.zones.voxels.len() as f64;
+        assert!((mean(&rest) / wanted - 1.0).abs() < 0.02, "{} {wanted}", mean(&rest));
+        let direct = |i: usize| 0.5 / 4.0 * s.groups[0].direct.at(s.zones.voxel_offset() + i).first();
+        let zones = (0..s.zones.voxels.len()).map(direct).sum::<f64>() / s.zones.voxels.len() as f64;
+        let lit = points == 0 || sun > 0.25 && sun < 0.5;
+        assert!(lit && (points > 0 || (sun - zones).abs() < 1e-6), "{sun} {zones}");
+    }
+}

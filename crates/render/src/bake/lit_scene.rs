@@ -1,6 +1,8 @@
 //! The scene in which direct light is sampled: with mirrors the even extension, in which shadow rays go straight where mirrors reflect them, with all
-//! images of its suns.
+//! images of its suns. Lights that are left to viewers are not among its lights.
 
+use super::baked::SunlightMode;
+use super::separate_suns::separate_suns;
 use std::borrow::Cow;
 use zonal_scene::{EvenExtension, Light, LightGroupKind, Scene};
 
@@ -9,24 +11,40 @@ pub(super) struct LitScene<'a> {
     pub scene: Cow<'a, Scene>,
     /// The light of the solution that each light is an image of, by index.
     light_of: Vec<usize>,
+    /// For each light of the solution true where its direct light is left to viewers.
+    is_separate: Vec<bool>,
 }
 
 impl<'a> LitScene<'a> {
     /// The lit scene of a solved scene.
-    pub(super) fn of(scene: &'a Scene) -> LitScene<'a> {
+    pub(super) fn of(scene: &'a Scene, sunlight: SunlightMode) -> LitScene<'a> {
+        let is_separate = separate_suns(scene, sunlight);
         match EvenExtension::of(scene).ok().flatten() {
             Some(extension) => {
                 let (scene, light_of) = extension.lit_scene();
-                LitScene { scene: Cow::Owned(scene), light_of }
+                LitScene { scene: Cow::Owned(scene), light_of, is_separate }
             }
-            None => LitScene { scene: Cow::Borrowed(scene), light_of: (0..scene.lights().len()).collect() },
+            None => {
+                let light_of = (0..scene.lights().len()).collect();
+                LitScene { scene: Cow::Borrowed(scene), light_of, is_separate }
+            }
         }
     }
 
-    /// The lights of a group and their images.
+    /// The lights of a group and their images, without separate suns.
     pub(super) fn lights_of(&self, kind: LightGroupKind) -> impl Iterator<Item = &Light> {
         let lights = self.scene.lights().iter().zip(&self.light_of);
-        lights.filter(move |(_, l)| kind.has_light(**l)).map(|x| x.0)
+        lights.filter(move |(_, l)| kind.has_light(**l) && !self.is_separate[**l]).map(|x| x.0)
+    }
+
+    /// For each light of the solution true where its direct light is left to viewers.
+    pub(super) fn is_separate(&self) -> &[bool] {
+        &self.is_separate
+    }
+
+    /// True where the direct light of a light of the group is left to viewers.
+    pub(super) fn has_separate_sun(&self, kind: LightGroupKind) -> bool {
+        self.is_separate.iter().enumerate().any(|(l, separate)| *separate && kind.has_light(l))
     }
 }
 
@@ -48,10 +66,17 @@ mod tests {
                 .unwrap()
         };
         let (plain, mirrored) = (build([false; 2]), build([true, false]));
-        let count = |s: &Scene, l: usize| LitScene::of(s).lights_of(LightGroupKind::Light(l)).count();
-        assert_eq!([count(&plain, 0), count(&plain, 1)], [1, 1]);
-        assert_eq!([count(&mirrored, 0), count(&mirrored, 1)], [2, 1]);
-        assert_eq!(LitScene::of(&mirrored).lights_of(LightGroupKind::All).count(), 3);
-        assert_eq!(LitScene::of(&mirrored).scene.facets().len(), 2 * plain.facets().len());
+        let baked = |s| LitScene::of(s, SunlightMode::Baked);
+        let separate = |s| LitScene::of(s, SunlightMode::Separate);
+        let count = |lit: LitScene, l: usize| lit.lights_of(LightGroupKind::Light(l)).count();
+        assert_eq!([count(baked(&plain), 0), count(baked(&plain), 1)], [1, 1]);
+        assert_eq!([count(baked(&mirrored), 0), count(baked(&mirrored), 1)], [2, 1]);
+        assert_eq!(baked(&mirrored).lights_of(LightGroupKind::All).count(), 3);
+        assert_eq!(baked(&mirrored).scene.facets().len(), 2 * plain.facets().len());
+        // Only suns of scenes without mirrors are separate.
+        assert_eq!([count(separate(&plain), 0), count(separate(&plain), 1)], [0, 1]);
+        assert_eq!([count(separate(&mirrored), 0), count(separate(&mirrored), 1)], [2, 1]);
+        assert!(separate(&plain).has_separate_sun(LightGroupKind::All));
+        assert!(!separate(&plain).has_separate_sun(LightGroupKind::Light(1)));
     }
 }

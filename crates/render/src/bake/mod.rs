@@ -7,7 +7,7 @@
 //! ```
 //!
 //! H_ind is the interpolated field of the renderer, H_dir is sampled at the vertex. Direct light of skies, which is smooth, is interpolated
-//! with H_ind where its group is its own. E belongs to one group a surface, and ρ stays with the surface (factor times texture), so that
+//! with H_ind where its group is its own; that of suns may be left to viewers ([`SunlightMode`]). E belongs to one group a surface, and ρ stays with the surface (factor times texture), so that
 //! viewers may texture each pixel.
 //!
 //! Each patch is a quadtree whose cells are split where the light inside differs from linear interpolation (`patch_quadtree`,
@@ -23,6 +23,7 @@
 //! | `baked` | options and results |
 //! | `group_fields` | the light groups of a solution, zone by zone |
 //! | `lit_scene` | the scene in which direct light is sampled |
+//! | `separate_suns` | suns whose direct light viewers draw |
 //! | `vertex_lighting` | light at a point of a patch |
 //! | `patch_quadtree` | one patch and its cells |
 //! | `refinement` | selection of the cells to split |
@@ -41,11 +42,14 @@ mod medium_cells;
 mod panes;
 mod patch_quadtree;
 mod refinement;
+mod separate_suns;
 mod triangulation;
 mod vertex_lighting;
 pub mod volume_grid;
 
-pub use baked::{BakeOptions, BakedMedium, BakedSolution, PaneMesh, SurfaceMesh};
+pub use baked::{
+    BakeOptions, BakedMedium, BakedSolution, BakedSun, PaneMesh, SunDepths, SunlightMode, SurfaceMesh,
+};
 
 use group_fields::GroupField;
 use lit_scene::LitScene;
@@ -101,7 +105,7 @@ use zonal_transport::Transport;
 /// ```
 pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress) -> BakedSolution {
     let transport = Transport::new(&solution.scene);
-    let lit = LitScene::of(&solution.scene);
+    let lit = LitScene::of(&solution.scene, options.sunlight);
     let shadow_rays = Transport::new(&lit.scene);
     // Separate the light groups and denoise their irradiances.
     let groups: Vec<GroupField> =
@@ -118,6 +122,7 @@ pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress)
         surfaces,
         panes: panes::mesh_panes(solution, &groups),
         medium: medium_cells::average_cells(solution, &groups),
+        suns: separate_suns::bake_suns(&solution.scene, &transport, &groups, lit.is_separate()),
     }
 }
 

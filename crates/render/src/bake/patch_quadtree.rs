@@ -202,7 +202,7 @@ impl PatchQuadtree {
             }
         }
         let mut worst: f64 = 0.0;
-        for k in 1..n {
+        for k in (0..n).filter(|k| lighting.has_zone_mean[*k]) {
             let level = found[k].into_iter().fold(0.0, f64::max) + 0.25 * lighting.means[k];
             let off = (means[k] - found[k]).abs().iter().copied().fold(0.0, f64::max);
             if level > 0.0 {

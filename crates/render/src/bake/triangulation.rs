@@ -181,12 +181,31 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
         .collect();
     mesh.error = vertices.iter().map(|v| to_single_precision(s.fields.total_error(v.0 as usize))).collect();
     // Evaluate the irradiance of each group.
-    mesh.irradiance = groups
-        .iter()
-        .zip(&lighting.slots)
-        .map(|(group, slot)| group_irradiance(lighting, group, *slot, (&vertices, &values)))
-        .collect();
+    for (group, slot) in groups.iter().zip(&lighting.slots) {
+        mesh.irradiance.push(group_irradiance(lighting, group, *slot, (&vertices, &values)));
+        mesh.direct.push(group_direct(lighting, group, *slot, (&vertices, &values)));
+    }
     mesh
+}
+
+/// H_dir of one group at the vertices; empty where it has none, or only that of separate suns.
+fn group_direct(
+    lighting: &VertexLighting,
+    group: &GroupField,
+    slot: Option<usize>,
+    (vertices, values): (&[PatchVertex], &[PerBand<f32>]),
+) -> Vec<[f32; 3]> {
+    let (patches, n) = (lighting.solution.zones.patches.len(), lighting.value_count());
+    match slot {
+        Some(k) => (0..vertices.len()).map(|i| values[i * n + k].into_rgb()).collect(),
+        None if group.is_smooth() => {
+            let field = TileField::new((0..patches).map(|i| group.direct(i)).collect());
+            let at =
+                |v: &PatchVertex| field.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
+            vertices.par_iter().map(|v| to_single_precision(at(v))).collect()
+        }
+        None => Vec::new(),
+    }
 }
 
 /// H + H_dir of one group at the vertices.

@@ -33,6 +33,8 @@ pub(super) struct VertexLighting<'a> {
     pub slots: Vec<Option<usize>>,
     /// Largest band of the mean of each value over the patches by area, W/m².
     pub means: Vec<f64>,
+    /// For each value true where the solution has its mean over a patch: direct light of a group without separate suns.
+    pub has_zone_mean: Vec<bool>,
 }
 
 impl<'a> VertexLighting<'a> {
@@ -57,10 +59,11 @@ impl<'a> VertexLighting<'a> {
         let patches = s.zones.patches.len();
         let indirect = |i: usize| groups.iter().map(|g| interpolated(g, i)).sum::<Bands>();
         let values: Vec<Bands> = (0..patches).into_par_iter().map(indirect).collect();
-        let mut means = vec![mean(s, |i| values[i])];
+        let (mut means, mut has_zone_mean) = (vec![mean(s, |i| values[i])], vec![false]);
         for (g, group) in groups.iter().enumerate().filter(|(g, _)| slots[*g].is_some()) {
             debug_assert_eq!(slots[g], Some(means.len()));
             means.push(mean(s, |i| group.direct(i)));
+            has_zone_mean.push(!lit.has_separate_sun(group.kind));
         }
         let topology = TileTopology::new(patch_tiles(s), Some(transport));
         VertexLighting {
@@ -71,6 +74,7 @@ impl<'a> VertexLighting<'a> {
             light_samplers,
             slots,
             means,
+            has_zone_mean,
         }
     }
 

@@ -7,8 +7,9 @@
 //! A coarse voxel grid is refined by one factor along all axes: B_ind is the interpolated field of the renderer, and G_dir is sampled at
 //! points of each part, so that shafts are narrower than cells. On a fine grid the values of the zones serve, and on a grid that is too
 //! fine their means over blocks of cells. Points inside solids take the mean of their neighbours, so that interpolation does not
-//! darken the medium before a wall. Cost: four shadow rays a part and light (32 for a sky that shares a group).
+//! darken the medium before a wall. Direct light of suns may be left to viewers ([`SunlightMode`]). Cost: four shadow rays a part and light (32 for a sky that shares a group).
 
+use super::baked::SunlightMode;
 use super::group_fields::GroupField;
 use super::lit_scene::LitScene;
 use crate::medium::radiosity_field::RadiosityField;
@@ -35,11 +36,14 @@ pub struct VolumeGridOptions {
     pub max_refined_points: usize,
     /// Largest number of points of the grid: with more voxels, blocks of them become one point; 1,500,000.
     pub max_points: usize,
+    /// Direct light of suns; baked.
+    pub sunlight: SunlightMode,
 }
 
 impl Default for VolumeGridOptions {
     fn default() -> Self {
-        VolumeGridOptions { max_refined_points: 500_000, max_points: 1_500_000 }
+        let sunlight = SunlightMode::Baked;
+        VolumeGridOptions { max_refined_points: 500_000, max_points: 1_500_000, sunlight }
     }
 }
 
@@ -54,7 +58,9 @@ pub struct VolumeGrid {
     pub dims: [usize; 3],
     /// Extinction κ, red, green and blue, 1/m; one entry where it is the same everywhere.
     pub extinction: Vec<[f32; 3]>,
-    /// Radiosity B, direct light included, red, green and blue, W/m²: `radiosity[group][point]`.
+    /// Scattering albedo Ω, red, green and blue; one entry where it is the same everywhere.
+    pub albedo: Vec<[f32; 3]>,
+    /// Radiosity B, direct light included but that of separate suns, red, green and blue, W/m²: `radiosity[group][point]`.
     pub radiosity: Vec<Vec<[f32; 3]>>,
 }
 
@@ -114,7 +120,7 @@ pub fn bake_volume_grid(
         return None;
     }
     let transport = Transport::new(&solution.scene);
-    let lit = LitScene::of(&solution.scene);
+    let lit = LitScene::of(&solution.scene, options.sunlight);
     let shadow_rays = Transport::new(&lit.scene);
     let grid = PointGrid::new(map, options);
     let groups = GroupField::of_solution(solution);
@@ -125,6 +131,7 @@ pub fn bake_volume_grid(
     let order = extrapolation_order(&known, grid.dims);
     // Evaluate extinction and, group by group, radiosity.
     let extinction = grid.mean(&zones, |z| solution.zones.voxels.at(z).extinction);
+    let albedo = grid.mean(&zones, |z| solution.zones.voxels.at(z).albedo);
     let source = GridSource {
         solution,
         transport: &transport,
@@ -144,8 +151,8 @@ pub fn bake_volume_grid(
         .collect();
     progress.end();
     let (min, max) = (map.min(), map.max());
-    let extinction = collapse_uniform(extinction, &known, &order);
-    Some(VolumeGrid { min, max, dims: grid.dims, extinction, radiosity })
+    let [extinction, albedo] = [extinction, albedo].map(|v| collapse_uniform(v, &known, &order));
+    Some(VolumeGrid { min, max, dims: grid.dims, extinction, albedo, radiosity })
 }
 
 /// The grid: several points per cell, or several cells a point.
@@ -254,15 +261,20 @@ impl GridSource<'_> {
         let s = self.solution;
         let (offset, voxels) = (s.zones.voxel_offset(), &s.zones.voxels);
         // On a grid no finer than the voxels take the values of the zones.
-        if self.grid.parts == 1 {
+        let has_separate_sun = self.lit.has_separate_sun(group.kind);
+        if self.grid.parts == 1 && !has_separate_sun {
             return self.grid.mean(self.zones, |z| group.radiosity(offset + z));
         }
-        // Interpolate the radiosity without the direct light that is sampled.
+        // Leave out the direct light that is sampled, and that of separate suns.
         let light_samplers = self.sampled_lights(group);
+        let leaves_direct_out = has_separate_sun || !light_samplers.is_empty();
         let indirect = |i: usize| {
             let (b, direct) = (group.radiosity(offset + i), group.direct(offset + i));
-            b - if light_samplers.is_empty() { Bands::ZERO } else { voxels.at(i).albedo * direct / 4.0 }
+            b - if leaves_direct_out { voxels.at(i).albedo * direct / 4.0 } else { Bands::ZERO }
         };
+        if self.grid.parts == 1 {
+            return self.grid.mean(self.zones, |z| indirect(z) + self.direct_of_zone(&light_samplers, z));
+        }
         let means = (0..voxels.len()).into_par_iter().map(indirect).collect();
         let Some(field) = RadiosityField::from_means(s, self.transport, means) else {
             return Vec::new();
@@ -275,6 +287,17 @@ impl GridSource<'_> {
             (b + voxels.at(zone).albedo * direct / 4.0).map_to(|x| x as f32)
         };
         self.zones.par_iter().enumerate().map(at).collect()
+    }
+
+    /// Ω/4 · G_dir of lights in the centre of a zone, W/m².
+    fn direct_of_zone(&self, light_samplers: &[LightSampler], zone: usize) -> Bands {
+        let v = self.solution.zones.voxels.at(zone);
+        let fluence = |l: &LightSampler| {
+            let samples =
+                if matches!(l.light(), Light::Sky { .. }) { SKY_SAMPLES } else { DIRECT_LIGHT_POINTS };
+            l.gather(self.shadow_rays, v.centre, Receiver::Free, samples, 0) * self.softening(l, v.centre)
+        };
+        v.albedo * light_samplers.iter().map(fluence).sum::<Bands>() / 4.0
     }
 
     /// The lights of a group, unless the values of the zones are smooth enough.
@@ -378,7 +401,7 @@ mod tests {
     use zonal_scene::{NoProgress, SceneParts};
 
     fn options(max_refined_points: usize, max_points: usize) -> VolumeGridOptions {
-        VolumeGridOptions { max_refined_points, max_points }
+        VolumeGridOptions { max_refined_points, max_points, ..VolumeGridOptions::default() }
     }
 
     /// Fluence 4 and albedo ½, no emission: B = ½.

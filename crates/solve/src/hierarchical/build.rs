@@ -13,6 +13,7 @@ use crate::ray::ray_sampling::{
     RAY_SAMPLING_PARAMS, RaysPerZone, is_large, rays_measure_escape, rays_per_zone,
 };
 use crate::report::closure;
+use crate::report::diagnostics::tolerance_advice;
 use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::sum_order::SharedZones;
@@ -21,7 +22,7 @@ use crate::thermal::newton;
 use std::cmp::Ordering;
 use zonal_exchange::pair::closure_target;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Diagnostic, Fields, SceneError};
+use zonal_scene::{Bands, Diagnostic, Engine, Fields, SceneError};
 
 /// Error by the noise of the radiosities over the tolerance above which more rays are traced, and the share that they aim at. The gather states
 /// 1.6 times this error.
@@ -81,7 +82,9 @@ pub(crate) fn build<'a>(
     let error = relative_error(context, &gathered, &known).max(gathered.relative_error);
     results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     counts.push(("samples of the final gather".to_string(), gathered.samples));
-    warnings.extend((error > tolerance).then(|| tolerance_missed(error, tolerance)));
+    if error > tolerance {
+        warnings.push(tolerance_missed(error, tolerance, &warnings));
+    }
     let incident = operator.incident_power_of(gathered);
     let (operator, solved): (Box<dyn ErrorModel + 'a>, _) = (Box::new(operator), Some((results, incident)));
     Ok(BuiltEngine { operator, closure, counts, warnings, solved })
@@ -219,9 +222,13 @@ fn relative_error(context: &SolveContext, gathered: &Gathered, known: &[[Bands; 
     e.patches.iter().chain(&e.volumes).fold(0.0, |m, x| m.max(*x))
 }
 
-fn tolerance_missed(estimate: f64, tolerance: f64) -> Diagnostic {
-    let text = format!(
-        "the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: rays or samples are at their maximum"
-    );
+/// The warning of a gather whose samples are at their maximum; `reported` has the earlier warnings of the engine.
+fn tolerance_missed(estimate: f64, tolerance: f64, reported: &[Diagnostic]) -> Diagnostic {
+    let is_memory = reported.iter().any(|d| d.code == "memory");
+    let advice = match is_memory {
+        true => tolerance_advice(Engine::Hierarchical, reported),
+        false => "rays or samples are at their maximum; use a larger tolerance, a smaller one has no effect",
+    };
+    let text = format!("the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: {advice}");
     Diagnostic::warning("tolerance", text)
 }

@@ -101,16 +101,28 @@ pub(crate) fn missed_tolerance(
     let error = estimate.patches.into_iter().chain(estimate.volumes).fold(0.0f64, f64::max);
     let is_reported = reported.iter().any(|n| n.code == "tolerance");
     (!matches!(engine, Engine::Spectral | Engine::Layered) && error > tolerance && !is_reported).then(|| {
-        let advice = match engine {
-            Engine::Dense => {
-                "the rays for partly hidden pairs and for the surroundings are not sufficient in this scene"
-            }
-            _ => "use a smaller tolerance",
-        };
+        let advice = tolerance_advice(engine, reported);
         let text =
             format!("the estimated error, {error:.2e}, misses the tolerance, {tolerance:.2e}: {advice}");
         Diagnostic::warning("tolerance", text)
     })
+}
+
+/// The advice for an error above the tolerance, by its cause: a smaller tolerance helps only where it leads to more rays.
+pub(crate) fn tolerance_advice(engine: Engine, reported: &[Diagnostic]) -> &'static str {
+    let has = |code: &str| reported.iter().any(|d| d.code == code);
+    match engine {
+        _ if has("memory") => {
+            "memory limits the rays; allow more (--max-memory) or use a larger tolerance, a smaller one has no effect"
+        }
+        _ if has("light-power") => {
+            "shadow rays are at their limit, see the warning of the light; use smaller patches at the edges of its shadows or a larger tolerance, a smaller one has no effect"
+        }
+        Engine::Dense => {
+            "the rays for partly hidden pairs and for the surroundings are not sufficient in this scene"
+        }
+        _ => "use a smaller tolerance",
+    }
 }
 
 /// The diagnostic of negative fluxes in zones whose slopes are too steep; `incident` is the field of all zones, W/m².
