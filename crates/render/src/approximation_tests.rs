@@ -7,7 +7,9 @@ use crate::{RenderOptions, render};
 use std::f64::consts::PI;
 use zonal_math::{Vec3, low_discrepancy, vec3};
 use zonal_scene::{Bands, Facet, Pane, SceneParts, Sides, Surface};
-use zonal_scene::{Light, LightGroup, LightGroupKind, NoProgress, Plate, Solution, ZoneValues};
+use zonal_scene::{
+    Light, LightGroup, LightGroupKind, NoProgress, Plate, SkyDistribution, Solution, ZoneValues,
+};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -151,7 +153,11 @@ fn grain(pixels: &[f64], width: usize) -> f64 {
 fn sky_light_of_zones_agrees_with_sampled_directions() {
     let mut parts = candle_room(1, false);
     parts.surfaces[1].emission = Bands::ZERO;
-    parts.lights = vec![Light::Sky { name: "sky".into(), radiance: Bands::ONE }];
+    parts.lights = vec![Light::Sky {
+        name: "sky".into(),
+        radiance: Bands::ONE,
+        distribution: SkyDistribution::uniform(),
+    }];
     let s = solution(parts, |_, _| 0.02, |_| 0.0);
     let transport = Transport::new(&s.scene);
     let mut apart = s.clone();

@@ -2,7 +2,7 @@
 
 use crate::common;
 
-use common::{read, solved};
+use common::solved;
 use zonal_scene::{Diagnostic, PerBand, Solution, SolveStatus};
 
 fn notes<'a>(s: &'a Solution, word: &str) -> Vec<&'a Diagnostic> {

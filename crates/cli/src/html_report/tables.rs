@@ -1,12 +1,26 @@
 //! Tables of the page: powers, surfaces, temperatures, light groups, accuracy, settings.
 
-use super::escaped;
 use crate::table::{number, power_rows, thousands, value_with_error};
 use std::fmt::Write;
 use zonal_scene::{HeatReport, HeatRowKind, Solution};
 
 /// Most rows of a table.
 const MAX_ROWS: usize = 400;
+
+/// Text with the characters that have a meaning in HTML replaced.
+pub(super) fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            c => out.push(c),
+        }
+    }
+    out
+}
 
 /// A table of text; the first cell of a row is its heading.
 struct Table {
@@ -209,4 +223,14 @@ pub(super) fn provenance(out: &mut String, s: &Solution, file: &str) {
         row(name, thousands(*count));
     }
     table.write(out);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_write_markup() {
+        assert_eq!(escaped("<b>&\"x\""), "&lt;b&gt;&amp;&quot;x&quot;");
+    }
 }

@@ -3,9 +3,41 @@
 //! A solution that a better one follows has notes on its accuracy that no user can act on: the page shows one line in their place. Other notes whose
 //! message does not say what to do have an advice for the reader of the page.
 
-use super::package::ShownStage;
 use serde_json::{Value, json};
 use zonal_scene::{Diagnostic, Report, Severity};
+
+/// The place of a solution in the series that a live page shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ShownStage {
+    /// Direct light alone; a draft follows.
+    DirectLight,
+    /// A draft that a better solution follows.
+    Draft,
+    /// The solution of a file.
+    #[default]
+    Only,
+    /// The last of a series, of this quality.
+    Last(&'static str),
+}
+
+impl ShownStage {
+    /// The name in progress and header.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            ShownStage::DirectLight => "direct light",
+            ShownStage::Draft => "draft",
+            ShownStage::Only => "solution",
+            ShownStage::Last(quality) => quality,
+        }
+    }
+
+    /// True where no better solution follows.
+    #[must_use]
+    pub fn is_last(self) -> bool {
+        matches!(self, ShownStage::Only | ShownStage::Last(_))
+    }
+}
 
 /// Codes of notes whose cause the solution that follows removes.
 const CAUSES_OF_DRAFTS: [&str; 7] = [

@@ -17,13 +17,15 @@
 //! The direct light of suns is in none of these fields but `paneG` and `zoneDirectG`: the page draws it with a shadow map, by the direction, irradiance and
 //! optical depth of each sun in `suns` of the header. Wide suns and suns of scenes with mirrors are part of `directG` and `volumeG`.
 
-use super::notes::notes;
+use super::notes::{ShownStage, notes};
 use super::pack::{Pack, scale_of};
 use serde_json::{Value, json};
 use zonal_io::output::encode_texture_png;
 use zonal_math::Vec3;
 use zonal_render::bake::volume_grid::{VolumeGrid, VolumeGridOptions, bake_volume_grid};
-use zonal_render::bake::{BakeOptions, BakedSolution, BakedSun, PaneMesh, SunlightMode, SurfaceMesh, bake};
+use zonal_render::bake::{
+    BakeOptions, BakedSolution, BakedSun, PaneMesh, SunDepths, SunlightMode, SurfaceMesh, bake,
+};
 use zonal_report::Failure;
 use zonal_scene::{Bands, ErrorEstimate, Light, LightGroup, LightGroupKind, Progress, Solution};
 
@@ -34,39 +36,6 @@ const MAX_TEXTURE_SIDE: usize = 2048;
 const DIAGONAL_OVER_MIN_EDGE: f64 = 3000.0;
 /// Relative tolerance of linear interpolation of direct light within a triangle.
 const BAKE_TOLERANCE: f64 = 0.02;
-
-/// The place of a solution in the series that a live page shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ShownStage {
-    /// Direct light alone; a draft follows.
-    DirectLight,
-    /// A draft that a better solution follows.
-    Draft,
-    /// The solution of a file.
-    #[default]
-    Only,
-    /// The last of a series, of this quality.
-    Last(&'static str),
-}
-
-impl ShownStage {
-    /// The name in progress and header.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            ShownStage::DirectLight => "direct light",
-            ShownStage::Draft => "draft",
-            ShownStage::Only => "solution",
-            ShownStage::Last(quality) => quality,
-        }
-    }
-
-    /// True where no better solution follows.
-    #[must_use]
-    pub fn is_last(self) -> bool {
-        matches!(self, ShownStage::Only | ShownStage::Last(_))
-    }
-}
 
 /// Resolution of the baked light, and the place of the solution in a series.
 #[derive(Clone, Debug, PartialEq)]
@@ -280,9 +249,9 @@ fn add_suns(pack: &mut Pack, suns: &[BakedSun]) {
         let mut head = json!({
             "group": sun.group, "towards": array(sun.towards), "irradiance": sun.irradiance, "angularDiameter": sun.angular_diameter,
         });
-        if let Some(depths) = &sun.depths {
-            head["depthDims"] = json!(depths.dims);
-            head["depthScale"] = add_field(pack, &format!("sunDepth{k}"), &depths.values).into();
+        if let Some(SunDepths { dims, values }) = &sun.depths {
+            head["depthDims"] = json!(dims);
+            head["depthScale"] = add_field(pack, &format!("sunDepth{k}"), values).into();
         }
         list.push(head);
     }

@@ -22,7 +22,7 @@ use crate::thermal::newton;
 use std::cmp::Ordering;
 use zonal_exchange::pair::closure_target;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Diagnostic, Engine, Fields, SceneError};
+use zonal_scene::{Bands, Diagnostic, Engine, Fields, Scene, SceneError};
 
 /// Error by the noise of the radiosities over the tolerance above which more rays are traced, and the share that they aim at. The gather states
 /// 1.6 times this error.
@@ -50,11 +50,9 @@ pub(crate) fn build<'a>(
     let rays = budget.affordable_rays(zones, tolerance).ok_or_else(|| {
         SceneError::out_of_memory("solve.patch_size", "memory allows too few rays; allow more (--max-memory)")
     })?;
-    // A fixed scattering order counts exchanges between zones; where temperatures couple the bands, the sources at path vertices are unknown.
-    let continues = scene.options().scattering_orders.is_none() && !newton::is_needed(scene);
-    let continuation = if continues { PathContinuation::On } else { PathContinuation::Off };
     let mut warnings: Vec<Diagnostic> = budget.ray_warning(zones, tolerance, rays).into_iter().collect();
-    let (operator, solution) = trace_and_solve(context, surroundings, (rays, budget.max_rays), continuation)?;
+    let rays = (rays, budget.max_rays);
+    let (operator, solution) = trace_and_solve(context, surroundings, rays, continuation_of(scene))?;
     let closure = closure::measure(&operator, SharedZones::alone(zones), surroundings);
     let [traced, vertices] = operator.rays_and_vertices();
     let mut counts =
@@ -88,6 +86,13 @@ pub(crate) fn build<'a>(
     let incident = operator.incident_power_of(gathered);
     let (operator, solved): (Box<dyn ErrorModel + 'a>, _) = (Box::new(operator), Some((results, incident)));
     Ok(BuiltEngine { operator, closure, counts, warnings, solved })
+}
+
+/// Paths end at the first zone where a fixed scattering order counts exchanges between zones, and where temperatures couple the bands, so that the
+/// sources at path vertices are unknown.
+fn continuation_of(scene: &Scene) -> PathContinuation {
+    let continues = scene.options().scattering_orders.is_none() && !newton::is_needed(scene);
+    if continues { PathContinuation::On } else { PathContinuation::Off }
 }
 
 /// The surroundings as a gather samples them, where the stored rays measured them; these give the shares of the zones.

@@ -56,6 +56,7 @@ pub(super) fn read_tube(
         sides: Sides::Front,
         patch_size: None,
         solid: false,
+        transmission: None,
     };
     t.record_place();
     reader.source.inherit_place(&format!("surface '{name}'"), &t.key);

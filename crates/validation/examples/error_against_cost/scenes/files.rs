@@ -41,7 +41,9 @@ fn church(
 ) -> Result<String, Error> {
     let mesh = format!("{name}.glb");
     output::write_glb(&folder.path.join(&mesh), &church::glb_model(&church::build(plan)))?;
-    Ok(church::scene_text(plan, &mesh, sizes[0], sizes[1]))
+    let [patch, cell] = sizes;
+    let resolution = church::ChurchResolution { patch, cell, tolerance: 0.12, closure: "measure" };
+    Ok(church::scene_text(plan, &mesh, &resolution))
 }
 
 /// The church of `zonal demo church --size small`.
