@@ -13,7 +13,7 @@ use crate::lazy_values::LazyValues;
 use crate::node_interpolation::{
     BandGradients, GradientFit, NodeZone, node_value, value_ranges, weighted_sum,
 };
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::{PI, TAU};
 use zonal_math::Vec3;
 use zonal_scene::{Band, Bands, PerBand, Plate, PlateKind};
@@ -132,22 +132,28 @@ fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
     here + bubble * (own - centre)
 }
 
-/// Tiles by the cells of a uniform grid, to find those that touch a point.
+/// Tiles by cell of one grid.
+type TileCells = HashMap<[i64; 3], Vec<u32>>;
+
+/// Diameter, m, below which tiles share a grid.
+const MIN_TILE_DIAMETER: f64 = 1e-12;
+
+/// Tiles by the cells of grids, to find those that touch a point. A tile lies in the grid whose cells are one to two times its diameter, so that a cell holds
+/// few tiles whatever their sizes.
 struct TileGrid {
-    cell: f64,
-    cells: HashMap<[i64; 3], Vec<u32>>,
+    /// Edge of a cell, m, and the tiles of the cells of each grid.
+    grids: Vec<(f64, TileCells)>,
 }
 
 impl TileGrid {
     fn new(tiles: &[PlateTile]) -> TileGrid {
-        let mean = tiles.iter().map(|t| t.plate.diameter()).sum::<f64>() / tiles.len().max(1) as f64;
-        let largest = tiles.iter().map(|t| t.plate.diameter()).fold(0.0, f64::max);
-        // Limit the number of cells that large tiles among many small ones occupy.
-        let cell = mean.max(largest / 32.0).max(1e-12);
-        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        let mut grids: BTreeMap<i32, TileCells> = BTreeMap::new();
         for (i, t) in tiles.iter().enumerate() {
+            let diameter = t.plate.diameter();
+            let power = diameter.max(MIN_TILE_DIAMETER).log2().ceil() as i32;
+            let (cell, cells) = (f64::from(power).exp2(), grids.entry(power).or_default());
             let (lo, hi) = t.plate.bounds();
-            let pad = Vec3::splat(1e-6 * t.plate.diameter());
+            let pad = Vec3::splat(1e-6 * diameter);
             let (a, b) = (cell_of(lo - pad, cell), cell_of(hi + pad, cell));
             for x in a[0]..=b[0] {
                 for y in a[1]..=b[1] {
@@ -161,10 +167,16 @@ impl TileGrid {
                 }
             }
         }
-        TileGrid { cell, cells }
+        TileGrid { grids: grids.into_iter().map(|(power, cells)| (f64::from(power).exp2(), cells)).collect() }
     }
-    fn at(&self, p: Vec3) -> &[u32] {
-        self.cells.get(&cell_of(p, self.cell)).map_or(&[], Vec::as_slice)
+
+    /// The tiles of the cells that hold `p`, ascending.
+    fn at(&self, p: Vec3) -> Vec<u32> {
+        let here =
+            |(cell, cells): &'_ (f64, TileCells)| cells.get(&cell_of(p, *cell)).cloned().unwrap_or_default();
+        let mut all: Vec<u32> = self.grids.iter().flat_map(here).collect();
+        all.sort_unstable();
+        all
     }
 }
 
@@ -215,7 +227,7 @@ impl<'a> TileTopology<'a> {
         for &[u, v] in node_parameters(tile.plate.kind) {
             let p = tile.plate.at(u, v);
             let mut here = Vec::new();
-            for &j in self.grid.at(p) {
+            for j in self.grid.at(p) {
                 let Some(angle) = subtended(&self.tiles[j as usize].plate, p) else {
                     continue;
                 };
