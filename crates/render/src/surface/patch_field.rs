@@ -135,25 +135,30 @@ fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
 /// Tiles by cell of one grid.
 type TileCells = HashMap<[i64; 3], Vec<u32>>;
 
+/// Halvings of the cell that is one to two times as large as a tile.
+const CELL_HALVINGS: i32 = 2;
 /// Diameter, m, below which tiles share a grid.
 const MIN_TILE_DIAMETER: f64 = 1e-12;
 
-/// Tiles by the cells of grids, to find those that touch a point. A tile lies in the grid whose cells are one to two times its diameter, so that a cell holds
-/// few tiles whatever their sizes.
+/// Tiles by the cells of grids, to find those that touch a point. A tile lies in the grid whose cells are a quarter to half of its diameter, so that a cell
+/// holds few tiles whatever their sizes.
 struct TileGrid {
+    /// Lower and upper corner of the bounds of each tile, widened.
+    bounds: Vec<[Vec3; 2]>,
     /// Edge of a cell, m, and the tiles of the cells of each grid.
     grids: Vec<(f64, TileCells)>,
 }
 
 impl TileGrid {
     fn new(tiles: &[PlateTile]) -> TileGrid {
-        let mut grids: BTreeMap<i32, TileCells> = BTreeMap::new();
+        let (mut bounds, mut grids) = (Vec::with_capacity(tiles.len()), BTreeMap::<i32, TileCells>::new());
         for (i, t) in tiles.iter().enumerate() {
             let diameter = t.plate.diameter();
-            let power = diameter.max(MIN_TILE_DIAMETER).log2().ceil() as i32;
+            let power = diameter.max(MIN_TILE_DIAMETER).log2().ceil() as i32 - CELL_HALVINGS;
             let (cell, cells) = (f64::from(power).exp2(), grids.entry(power).or_default());
             let (lo, hi) = t.plate.bounds();
             let pad = Vec3::splat(1e-6 * diameter);
+            bounds.push([lo - pad, hi + pad]);
             let (a, b) = (cell_of(lo - pad, cell), cell_of(hi + pad, cell));
             for x in a[0]..=b[0] {
                 for y in a[1]..=b[1] {
@@ -167,14 +172,22 @@ impl TileGrid {
                 }
             }
         }
-        TileGrid { grids: grids.into_iter().map(|(power, cells)| (f64::from(power).exp2(), cells)).collect() }
+        TileGrid {
+            bounds,
+            grids: grids.into_iter().map(|(power, cells)| (f64::from(power).exp2(), cells)).collect(),
+        }
     }
 
-    /// The tiles of the cells that hold `p`, ascending.
+    /// The tiles whose bounds hold `p`, ascending.
     fn at(&self, p: Vec3) -> Vec<u32> {
-        let here =
-            |(cell, cells): &'_ (f64, TileCells)| cells.get(&cell_of(p, *cell)).cloned().unwrap_or_default();
-        let mut all: Vec<u32> = self.grids.iter().flat_map(here).collect();
+        let mut all = Vec::with_capacity(16);
+        for (cell, cells) in &self.grids {
+            let here = cells.get(&cell_of(p, *cell)).map_or(&[][..], Vec::as_slice);
+            all.extend(here.iter().copied().filter(|&i| {
+                let [lo, hi] = self.bounds[i as usize];
+                (0..3).all(|k| lo[k] <= p[k] && p[k] <= hi[k])
+            }));
+        }
         all.sort_unstable();
         all
     }
