@@ -93,7 +93,10 @@ impl DemoScene {
             |patch, cell, tolerance, closure| church::ChurchResolution { patch, cell, tolerance, closure };
         match (self, size) {
             (DemoScene::Chapel, _) => None,
-            (DemoScene::Bays | DemoScene::Church, DemoSize::Small) => {
+            (DemoScene::Bays, DemoSize::Small) => {
+                Some((church::ChurchPlan::TWO_BAYS, resolution(1.2, 1.0, 0.25, "restore")))
+            }
+            (DemoScene::Church, DemoSize::Small) => {
                 Some((church::ChurchPlan::TWO_BAYS, resolution(0.9, 0.75, 0.12, "measure")))
             }
             (DemoScene::Bays, DemoSize::Full) => {
