@@ -8,6 +8,9 @@ missing() { # message
     [ -z "${CI:-}" ]
 }
 
+# Packages of the tests of the Python package.
+python_tools=(maturin numpy pytest mypy pyright tqdm pandas xarray meshio trimesh pyvista scipy matplotlib fdsreader)
+
 # The folder that all steps of one CI run share, or one of this script, which is removed at its end.
 shared_folder() {
     folder=${ZONAL_CI_FOLDER:-}

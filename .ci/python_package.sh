@@ -7,10 +7,12 @@ source "$(dirname "$0")/common.sh"
 zonal=$1
 shared_folder
 python=$(command -v python3 || true)
-tools=(maturin numpy pytest mypy pyright tqdm pandas xarray meshio trimesh pyvista scipy matplotlib fdsreader)
+# Wait for the packages that are being installed.
+exec 9>"$folder/venv.lock"
+if command -v flock >/dev/null; then flock 9; fi
 if [ -z "$python" ] || ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
-    ! "$python" -m venv "$folder/venv" || ! "$folder/venv/bin/python" -m pip install --quiet "${tools[@]}"; then
-    missing "Python 3.11 with ${tools[*]} is not available"
+    ! "$python" -m venv "$folder/venv" || ! "$folder/venv/bin/python" -m pip install --quiet "${python_tools[@]}"; then
+    missing "Python 3.11 with ${python_tools[*]} is not available"
     exit
 fi
 bin=$folder/venv/bin

@@ -139,9 +139,24 @@ pub fn run(root: &Path, names: &[&str]) -> bool {
         return false;
     }
     let begin = Instant::now();
+    // A full run installs packages while it compiles; the step that needs them waits, and installs what is missing.
+    let mut preparation = match names.is_empty() {
+        true => Command::new("nice")
+            .args(["-n", "19", ".ci/prepare.sh"])
+            .env("ZONAL_CI_FOLDER", &output)
+            .current_dir(root)
+            .spawn()
+            .ok(),
+        false => None,
+    };
     let selected = STEPS.iter().filter(|s| names.is_empty() || names.contains(&s.name));
     let failed: Vec<&str> =
         selected.filter(|s| !run_step(root, s, &zonal, &output)).map(|s| s.name).collect();
+    // What the preparation left undone was not needed.
+    if let Some(p) = &mut preparation {
+        let _ = p.kill();
+        let _ = p.wait();
+    }
     // The folder is temporary; what cannot be removed does no harm.
     let _ = std::fs::remove_dir_all(&output);
     let seconds = begin.elapsed().as_secs();
