@@ -28,11 +28,15 @@ echo "wheel"
 echo "reference page"
 "$bin/python" scripts/python_reference.py "$folder/python.md"
 diff -u docs/reference/python.md "$folder/python.md"
+# The types are checked while the tests run.
+"$bin/pyright" --pythonpath "$bin/python" --project python >"$folder/pyright.log" 2>&1 &
+pyright=$!
 echo "pytest"
 # Away from the sources, so that the installed package is tested.
 mkdir "$folder/run" && cp -r python/tests python/pyproject.toml "$folder/run"
 package=$("$bin/python" -c 'import os, zonal; print(os.path.dirname(zonal.__file__))')
 (cd "$folder/run" && ZONAL=$zonal ZONAL_ROOT=$OLDPWD "$bin/python" -m pytest --quiet --doctest-modules tests "$package")
 echo "pyright, stubtest"
-"$bin/pyright" --pythonpath "$bin/python" --project python
+wait "$pyright" || { cat "$folder/pyright.log"; exit 1; }
+tail -1 "$folder/pyright.log"
 (cd "$folder/run" && "$bin/python" -m mypy.stubtest zonal._zonal)
