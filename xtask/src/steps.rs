@@ -152,7 +152,7 @@ pub fn run(root: &Path, names: &[&str]) -> bool {
     let selected = STEPS.iter().filter(|s| names.is_empty() || names.contains(&s.name));
     let failed: Vec<&str> =
         selected.filter(|s| !run_step(root, s, &zonal, &output)).map(|s| s.name).collect();
-    // What the preparation left undone was not needed.
+    // No step waits for the preparation any more.
     if let Some(p) = &mut preparation {
         let _ = p.kill();
         let _ = p.wait();

@@ -1,5 +1,6 @@
 //! Reports as text tables.
 
+use std::collections::HashSet;
 use std::fmt::Write;
 use zonal_scene::{
     Bands, Diagnostic, DiscretizationError, EnergyBalance, HeatReport, HeatRowKind, Report, Solution,
@@ -23,13 +24,7 @@ pub fn report(s: &Solution) -> String {
         out += &light_groups(s);
     }
     quality(&mut out, s);
-    let mut lines: Vec<String> = Vec::new();
-    for line in s.triples().flat_map(|t| diagnostics(&t.report)).map(Diagnostic::line) {
-        if !lines.contains(&line) {
-            lines.push(line);
-        }
-    }
-    lines.iter().for_each(|line| _ = writeln!(out, "  {line}"));
+    distinct_diagnostics(s).iter().for_each(|d| _ = writeln!(out, "  {}", d.line()));
     out
 }
 
@@ -37,11 +32,17 @@ pub fn report(s: &Solution) -> String {
 #[must_use]
 pub fn light_groups(s: &Solution) -> String {
     let mut out = String::from("light groups (emitted power, W)\n");
-    for (k, g) in s.groups.iter().enumerate() {
-        let power = s.all_bands(|t| t.groups[k].energy.emitted + t.groups[k].energy.incoming);
-        band_row(&mut out, &g.name, &power);
+    for (name, power) in light_group_powers(s) {
+        band_row(&mut out, name, &power);
     }
     out
+}
+
+/// The name of each light group, and its power in every band, W.
+#[must_use]
+pub fn light_group_powers(s: &Solution) -> Vec<(&str, Vec<f64>)> {
+    let power = |k: usize| s.all_bands(|t| t.groups[k].energy.emitted + t.groups[k].energy.incoming);
+    s.groups.iter().enumerate().map(|(k, g)| (g.name.as_str(), power(k))).collect()
 }
 
 /// A number with enough digits for a table.
@@ -96,8 +97,14 @@ fn quality(out: &mut String, s: &Solution) {
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.name());
 }
 
-/// Diagnostics of the solve, and of the second solve for the discretization error.
-pub fn diagnostics(r: &Report) -> impl Iterator<Item = &Diagnostic> {
+/// Diagnostics of the solve, and of the second solve for the discretization error, in all triples of bands; those of the same text once.
+#[must_use]
+pub fn distinct_diagnostics(s: &Solution) -> Vec<&Diagnostic> {
+    let mut lines = HashSet::new();
+    s.triples().flat_map(|t| diagnostics(&t.report)).filter(|d| lines.insert(d.line())).collect()
+}
+
+fn diagnostics(r: &Report) -> impl Iterator<Item = &Diagnostic> {
     r.warnings.iter().chain(r.discretization_error.iter().flat_map(|z| &z.notes))
 }
 
@@ -113,11 +120,7 @@ fn heat(out: &mut String, r: &HeatReport, discretization: Option<&Discretization
     );
     let _ = writeln!(out, "{}", heading.trim_end());
     for i in 0..r.rows.len().min(MAX_HEAT_ROWS) {
-        let discretization_errors = match discretization {
-            Some(z) => z.heat.get(i).copied().unwrap_or([f64::INFINITY; 2]),
-            None => [0.0; 2],
-        };
-        heat_row(out, r, i, discretization_errors);
+        heat_row(out, r, (i, discretization));
     }
     if r.rows.len() > MAX_HEAT_ROWS {
         let rest: f64 = r.rows[MAX_HEAT_ROWS..].iter().map(|x| x.power).sum();
@@ -125,14 +128,7 @@ fn heat(out: &mut String, r: &HeatReport, discretization: Option<&Discretization
         let _ = writeln!(out, "  {name:<90}{:>28}", large_number(rest));
     }
     node_rows(out, r);
-    if r.emitters != 0.0 {
-        let _ = writeln!(out, "  {:<90}{:>28}", "light of emitters", large_number(r.emitters));
-    }
-    for (name, power) in [
-        ("from the surroundings, less escaped power", r.surroundings),
-        ("absorbed by backfaces", -r.absorbed_backfaces),
-        ("balance", r.balance()),
-    ] {
+    for (name, power) in heat_balance(r) {
         let _ = writeln!(out, "  {name:<90}{:>28}", large_number(power));
     }
     let largest = r.rows.iter().fold(0.0f64, |m, x| m.max(x.power_error));
@@ -161,23 +157,47 @@ fn node_rows(out: &mut String, r: &HeatReport) {
     }
 }
 
-/// One part: size, temperature, net flux and net power; `temperature_error` in K and `power_error` in W of the discretization.
-fn heat_row(out: &mut String, r: &HeatReport, row: usize, [temperature_error, power_error]: [f64; 2]) {
+/// The powers that belong to no part, and their sum with those of the parts, W.
+#[must_use]
+pub fn heat_balance(r: &HeatReport) -> Vec<(&'static str, f64)> {
+    let emitters = (r.emitters != 0.0).then_some(("light of emitters", r.emitters));
+    let others = [
+        ("from the surroundings, less escaped power", r.surroundings),
+        ("absorbed by backfaces", -r.absorbed_backfaces),
+        ("balance", r.balance()),
+    ];
+    emitters.into_iter().chain(others).collect()
+}
+
+/// Size, temperature, net flux and net power of part number `row`, each with its error; `powers` are the signs of m² and m³.
+#[must_use]
+pub fn heat_cells(
+    r: &HeatReport,
+    (row, discretization): (usize, Option<&DiscretizationError>),
+    powers: [&str; 2],
+) -> [String; 4] {
     let x = &r.rows[row];
-    let unit = if x.kind == HeatRowKind::Surface { "2" } else { "3" };
-    let temperature =
-        |t| value_with_error(t, x.temperature_error.unwrap_or(f64::INFINITY) + temperature_error);
-    let power = x.power_error + power_error;
-    let sunlight = x.absorbed_sunlight.map_or(String::new(), |w| format!("{:>18}", large_number(w)));
-    let _ = writeln!(
-        out,
-        "  {:<26}{:>14}{:>20}{:>30}{:>28}{sunlight}",
-        x.name,
+    let [of_temperature, of_power] = match discretization {
+        Some(z) => z.heat.get(row).copied().unwrap_or([f64::INFINITY; 2]),
+        None => [0.0; 2],
+    };
+    let unit = powers[usize::from(x.kind != HeatRowKind::Surface)];
+    let temperature = |t| value_with_error(t, x.temperature_error.unwrap_or(f64::INFINITY) + of_temperature);
+    let power = x.power_error + of_power;
+    [
         format!("{} m{unit}", number(x.size)),
         x.temperature.map_or("undefined".into(), temperature),
         format!("{} W/m{unit}", value_with_error(x.over_size(x.power), x.over_size(power))),
-        value_with_error(x.power, power)
-    );
+        value_with_error(x.power, power),
+    ]
+}
+
+/// One part: size, temperature, net flux and net power.
+fn heat_row(out: &mut String, r: &HeatReport, part: (usize, Option<&DiscretizationError>)) {
+    let x = &r.rows[part.0];
+    let sunlight = x.absorbed_sunlight.map_or(String::new(), |w| format!("{:>18}", large_number(w)));
+    let [size, temperature, flux, power] = heat_cells(r, part, ["2", "3"]);
+    let _ = writeln!(out, "  {:<26}{size:>14}{temperature:>20}{flux:>30}{power:>28}{sunlight}", x.name);
 }
 
 /// Origin of the discretization error.
@@ -210,7 +230,7 @@ fn powers(out: &mut String, s: &Solution) {
 
 /// A power of the energy balance in every band, W.
 pub struct PowerRow {
-    /// What it is.
+    /// Its name in tables.
     pub name: String,
     /// The power in each band, W.
     pub values: Vec<f64>,

@@ -143,7 +143,7 @@ pub fn render_each<E>(
     Ok(())
 }
 
-/// True for pictures of so many rays that skies are sampled along each, without the means over voxel zones.
+/// True if skies in the medium are sampled along every ray; false if the means over the voxel zones give their light.
 fn samples_skies(options: &RenderOptions) -> bool {
     options.samples >= RENDER_PARAMS.sky_rays
 }

@@ -167,6 +167,14 @@ impl Default for LightGroup {
 }
 
 impl LightGroup {
+    /// H or G of zone `i` without direct light, W/m².
+    pub fn incident_at(&self, i: usize) -> Bands {
+        self.incident.at(i) * self.incident_scale
+    }
+    /// H_dir or G_dir of zone `i`, W/m².
+    pub fn direct_at(&self, i: usize) -> Bands {
+        self.direct.at(i) * self.direct_scale
+    }
     /// Multiplies the power of the group by a factor per band.
     ///
     /// ```

@@ -2,7 +2,7 @@
 
 use crate::bands::Bands;
 use crate::fields::Fields;
-use crate::light_group::LightGroup;
+use crate::light_group::{LightGroup, LightGroupKind};
 use crate::report::Report;
 use crate::scene::Scene;
 use crate::zones::Zones;
@@ -32,6 +32,10 @@ impl Solution {
     /// This solution and those of the further triples of bands.
     pub fn triples(&self) -> impl Iterator<Item = &Solution> + Clone {
         std::iter::once(self).chain(self.further_triples.iter())
+    }
+    /// The light group of light number `light` alone, if its direct light is stored.
+    pub fn group_with_direct_light(&self, light: usize) -> Option<&LightGroup> {
+        self.groups.iter().find(|g| g.kind == LightGroupKind::Light(light) && !g.direct.is_empty())
     }
     /// The values of all bands of a quantity that is stored by triples, ascending by band.
     ///

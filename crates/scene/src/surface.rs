@@ -38,6 +38,14 @@ pub struct Surface {
     pub solid: bool,
 }
 
+impl Surface {
+    /// ρ + τ without textures: the baked light of a sheet that transmits is the mean of both sides by ρ and τ.
+    #[must_use]
+    pub fn scattered_fraction(&self) -> Bands {
+        self.transmission.map_or(self.reflectance, |t| self.reflectance + t.transmittance)
+    }
+}
+
 /// Diffuse transmission of a thin sheet, such as a leaf, paper or frosted glass: of the light that arrives at either side the fraction τ leaves the other
 /// with the same radiance in all directions. Both directions have one τ, as reciprocity demands.
 #[derive(Clone, Copy, Debug, PartialEq)]

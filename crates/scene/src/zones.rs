@@ -122,6 +122,13 @@ impl Zones {
         let own = self.response(i).0 * field(i);
         self.sheets.opposite(i).map_or(own, |j| own + self.sheets.transmittance(j) * field(j))
     }
+    /// The mean (ρ x_i + τ x_j)/(ρ + τ) of a field x of both sides of a sheet: times ρ + τ, its part in the radiosity of side i, W/m². The field of other
+    /// zones.
+    pub fn mixed(&self, i: usize, field: impl Fn(usize) -> Bands) -> Bands {
+        let Some(j) = self.sheets.opposite(i) else { return field(i) };
+        let (rho, tau) = (self.patches[i].reflectance, self.sheets.transmittance(i));
+        (rho * field(i) + tau * field(j)).zip_map(rho + tau, |x, w| if w > 0.0 { x / w } else { 0.0 })
+    }
     /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G), with the transmitted light of
     /// sheets ([`Zones::scattered`]).
     pub fn response(&self, i: usize) -> (Bands, f64) {

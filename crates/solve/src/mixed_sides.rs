@@ -28,12 +28,7 @@ pub(crate) fn mix_sides(zones: &Zones, power: &mut [Bands]) {
     }
     let pairs = (0..zones.patches.len()).filter_map(|i| Some((i, zones.sheets.opposite(i)?)));
     for (i, j) in pairs.filter(|(i, j)| i < j) {
-        let tau = zones.sheets.transmittance(i);
-        let mixed = |i: usize, j: usize| {
-            let rho = zones.patches[i].reflectance;
-            (rho * power[i] + tau * power[j]).zip_map(rho + tau, |p, w| if w > 0.0 { p / w } else { 0.0 })
-        };
-        (power[i], power[j]) = (mixed(i, j), mixed(j, i));
+        (power[i], power[j]) = (zones.mixed(i, |k| power[k]), zones.mixed(j, |k| power[k]));
     }
 }
 

@@ -6,6 +6,7 @@
 //! | patch size | twice that of the scene | that of the scene | half of it |
 //! | rays of a picture | one in each pixel | adaptive | 16 in each pixel, 64 for the indirect light of each |
 
+use zonal_render::RenderOptions;
 use zonal_scene::{Scene, SolveOptions};
 
 /// Number of samples that stands for adaptive sampling.
@@ -61,13 +62,15 @@ impl Quality {
         }
     }
 
-    /// Rays of a pixel, and rays for the indirect light of a point.
+    /// Options of the renderer for a picture of this size, pixels across and down.
     #[must_use]
-    pub fn of_picture(self) -> [u32; 2] {
-        match self {
+    pub fn of_picture(self, (width, height): (usize, usize)) -> RenderOptions {
+        let [samples, gather] = match self {
             Quality::Draft => [1, 0],
             Quality::Normal => [ADAPTIVE_SAMPLES, 0],
             Quality::Fine => [FINE_SAMPLES, FINE_GATHER_RAYS],
         }
+        .map(|n| n as usize);
+        RenderOptions { width, height, samples, gather, ..RenderOptions::default() }
     }
 }

@@ -8,7 +8,6 @@ use super::render::false_colours;
 use crate::html_report::{Figure, page};
 use std::path::PathBuf;
 use zonal_io::output::{self, ToneMapping};
-use zonal_render::RenderOptions;
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::{Camera, Progress, Solution};
 
@@ -91,16 +90,14 @@ fn draw(
 fn light_figure(
     args: &Args,
     s: &Solution,
-    (camera, (width, height)): (&Camera, (usize, usize)),
+    (camera, size): (&Camera, (usize, usize)),
     progress: &dyn Progress,
 ) -> Result<Option<Figure>, Failure> {
     if check_picture(&args.run, s).is_err() {
         return Ok(None);
     }
-    let [samples, gather] = args.quality.of_picture().map(|n| n as usize);
-    let options = RenderOptions { width, height, samples, gather, ..RenderOptions::default() };
-    let image = zonal_render::render(s, camera, &options, progress);
+    let image = zonal_render::render(s, camera, &args.quality.of_picture(size), progress);
     let tone = ToneMapping::filmic(output::auto_exposure(&image.pixels));
-    let png = output::encode_picture_png((width, height), &image.pixels, &tone)?;
+    let png = output::encode_picture_png(size, &image.pixels, &tone)?;
     Ok(Some(Figure { caption: format!("{}: light", camera.name), png }))
 }

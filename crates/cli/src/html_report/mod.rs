@@ -6,17 +6,17 @@
 mod tables;
 
 use crate::base64::base64;
-use crate::table::{diagnostics, thousands};
+use crate::table::{distinct_diagnostics, thousands};
 use std::fmt::Write;
 use tables::escaped;
 use zonal_report::plot::{LINEAR_LOG, Plot, SeriesMark};
-use zonal_scene::{Diagnostic, Solution};
+use zonal_scene::Solution;
 
 const STYLE: &str = include_str!("report.css");
 
 /// A picture of the page.
 pub struct Figure {
-    /// What it shows.
+    /// Camera and quantity.
     pub caption: String,
     /// The file, a PNG.
     pub png: Vec<u8>,
@@ -51,12 +51,7 @@ pub fn page(s: &Solution, file: &str, figures: &[Figure]) -> String {
 
 /// Warnings first, then notes, each once.
 fn notes(out: &mut String, s: &Solution) {
-    let mut all: Vec<&Diagnostic> = Vec::new();
-    for d in s.triples().flat_map(|t| diagnostics(&t.report)) {
-        if !all.contains(&d) {
-            all.push(d);
-        }
-    }
+    let mut all = distinct_diagnostics(s);
     if all.is_empty() {
         return;
     }

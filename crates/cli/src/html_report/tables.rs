@@ -1,8 +1,10 @@
 //! Tables of the page: powers, surfaces, temperatures, light groups, accuracy, settings.
 
-use crate::table::{number, power_rows, thousands, value_with_error};
+use crate::table::{
+    heat_balance, heat_cells, light_group_powers, number, power_rows, thousands, value_with_error,
+};
 use std::fmt::Write;
-use zonal_scene::{HeatReport, HeatRowKind, Solution};
+use zonal_scene::{HeatReport, Solution};
 
 /// Most rows of a table.
 const MAX_ROWS: usize = 400;
@@ -121,15 +123,14 @@ fn surface_table(s: &Solution) -> Table {
 }
 
 fn group_table(s: &Solution) -> Table {
-    let power = |k: usize| s.all_bands(|t| t.groups[k].energy.emitted + t.groups[k].energy.incoming);
-    let all: Vec<Vec<f64>> = (0..s.groups.len()).map(power).collect();
-    let grey = all.iter().all(|p| is_grey(p));
+    let all = light_group_powers(s);
+    let grey = all.iter().all(|(_, power)| is_grey(power));
     let mut table = Table::new("Light groups", &["emitted power"]);
     table.heading.extend(band_headings(s, grey, "W"));
-    if s.groups.len() > 1 {
-        for (g, power) in s.groups.iter().zip(&all) {
+    if all.len() > 1 {
+        for (name, power) in &all {
             let cells = power.iter().take(if grey { 1 } else { usize::MAX }).map(|x| number(*x));
-            table.rows.push(std::iter::once(g.name.clone()).chain(cells).collect());
+            table.rows.push(std::iter::once(name.to_string()).chain(cells).collect());
         }
     }
     table
@@ -139,28 +140,13 @@ fn heat_table(s: &Solution, heat: &HeatReport) -> Table {
     let mut table =
         Table::new("Net power by part", &["", "size", "temperature, K", "net flux", "net power, W"]);
     for (k, r) in heat.rows.iter().enumerate() {
-        let zones = s.report.discretization_error.as_ref();
-        let [temperature, power] =
-            zones.map_or([0.0; 2], |z| z.heat.get(k).copied().unwrap_or([f64::INFINITY; 2]));
-        let unit = if r.kind == HeatRowKind::Surface { "m²" } else { "m³" };
-        let temperature_error = r.temperature_error.unwrap_or(f64::INFINITY) + temperature;
-        let power_error = r.power_error + power;
-        let flux = value_with_error(r.over_size(r.power), r.over_size(power_error));
-        table.rows.push(vec![
-            r.name.clone(),
-            format!("{} {unit}", number(r.size)),
-            r.temperature.map_or("undefined".into(), |t| value_with_error(t, temperature_error)),
-            format!("{flux} W/{unit}"),
-            value_with_error(r.power, power_error),
-        ]);
+        let cells = heat_cells(heat, (k, s.report.discretization_error.as_ref()), ["²", "³"]);
+        table.rows.push(std::iter::once(r.name.clone()).chain(cells).collect());
     }
-    let plain = |name: &str, power: f64| {
+    for (name, power) in heat_balance(heat) {
         let blank = String::new;
-        vec![name.to_string(), blank(), blank(), blank(), number(power)]
-    };
-    table.rows.push(plain("from the surroundings, less escaped power", heat.surroundings));
-    table.rows.push(plain("absorbed by backfaces", -heat.absorbed_backfaces));
-    table.rows.push(plain("balance", heat.balance()));
+        table.rows.push(vec![name.to_string(), blank(), blank(), blank(), number(power)]);
+    }
     table
 }
 

@@ -137,7 +137,7 @@ fn add_header(
     pack.set("cameras", scene.cameras().iter().map(camera).collect());
     let surface = |(i, x): (usize, &zonal_scene::Surface)| {
         json!({
-            "name": x.name, "reflectance": scattered_fraction(x).as_slice(), "emission": x.emission.as_slice(), "group": baked.emission_groups[i],
+            "name": x.name, "reflectance": x.scattered_fraction().as_slice(), "emission": x.emission.as_slice(), "group": baked.emission_groups[i],
             "texture": x.reflectance_texture, "emissionTexture": x.emission_texture, "both": x.sides == zonal_scene::Sides::Both,
         })
     };
@@ -145,11 +145,6 @@ fn add_header(
     let pane =
         |p: &zonal_scene::Pane| json!({ "name": p.name, "depth": (p.extinction * p.thickness).as_slice() });
     pack.set("panes", scene.panes().iter().map(pane).collect());
-}
-
-/// ρ + τ of a surface: the baked light of a sheet that transmits is the mean of both sides by ρ and τ.
-fn scattered_fraction(s: &zonal_scene::Surface) -> Bands {
-    s.transmission.map_or(s.reflectance, |t| s.reflectance + t.transmittance)
 }
 
 /// Adds a field as 16-bit floats; returns the scale by which they are multiplied.
@@ -202,8 +197,8 @@ fn add_zones(pack: &mut Pack, s: &Solution) {
         let of = |i: usize, direct: bool| match (s.groups.is_empty(), direct) {
             (true, false) => s.fields.incident[i],
             (true, true) => s.fields.direct_light(i),
-            (false, false) => group.incident.at(i) * group.incident_scale,
-            (false, true) => group.direct.at(i) * group.direct_scale,
+            (false, false) => group.incident_at(i),
+            (false, true) => group.direct_at(i),
         };
         pack.f32(&format!("zoneIndirect{g}"), &list(&|i| of(i, false)));
         pack.f32(&format!("zoneDirect{g}"), &list(&|i| of(i, true)));
@@ -268,7 +263,7 @@ fn light_groups(s: &Solution, baked: &BakedSolution, scales: &[Value]) -> Value 
         };
         for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l)) {
             if let Light::Sky { radiance, distribution, .. } = light {
-                sum += *radiance * distribution.solid_angle_integral() * (0.25 / std::f64::consts::PI);
+                sum += *radiance * distribution.mean();
             }
         }
         sum.to_rgb()

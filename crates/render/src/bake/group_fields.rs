@@ -55,33 +55,24 @@ impl<'a> GroupField<'a> {
         GroupField { denoised, ..self }
     }
 
-    /// H or G of a zone without direct light, W/m²; of a side of a transmitting sheet the mean of both sides ([`GroupField::mixed`]).
+    /// H or G of a zone without direct light, W/m²; of a side of a transmitting sheet the mean of both sides ([`zonal_scene::Zones::mixed`]).
     pub(super) fn incident(&self, zone: usize) -> Bands {
-        self.mixed(zone, |i| self.own_incident(i))
-    }
-
-    /// The mean (ρ x_i + τ x_j)/(ρ + τ) of a value of both sides of a sheet: times ρ + τ, its part in the radiosity of side i. The value of other zones.
-    pub(super) fn mixed(&self, zone: usize, value: impl Fn(usize) -> Bands) -> Bands {
-        let zones = &self.s.zones;
-        let Some(j) = zones.sheets.opposite(zone) else { return value(zone) };
-        let (rho, tau) = (zones.patches[zone].reflectance, zones.sheets.transmittance(zone));
-        let sum = rho * value(zone) + tau * value(j);
-        sum.zip_map(rho + tau, |s, w| if w > 0.0 { s / w } else { 0.0 })
+        self.s.zones.mixed(zone, |i| self.own_incident(i))
     }
 
     fn own_incident(&self, zone: usize) -> Bands {
         match self.group {
             _ if zone < self.denoised.len() => self.denoised[zone],
             None => self.s.fields.incident[zone],
-            Some(g) => g.incident.at(zone) * g.incident_scale,
+            Some(g) => g.incident_at(zone),
         }
     }
 
     /// H_dir or G_dir of a zone, W/m², mixed likewise.
     pub(super) fn direct(&self, zone: usize) -> Bands {
-        self.mixed(zone, |i| match self.group {
+        self.s.zones.mixed(zone, |i| match self.group {
             None => self.s.fields.direct_light(i),
-            Some(g) => g.direct.at(i) * g.direct_scale,
+            Some(g) => g.direct_at(i),
         })
     }
 

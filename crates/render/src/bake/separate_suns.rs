@@ -14,6 +14,7 @@
 use super::baked::{BakedSun, SunDepths, SunlightMode};
 use super::group_fields::GroupField;
 use crate::image::to_single_precision;
+use crate::lights::WIDE_SUN_DIAMETER;
 use rayon::prelude::*;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, EvenExtension, Light, Scene, VoxelGrid};
@@ -21,8 +22,6 @@ use zonal_transport::Transport;
 
 /// Largest number of separate suns of a scene; a viewer needs a shadow map for each.
 const MAX_SEPARATE_SUNS: usize = 4;
-/// Angular diameter, rad, from which a sun is baked: one shadow map does not stand for all its directions.
-const WIDE_SUN_DIAMETER: f64 = 0.1;
 /// Largest number of nodes of the depth along an axis, and of all: the least maximum size of 3D textures in WebGL 2, and about 3 MB.
 const MAX_DEPTH_NODES: (usize, usize) = (256, 500_000);
 

@@ -12,6 +12,7 @@
 //! Cost of a surface point: one shadow ray a sample. Cost of a ray: lit intervals or a walk through the map for each light.
 
 use super::ray_sampler::RaySampler;
+use crate::lights::WIDE_SUN_DIAMETER;
 use crate::lights::lit_intervals::ShadowCasters;
 use crate::lights::shadow_ray::trace_shadow_ray;
 use crate::lights::sun_depth_cache::SunDepthCache;
@@ -30,8 +31,6 @@ use zonal_transport::lights::{EmissionSample, LightSampler, Receiver};
 struct DirectLightParams {
     /// Samples of a sky over those of other lights: it fills the hemisphere.
     sky_sample_factor: usize,
-    /// Angular diameter, rad, from which on one direction does not stand for a whole sun.
-    wide_sun_diameter: f64,
     /// Samples of a sun or an emitter in its penumbra over those elsewhere.
     penumbra_sample_factor: usize,
     /// Share of the indirect irradiance below which a clustered emitter has one shadow ray.
@@ -44,7 +43,6 @@ struct DirectLightParams {
 
 const PARAMS: DirectLightParams = DirectLightParams {
     sky_sample_factor: 4,
-    wide_sun_diameter: 0.1,
     penumbra_sample_factor: 4,
     single_ray_share: 0.04,
     depth_samples: 4,
@@ -84,7 +82,7 @@ impl<'a> PreparedLight<'a> {
     /// Optical depths towards a sun that is narrow enough for one direction to stand for all.
     fn narrow_sun_depths(&self) -> Option<&SunDepthCache<'a>> {
         let narrow = matches!(self.sampler.light(),
-            Light::Sun { angular_diameter, .. } if *angular_diameter < PARAMS.wide_sun_diameter);
+            Light::Sun { angular_diameter, .. } if *angular_diameter < WIDE_SUN_DIAMETER);
         let depths = self.shadow_map.as_ref().map(DeepShadowMap::sun_depths).or(self.sun_depths.as_ref());
         depths.filter(|_| narrow)
     }

@@ -16,8 +16,7 @@
 use super::node_lattice::{NodeLattice, Viewpoint};
 use crate::lazy_values::LazyValues;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::light_group::{LightGroup, LightGroupKind};
-use zonal_scene::{Band, Bands, Light, Solution};
+use zonal_scene::{Band, Bands, Light, LightGroup, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -59,17 +58,14 @@ impl<'a> StoredSkies<'a> {
     pub(crate) fn of(s: &'a Solution) -> Option<StoredSkies<'a>> {
         let lights = s.scene.lights().iter().enumerate();
         let skies = lights.filter(|(_, l)| matches!(l, Light::Sky { .. })).map(|(l, _)| l);
-        let group =
-            |l: usize| s.groups.iter().find(|g| g.kind == LightGroupKind::Light(l) && !g.direct.is_empty());
-        let groups = skies.map(group).collect::<Option<Vec<_>>>()?;
+        let groups = skies.map(|l| s.group_with_direct_light(l)).collect::<Option<Vec<_>>>()?;
         (!groups.is_empty()).then_some(StoredSkies { solution: s, groups })
     }
 
     /// Radiosity by light of the skies that voxel zone `zone` scatters once, ΩG/4, W/m².
     pub(crate) fn scattered(&self, zone: usize) -> Bands {
         let zones = &self.solution.zones;
-        let fluence: Bands =
-            self.groups.iter().map(|g| g.direct_scale * g.direct.at(zones.voxel_offset() + zone)).sum();
+        let fluence: Bands = self.groups.iter().map(|g| g.direct_at(zones.voxel_offset() + zone)).sum();
         zones.voxels.at(zone).albedo * fluence / 4.0
     }
 }

@@ -26,8 +26,7 @@ use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::light_group::{LightGroup, LightGroupKind};
-use zonal_scene::{Band, Bands, Solution};
+use zonal_scene::{Band, Bands, LightGroup, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -87,9 +86,7 @@ impl<'a> ManyLights<'a> {
     ) -> Option<ManyLights<'a>> {
         let map = s.scene.voxel_grid()?;
         let clustered = || light_samplers.iter().enumerate().filter(|l| l.1.is_clustered());
-        let own =
-            |l: usize| s.groups.iter().find(|g| g.kind == LightGroupKind::Light(l) && !g.direct.is_empty());
-        let groups = clustered().map(|(l, _)| own(l)).collect();
+        let groups = clustered().map(|(l, _)| s.group_with_direct_light(l)).collect();
         let emitters: Vec<LightSampler> = clustered().map(|l| l.1.clone()).collect();
         let clusters_of = |(emitter, l): (usize, &LightSampler)| {
             let all = l.clusters().into_iter().enumerate();
@@ -164,8 +161,7 @@ impl<'a> ManyLights<'a> {
         let mut g = Bands::ZERO;
         for (k, emitter) in self.emitters.iter().enumerate() {
             if let Some(group) = self.groups[k].filter(|_| !self.has_near_cluster(k, zone)) {
-                let (own, scale) = (group.direct.at(self.s.zones.voxel_offset() + zone), group.direct_scale);
-                g += scale * own;
+                g += group.direct_at(self.s.zones.voxel_offset() + zone);
                 continue;
             }
             let unoccluded = emitter.estimate_unoccluded(z.centre, Receiver::Free);

@@ -147,6 +147,12 @@ impl SkyDistribution {
         }
     }
 
+    /// The mean of f over all directions.
+    #[must_use]
+    pub fn mean(&self) -> Bands {
+        self.solid_angle_integral() * (0.25 / PI)
+    }
+
     /// An upper bound of f.
     #[must_use]
     pub fn upper_bound(&self) -> Bands {

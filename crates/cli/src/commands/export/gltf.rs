@@ -88,14 +88,8 @@ fn add_surfaces(
             ..GlbMaterial::diffuse(&surface.name, [1.0; 3])
         });
         // Colour the vertices.
-        let shading = VertexShading {
-            tone,
-            quantity,
-            reflectance: surface
-                .transmission
-                .map_or(surface.reflectance, |t| surface.reflectance + t.transmittance),
-            texture: texture.map(|t| t.1),
-        };
+        let reflectance = surface.scattered_fraction();
+        let shading = VertexShading { tone, quantity, reflectance, texture: texture.map(|t| t.1) };
         let mut mesh = GlbMesh { name: surface.name.clone(), material: Some(i), ..GlbMesh::default() };
         let vertices = fill_mesh(&mut mesh, baked, &triangles_of_surface[i], &shading);
         if options.light_groups {
@@ -237,9 +231,7 @@ fn add_panes(scene: &Scene, baked: &BakedSolution, tone: ExposedTone, model: &mu
 /// Radiance of surroundings and skies, W/(m² sr): the mean over all directions.
 fn exterior_radiance(scene: &Scene) -> Bands {
     scene.lights().iter().fold(scene.surroundings().radiance, |sum, l| match l {
-        Light::Sky { radiance, distribution, .. } => {
-            sum + *radiance * distribution.solid_angle_integral() * (0.25 / std::f64::consts::PI)
-        }
+        Light::Sky { radiance, distribution, .. } => sum + *radiance * distribution.mean(),
         _ => sum,
     })
 }

@@ -129,11 +129,11 @@ pub fn parse_size(text: &str) -> Result<(usize, usize), Failure> {
 
 /// Options of the renderer for a picture of this size.
 #[must_use]
-pub fn render_options(args: &Args, (width, height): (usize, usize)) -> RenderOptions {
-    let [samples, gather] = args.quality.of_picture();
-    let samples = args.samples.unwrap_or(samples) as usize;
-    let gather = args.gather.unwrap_or(gather) as usize;
-    RenderOptions { width, height, samples, gather, ..RenderOptions::default() }
+pub fn render_options(args: &Args, size: (usize, usize)) -> RenderOptions {
+    let options = args.quality.of_picture(size);
+    let samples = args.samples.map_or(options.samples, |n| n as usize);
+    let gather = args.gather.map_or(options.gather, |n| n as usize);
+    RenderOptions { samples, gather, ..options }
 }
 
 /// True if a picture holds linear values: its extension is `.exr`.

@@ -232,12 +232,7 @@ pub(super) fn write(
     }
     let camera = args.view.select(solution, settings.size)?;
     // Find the zone of each pixel.
-    let panes = if quantity.is_thermal() { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
-    let view = ItemBuffer::new(solution, &camera, settings.size, panes);
-    let view = match settings.slice {
-        Some((axis, coordinate)) => view.with_slice(axis, coordinate),
-        None => view,
-    };
+    let view = item_buffer(settings, solution, &camera);
     let zones = view.zones(progress);
     check_visible(args, solution, quantity, (&zones, &camera))?;
     let visible = visible_values(&zones, &values);
@@ -246,10 +241,7 @@ pub(super) fn write(
         write_values(args, settings, &visible)?;
         None
     } else {
-        let scale = choose_scale(settings, &visible, rounding)?;
-        let colour = |z: Option<usize>| z.map_or(BACKGROUND, |z| scale.colour(values[z]));
-        let picture = view.false_colours(&colour, progress);
-        let canvas = colour_canvas(settings, (&picture, &scale, visible.without_value), solution);
+        let (canvas, scale) = coloured(settings, (&view, &values, rounding), &visible, solution, progress)?;
         write_canvas(args, settings, &canvas, &scale)?;
         Some(scale)
     };
@@ -276,13 +268,35 @@ pub fn draw(
     };
     let missing = || Failure::new(format!("the solution has no {}", quantity.name()));
     let (values, rounding) = quantity.values(solution).ok_or_else(missing)?;
-    let panes = if quantity.is_thermal() { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
-    let view = ItemBuffer::new(solution, camera, size, panes);
+    let view = item_buffer(&settings, solution, camera);
     let visible = visible_values(&view.zones(progress), &values);
-    let scale = choose_scale(&settings, &visible, rounding)?;
+    Ok(coloured(&settings, (&view, &values, rounding), &visible, solution, progress)?.0)
+}
+
+/// The zones that the pixels show.
+fn item_buffer<'a>(settings: &FieldPictureSettings, s: &'a Solution, camera: &Camera) -> ItemBuffer<'a> {
+    let is_thermal = settings.quantity.is_thermal();
+    let panes = if is_thermal { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
+    let view = ItemBuffer::new(s, camera, settings.size, panes);
+    match settings.slice {
+        Some((axis, coordinate)) => view.with_slice(axis, coordinate),
+        None => view,
+    }
+}
+
+/// The colours of the values of all zones with their scale beside them, and the scale.
+fn coloured(
+    settings: &FieldPictureSettings,
+    (view, values, rounding): (&ItemBuffer, &[f64], f64),
+    visible: &VisibleValues,
+    s: &Solution,
+    progress: &dyn Progress,
+) -> Result<(Canvas, ColourScale), Failure> {
+    let scale = choose_scale(settings, visible, rounding)?;
     let colour = |z: Option<usize>| z.map_or(BACKGROUND, |z| scale.colour(values[z]));
     let picture = view.false_colours(&colour, progress);
-    Ok(colour_canvas(&settings, (&picture, &scale, visible.without_value), solution))
+    let canvas = colour_canvas(settings, (&picture, &scale, visible.without_value), s);
+    Ok((canvas, scale))
 }
 
 /// Refuses a picture without any zone.
