@@ -6,7 +6,7 @@
 source "$(dirname "$0")/common.sh"
 names=()
 for source in examples/*.rs; do names+=("$(basename "$source" .rs)"); done
-cargo build --quiet --locked "${names[@]/#/--example=}"
+.ci/cargo.sh build --quiet "${names[@]/#/--example=}"
 folder=$(dirname "$1")/examples
 for name in "${names[@]}"; do
     echo "--- $name"

@@ -13,5 +13,5 @@ fi
 
 # The packages of the other steps are named with it, so that crates have the same features and are not compiled again.
 cargo clippy --quiet --locked --workspace --bin zonal-mpi --test mpi_command -- -D warnings
-cargo test --quiet --locked --workspace --exclude zonal-python --bin zonal-mpi --test mpi_command
+cargo test --quiet --locked --workspace --exclude zonal-benches --bin zonal-mpi --test mpi_command
 python3 scripts/mpi_runs.py ranks --quick --zonal "$zonal" --mpi "$(dirname "$zonal")/zonal-mpi"

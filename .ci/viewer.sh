@@ -17,5 +17,5 @@ npm ci --silent --no-audit --no-fund --prefix viewer || { missing "the viewer's 
 [ -e "$folder/chapel/chapel.npz" ] || "$zonal" demo chapel --size small -o "$folder/chapel"
 npm run --silent --prefix viewer check
 npm test --silent --prefix viewer
-cargo build --quiet --locked --example floats
+.ci/cargo.sh build --quiet --example floats
 BUILT=$(dirname "$zonal") CHAPEL=$folder/chapel/chapel.npz npm run --silent --prefix viewer browser

@@ -44,7 +44,7 @@ fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Parses every Rust source below `crates/`, `mpi/`, `python/` and `fuzz/`, sorted by path.
+/// Parses every Rust source below `benches/`, `crates/`, `mpi/`, `python/` and `fuzz/`, sorted by path.
 ///
 /// # Panics
 /// If a file cannot be read or parsed.
@@ -52,6 +52,7 @@ fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
 pub fn load(root: &Path) -> Vec<SourceFile> {
     let mut paths = Vec::new();
     rust_files(&root.join("crates"), &mut paths);
+    rust_files(&root.join("benches"), &mut paths);
     rust_files(&root.join("fuzz/src"), &mut paths);
     rust_files(&root.join("fuzz/fuzz_targets"), &mut paths);
     rust_files(&root.join("examples"), &mut paths);

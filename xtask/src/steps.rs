@@ -1,7 +1,8 @@
 //! The steps of CI, which developers run too.
 //!
 //! Every step runs even when an earlier one fails; the result is a failure if any step fails. Each crate is compiled once for clippy and rustdoc
-//! and once for tests; the demo and all later steps run the binary of the test build, which differs from a release by optimization and
+//! and once for tests, with the features that the Python package needs; the demo and all later steps run the binary of the test build, which
+//! differs from a release by optimization and
 //! assertions alone. Steps that need tools beyond Rust are scripts below `.ci/`: they install what they need where they may, and skip with a
 //! message where a tool is missing, except on CI (`CI` set), where a missing tool is a failure.
 
@@ -56,12 +57,12 @@ const STEPS: [Step; 15] = [
     Step {
         name: "tests",
         checks: "all tests",
-        command: &["cargo", "test", "--locked", "--no-fail-fast", "--lib", "--bins", "--tests"],
+        command: &[".ci/cargo.sh", "test", "--no-fail-fast", "--lib", "--bins", "--tests"],
     },
     Step {
         name: "doctests",
         checks: "examples in the documentation",
-        command: &["cargo", "test", "--locked", "--doc"],
+        command: &[".ci/cargo.sh", "test", "--doc"],
     },
     Step { name: "counts", checks: "structure of the code", command: &["cargo", "xtask", "counts"] },
     Step { name: "examples", checks: "the library's examples", command: &[".ci/examples.sh", "{zonal}"] },

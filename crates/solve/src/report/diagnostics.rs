@@ -33,7 +33,10 @@ fn not_converged(imbalance: Option<String>) -> Diagnostic {
 
 /// The advice for factors that lose or create power.
 fn closure_advice(restores_closure: bool) -> &'static str {
-    if restores_closure { "use a smaller tolerance" } else { "restore closure, or use a smaller tolerance" }
+    match restores_closure {
+        true => "use a smaller tolerance or smaller patches",
+        false => "restore closure, or use a smaller tolerance or smaller patches",
+    }
 }
 
 /// The diagnostic of the balance of light, and of a solver with `status`.

@@ -236,9 +236,15 @@ impl<'a> LightSampler<'a> {
         samples: usize,
         seed: u64,
     ) -> Bands {
+        let (n, at) = self.stratified(samples, seed);
+        self.gather_with(transport, point, receiver, n, at)
+    }
+
+    /// The number of samples for `samples` wanted ones, which is 1 where all are alike, and their points of the unit cube, stratified and shifted by `seed`.
+    pub fn stratified(&self, samples: usize, seed: u64) -> (usize, impl Fn(usize) -> [f64; 3] + use<>) {
         let n = if self.is_delta() { 1 } else { samples.max(1) };
         let shift = [0, 1, 2].map(|k| low_discrepancy::hash_to_unit(seed.wrapping_mul(3).wrapping_add(k)));
-        self.gather_with(transport, point, receiver, n, |i| stratified(i, n, shift))
+        (n, move |i| stratified(i, n, shift))
     }
 
     /// H or G of this light alone, W/m², from `n` samples at the points `at(0)` … `at(n − 1)` of the unit cube.
@@ -250,12 +256,26 @@ impl<'a> LightSampler<'a> {
         n: usize,
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
+        self.gather_weighted(transport, point, receiver, (n, at), |flux, _| flux)
+    }
+
+    /// The same with the contribution of each sample weighted by its direction: `weighted(flux, direction)` is W/m² for the attenuated contribution `flux`, W/m²,
+    /// and the unit vector towards the light. `samples` are their number and their points of the unit cube.
+    pub fn gather_weighted(
+        &self,
+        transport: &Transport,
+        point: Vec3,
+        receiver: Receiver,
+        (n, at): (usize, impl Fn(usize) -> [f64; 3]),
+        weighted: impl Fn(Bands, Vec3) -> Bands,
+    ) -> Bands {
         // Sum the samples before and after attenuation.
         let (mut sent, mut arrived) = (Bands::ZERO, Bands::ZERO);
         for i in 0..n {
             if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
                 sent += sample.flux;
-                arrived += self.attenuated(transport, point, &sample).unwrap_or_default();
+                let flux = self.attenuated(transport, point, &sample).unwrap_or_default();
+                arrived += weighted(flux, sample.direction);
             }
         }
         if !self.has_closed_form() {

@@ -46,7 +46,7 @@ fn lid() -> String {
 const COMPARED_ZONES: usize = 100;
 const REFERENCE_SAMPLES: usize = 1 << 16;
 const FIRST_REFERENCE_SAMPLE: usize = 1 << 17;
-const REFERENCE_PANE_POINTS: usize = PANE_POINTS << 10;
+const REFERENCE_PANE_POINTS: usize = PANE_POINTS << 12;
 
 /// Relative errors over the zones, true and stated, and fractions of the zones within once and twice the stated error.
 struct ErrorCoverage {

@@ -125,7 +125,7 @@ pub(crate) fn expected_rays(
         let resampled: Vec<f64> = pilot.par_iter().zip(&list).map(more).collect();
         step as f64 * (resampled.iter().sum::<f64>() + (list.len() * PILOT_SAMPLES[kind]) as f64)
     };
-    let panes = 3 * zones.panes.len() * PANE_POINTS * SAMPLES_PER_PANE_POINT;
+    let panes = zones.panes.len() * PANE_POINTS * SAMPLES_PER_PANE_POINT;
     of(0..patches, 0) + of(patches..n, 1) + panes as f64
 }
 

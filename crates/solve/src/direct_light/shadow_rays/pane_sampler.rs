@@ -1,7 +1,7 @@
 //! Direct light inside panes.
 //!
-//! The fluence of a pane follows from the power that it takes from the light, κ G t = Σ E c (1 − e^{−κt/c}) with c the cosine. Its error follows
-//! from the spread of parts of the points; that of a point light also from the part of its beam that all points may miss, 1/(2(n + 1)) of the bound of its
+//! The fluence of a pane follows from the power that it takes from the light, κ G t = Σ g c (1 − e^{−κt/c}) with g the fluence that a sample of the light
+//! brings in free space and c its cosine with the normal. Its error follows from the spread of parts of the points; that of a point light also from the part of its beam that all points may miss, 1/(2(n + 1)) of the bound of its
 //! light for n points.
 
 use super::params::{
@@ -14,6 +14,9 @@ use crate::distribution::Execution;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Bands, Light, PaneZone};
 use zonal_transport::lights::Receiver;
+
+/// Smallest cosine of light with the normal of a pane.
+const MIN_COSINE: f64 = 1e-6;
 
 impl ZoneLightSampler<'_> {
     /// G_dir of pane zone `k` and its standard error, from `count` points.
@@ -78,24 +81,20 @@ impl ZoneLightSampler<'_> {
             *e = (0.5 * (*e * *e + pooled * *g * *g)).sqrt();
         }
         let points = more.iter().sum::<u64>() + (n * PANE_POINTS) as u64;
-        (found, 3 * points * SAMPLES_PER_PANE_POINT as u64)
+        (found, points * SAMPLES_PER_PANE_POINT as u64)
     }
 
     /// Fluence inside a pane at a point, by the absorbed power.
     fn pane_fluence(&self, p: &PaneZone, at: Vec3, seed: u64) -> Bands {
-        let gather = |r: Receiver| self.light.gather(self.transport, at, r, SAMPLES_PER_PANE_POINT, seed);
-        let front = gather(Receiver::Surface(p.normal));
-        let back = gather(Receiver::Surface(-p.normal));
-        let fluence = gather(Receiver::Free);
-        Bands::from_fn(|b| {
-            let flux = front[b] + back[b];
-            if flux <= 0.0 || fluence[b] <= 0.0 {
-                return 0.0;
-            }
-            let cos = (flux / fluence[b]).clamp(1e-6, 1.0);
-            let depth = p.extinction[b] * p.thickness;
-            let share = if depth > 1e-12 { -(-depth / cos).exp_m1() / depth } else { 1.0 / cos };
-            flux * share
+        let samples = self.light.stratified(SAMPLES_PER_PANE_POINT, seed);
+        self.light.gather_weighted(self.transport, at, Receiver::Free, samples, |flux, towards| {
+            let cos = p.normal.dot(towards).abs().max(MIN_COSINE);
+            Bands::from_fn(|b| {
+                let depth = p.extinction[b] * p.thickness;
+                // c (1 − e^{−κt/c}) / κt, which tends to 1 for thin glass.
+                let share = if depth > 1e-12 { -(-depth / cos).exp_m1() * cos / depth } else { 1.0 };
+                flux[b] * share
+            })
         })
     }
 }

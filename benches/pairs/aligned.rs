@@ -1,4 +1,4 @@
-//! Times of the aligned methods by tolerance: `cargo bench -p zonal-exchange --bench aligned`, one core.
+//! Times of the aligned methods by tolerance: `cargo bench -p zonal-benches --bench aligned`, one core.
 //!
 //! **Floors** (operations an entry, AVX-512 at about 3 GHz, two vector operations a cycle, a division of eight lanes 16 cycles):
 //!
