@@ -169,3 +169,35 @@ fn alpha_pictures_of_obj_files_are_read() {
         notes(&missing)
     );
 }
+
+#[test]
+fn transparent_materials_of_obj_files_are_panes() {
+    let obj = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    let scene = |mtl: &str| {
+        let mtl = format!("newmtl m\nKd 0.2 0.4 0.6\n{mtl}\n");
+        Folder::new().with("a.obj", obj).with("a.mtl", mtl).scene(&mesh("a.obj", ""))
+    };
+    for (mtl, transmittance, albedo) in [
+        ("d 0.25", [0.75; 3], [0.2, 0.4, 0.6]),
+        ("Tr 0.75", [0.75; 3], [0.2, 0.4, 0.6]),
+        ("Tr 0\nd 0.25", [0.75; 3], [0.2, 0.4, 0.6]),
+        ("illum 7\nTf 0.1 0.2 0.3", [0.1, 0.2, 0.3], [0.0; 3]),
+    ] {
+        let s = scene(mtl);
+        let [pane] = s.panes() else { panic!("{mtl}: {} panes", s.panes().len()) };
+        let found = pane.extinction.map(|k| (-k * pane.thickness).exp());
+        assert!((found - Bands::from_rgb(transmittance)).abs().max_element() < 1e-12, "{mtl}: {found:?}");
+        assert!(
+            (pane.albedo - Bands::from_rgb(albedo)).abs().max_element() < 1e-12,
+            "{mtl}: {:?}",
+            pane.albedo
+        );
+    }
+    for opaque in ["d 1", "Tr 0", "Tr 1", "illum 2\nTf 1 1 1", "d 1\nTr 0.5"] {
+        let s = scene(opaque);
+        assert!(s.panes().is_empty() && area(&s) == 1.0, "{opaque}");
+    }
+    let mirror = scene("illum 5\nKs 0.9 0.9 0.9");
+    assert!(notes(&mirror).contains("specular reflectance (Ks, illum 5)"), "{}", notes(&mirror));
+    assert!(!notes(&scene("illum 2\nKs 0.9 0.9 0.9")).contains("specular"));
+}

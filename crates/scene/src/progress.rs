@@ -8,7 +8,7 @@ pub trait Progress: Sync {
     fn advance(&self, steps: u64);
     /// The stage is complete.
     fn end(&self);
-    /// Whether the computation is to stop. It is asked between stages and between iterations; a solve then ends with
+    /// Whether the computation is to stop. It is asked between stages, between iterations and between blocks of rays; it must stay true. A solve then ends with
     /// [`crate::SceneErrorKind::Interrupted`], and its finished stages stay in the checkpoint.
     fn is_interrupted(&self) -> bool {
         false

@@ -86,7 +86,7 @@ fn interrupted_solve_is_an_error_and_resumes_to_the_bit() {
     ] {
         let straight = solve_in(&MemoryStore::default(), &scene, &NoProgress).unwrap();
         let mut interruptions = 0;
-        for first in [0, 1, 2, 3, 4, 6, 9, 13, 19, 28, 41] {
+        for first in [0, 1, 2, 3, 4, 6, 9, 13, 19, 28, 41, 60, 88, 129] {
             let store = MemoryStore::default();
             let Err(error) = solve_in(&store, &scene, &InterruptingObserver::new(first)) else { break };
             assert_eq!(error.kind(), SceneErrorKind::Interrupted, "{name}, query {first}: {error}");

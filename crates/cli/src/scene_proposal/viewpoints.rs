@@ -3,11 +3,12 @@
 //! Candidates lie on a lattice in the bounding box. From each a set of directions, evenly spread over the sphere, is followed to the first surface. A candidate is *inside*
 //! if most rays hit something, and free if none hits close by. Its spaciousness is the mean distance of the horizontal hits. The first camera stands at the end of the
 //! longest free run through the most spacious point and looks along it; the second looks at that point from the free point farthest from the first camera; the third
-//! looks down on it from below the ceiling. A model without an inside is seen from outside, from three directions.
+//! looks down on it from below the ceiling. A model without an inside is seen from outside, from three directions; so is one whose rays from inside meet the backs of its
+//! faces, such as a figure, unless it holds a light.
 
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Camera, Scene};
-use zonal_transport::Transport;
+use zonal_scene::{Bands, Camera, Scene};
+use zonal_transport::{Hit, Transport};
 
 /// Candidates along each axis of the bounding box.
 const CANDIDATES_PER_AXIS: [usize; 3] = [9, 9, 5];
@@ -17,6 +18,8 @@ const DIRECTION_COUNT: usize = 96;
 const MIN_HIT_FRACTION: f64 = 0.6;
 /// Fraction of the clear candidates that are inside, from which the model has an inside.
 const MIN_INSIDE_FRACTION: f64 = 0.2;
+/// Fraction of the hits from inside on fronts of faces, from which an unlit model has an inside.
+const MIN_FRONT_FRACTION: f64 = 0.5;
 /// Distance of a free point to the nearest surface over the smallest extent.
 const MIN_CLEARANCE: f64 = 0.05;
 /// Height of the eye above the floor, m, and its largest fraction of the height of the room.
@@ -39,6 +42,8 @@ struct FreePoint {
     spaciousness: f64,
     /// Fraction of the upward rays that leave the model.
     open_sky: f64,
+    /// Fraction of the hits that are on fronts of faces.
+    front: f64,
 }
 
 /// The inside of a model.
@@ -74,9 +79,14 @@ fn directions() -> impl Iterator<Item = Vec3> {
     })
 }
 
+/// The first surface.
+fn first_hit(transport: &Transport, from: Vec3, towards: Vec3) -> Option<Hit> {
+    transport.closest_hit(from, towards, 0.0, f64::INFINITY)
+}
+
 /// Distance to the first surface, m.
 pub(super) fn free_distance(transport: &Transport, from: Vec3, towards: Vec3) -> Option<f64> {
-    transport.closest_hit(from, towards, 0.0, f64::INFINITY).map(|hit| hit.t)
+    first_hit(transport, from, towards).map(|hit| hit.t)
 }
 
 /// The inside of a scene; `None` of a body that is seen from outside.
@@ -100,34 +110,38 @@ pub(super) fn find_inside(scene: &Scene, transport: &Transport) -> Option<ModelI
             points.push(point);
         }
     }
-    let is_inside = points.len() as f64 > MIN_INSIDE_FRACTION * clear as f64;
+    let front = points.iter().map(|p| p.front).sum::<f64>() / points.len().max(1) as f64;
+    let is_lit = scene.surfaces().iter().any(|s| s.emission != Bands::ZERO);
+    let is_inside =
+        points.len() as f64 > MIN_INSIDE_FRACTION * clear as f64 && (is_lit || front >= MIN_FRONT_FRACTION);
     let centre = points.iter().copied().max_by(|a, b| a.spaciousness.total_cmp(&b.spaciousness))?;
     is_inside.then_some(ModelInside { points, centre })
 }
 
 /// A candidate and the fraction of its rays that hit something; `None` close to a surface.
 fn explore(transport: &Transport, at: Vec3, clearance: f64) -> Option<(FreePoint, f64)> {
-    let (mut hits, mut up, mut sky) = (0usize, 0usize, 0usize);
+    let (mut hits, mut fronts, mut up, mut sky) = (0usize, 0usize, 0usize, 0usize);
     let (mut horizontal, mut sum) = (0usize, 0.0);
     for d in directions() {
-        let distance = free_distance(transport, at, d);
         up += usize::from(d.z > 0.0);
-        let Some(t) = distance else {
+        let Some(hit) = first_hit(transport, at, d) else {
             sky += usize::from(d.z > 0.0);
             continue;
         };
-        if t < clearance {
+        if hit.t < clearance {
             return None;
         }
         hits += 1;
+        fronts += usize::from(hit.front);
         if d.z.abs() < MAX_HORIZONTAL_SINE {
             horizontal += 1;
-            sum += t;
+            sum += hit.t;
         }
     }
     let spaciousness = sum / horizontal.max(1) as f64;
     let open_sky = sky as f64 / up.max(1) as f64;
-    Some((FreePoint { at, spaciousness, open_sky }, hits as f64 / DIRECTION_COUNT as f64))
+    let front = fronts as f64 / hits.max(1) as f64;
+    Some((FreePoint { at, spaciousness, open_sky, front }, hits as f64 / DIRECTION_COUNT as f64))
 }
 
 /// Three cameras for a scene with this inside, or for a body.

@@ -82,6 +82,24 @@ const CONVERTERS: [Converter; 13] = [
         command: "assimp export in.3mf out.glb",
     },
     Converter {
+        extensions: &["x3d"],
+        contents: FileContents::Mesh,
+        name: "X3D",
+        command: "assimp export in.x3d out.glb",
+    },
+    Converter {
+        extensions: &["lwo"],
+        contents: FileContents::Mesh,
+        name: "LightWave",
+        command: "assimp export in.lwo out.glb",
+    },
+    Converter {
+        extensions: &["wrl", "vrml"],
+        contents: FileContents::Mesh,
+        name: "VRML",
+        command: "assimp export in.wrl out.glb",
+    },
+    Converter {
         extensions: &["off"],
         contents: FileContents::Mesh,
         name: "OFF",

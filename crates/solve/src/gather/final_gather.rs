@@ -187,6 +187,9 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
         .with_max_len(TASKS_AT_A_TIME);
     let own = tasks.filter(|(number, _)| blocks.is_own_block(*number));
     own.for_each_init(GatherScratch::default, |scratch, (number, ((sums, counts), mut escape))| {
+        if progress.is_interrupted() {
+            return;
+        }
         let zones = counts.len() as u64;
         let mut aimed = 0..0;
         for (k, (sums, count)) in sums.chunks_mut(2 * quantities).zip(counts).enumerate() {
@@ -220,7 +223,10 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
     sums.exchange(&blocks, communicator, (&before, wanted));
     progress.end();
     sums.round += 1;
-    sums.save(task.checkpoints);
+    // An interrupted round lacks samples.
+    if !progress.is_interrupted() {
+        sums.save(task.checkpoints);
+    }
 }
 
 /// The zones whose connections are aimed with those of zone `i`, from it on. The result depends on the zones alone.

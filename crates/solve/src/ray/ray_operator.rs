@@ -16,7 +16,7 @@ use crate::gather::gather_task::GatherTask;
 use crate::gather::regression_windows::RegressionWindows;
 use crate::gather::zone_gather::{GatherField, GatheredSky, Gatherer};
 use crate::gather::zone_groups::ZoneGroups;
-use crate::iteration::multivector::total;
+use crate::iteration::multivector::{self, total};
 use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgstab, neumann_series};
 use crate::light_groups::SourceGroup;
 use crate::mixed_sides::mix_sides;
@@ -236,6 +236,16 @@ fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec
     out
 }
 
+/// True if the sum of squares of `a` exceeds that of `b` in some band.
+fn exceeds(a: &[PaddedBands], b: &[PaddedBands]) -> bool {
+    let [a, b] = [a, b].map(|list| {
+        multivector::sum(list.len(), |i| -> [f64; LANES] {
+            std::array::from_fn(|k| f64::from(list[i][k]).powi(2))
+        })
+    });
+    a.iter().zip(b).any(|(a, b)| *a > b)
+}
+
 /// The same exchange with continued paths, by the first 1/`divisor` of the rays of every zone, and the sides of transmitting sheets mixed.
 struct ContinuedRays<'a, 'b> {
     rays: &'a RayOperator<'b>,
@@ -380,11 +390,17 @@ impl RayOperator<'_> {
         let sign =
             |i: usize| if low_discrepancy::hash_to_unit(i as u64 ^ NOISE_SEED) < 0.5 { -1.0 } else { 1.0 };
         let noise = |i: usize| sign(i) * weights[i] * error[i] * self.zones.response(i).1;
-        let column: Vec<Bands> = (0..self.len()).into_par_iter().map(noise).collect();
-        let operator = &ContinuedRays { rays: self, divisor: INITIAL_SOLVE_DIVISOR };
-        let system = LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
-        let solved = bicgstab::solve(&system, &[column], None, NOISE_SOLVE_STOP, progress);
-        self.radiosities(&solved[0].strengths)
+        let column = [(0..self.len()).into_par_iter().map(noise).collect::<Vec<Bands>>()];
+        let solve = |divisor: usize| {
+            let operator = &ContinuedRays { rays: self, divisor };
+            let system =
+                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            let solved = bicgstab::solve(&system, &column, None, NOISE_SOLVE_STOP, progress);
+            self.radiosities(&solved[0].strengths)
+        };
+        // Among a few rays may be white zones whose rays all end on one another; what they hold back exceeds the light itself.
+        let few = solve(INITIAL_SOLVE_DIVISOR);
+        if exceeds(&few, &b) { solve(1) } else { few }
     }
 
     /// H or G of every zone from that noise by the stored rays, W/m².

@@ -130,16 +130,20 @@ impl KindTracing<'_> {
             let weighted = by_block.zip(weights.par_chunks_mut(rays * ZONES_PER_BLOCK));
             weighted.map(|((zone, ends), w)| self.trace_block(zone, ends, w)).collect()
         };
-        if checkpoints.keeps() {
+        // An interrupted stage lacks rays.
+        if checkpoints.keeps() && !self.context.progress.is_interrupted() {
             checkpoints.save(&name, &ray_checkpoint::encode(ends, weights, &vertices));
         }
         vertices
     }
 
-    /// Traces the rays of a block of zones from `zone` on.
+    /// Traces the rays of a block of zones from `zone` on; none after an interruption.
     fn trace_block(&self, zone: usize, ends: &mut [u32], weights: &mut [PerBand<f32>]) -> Vec<PathVertex> {
         let rays = self.rays();
         let mut vertices = Vec::new();
+        if self.context.progress.is_interrupted() {
+            return vertices;
+        }
         let source = |r: usize| (zone + r / rays, r % rays);
         self.tracer.trace_batch(ends.len(), source, |r, end| {
             if let Some(w) = weights.get_mut(r) {

@@ -19,8 +19,8 @@ use crate::files::FileSource;
 use crate::input::error::FileFault;
 use crate::input::images;
 use crate::input::mesh::model::{
-    AlphaChannel, AlphaRule, AlphaSource, GlassAttenuation, GlassProperties, ImageSource, MeshData,
-    MeshMaterial, WeightedImage,
+    AlphaChannel, AlphaRule, AlphaSource, GlassAttenuation, GlassProperties, ImageSource, MIN_TRANSMITTANCE,
+    MeshData, MeshMaterial, WeightedImage,
 };
 use gltf::Document;
 use gltf::material::AlphaMode;
@@ -32,8 +32,6 @@ use zonal_scene::Bands;
 
 /// Largest reflectance of an unlit material.
 const MAX_UNLIT_REFLECTANCE: f64 = 0.95;
-/// Smallest transmittance of a colour; it keeps the extinction finite.
-const MIN_TRANSMITTANCE: f64 = 1e-6;
 
 /// Cutoff of a mask without one.
 const DEFAULT_CUTOFF: f32 = 0.5;

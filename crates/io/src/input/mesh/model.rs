@@ -174,6 +174,9 @@ impl MeshMaterial {
     }
 }
 
+/// Smallest transmittance of a material; it keeps the extinction finite.
+pub(crate) const MIN_TRANSMITTANCE: f64 = 1e-6;
+
 /// A transmitting material.
 #[derive(Clone, Copy)]
 pub(crate) struct GlassProperties {

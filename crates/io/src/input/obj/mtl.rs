@@ -1,8 +1,20 @@
-//! Material libraries of OBJ files: Kd is the reflectance, map_Kd its texture, Ke a radiance (emission = π Ke), map_d an alpha that blends.
+//! Material libraries of OBJ files.
+//!
+//! | library | scene |
+//! |---|---|
+//! | Kd and map_Kd | reflectance and its texture |
+//! | Ke | a radiance L; emission = π L |
+//! | map_d | an alpha that blends |
+//! | d < 1, or Tr = 1 − d > 0 where d is missing | a pane of transmittance 1 − d |
+//! | Tf with illum 4, 6, 7 or 9, the models of glass | a pane of transmittance Tf |
+//! | Ks with illum 3 to 9, the models of mirrors and glass | not read: its light is absorbed, which a note says |
 
 use crate::files::FileSource;
 use crate::input::error::FileFault;
-use crate::input::mesh::model::{AlphaChannel, AlphaRule, AlphaSource, ImageSource, MeshMaterial};
+use crate::input::mesh::model::{
+    AlphaChannel, AlphaRule, AlphaSource, GlassAttenuation, GlassProperties, ImageSource, MIN_TRANSMITTANCE,
+    MeshMaterial,
+};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use zonal_scene::Bands;
@@ -21,6 +33,7 @@ pub(super) fn read_library(
     let text = String::from_utf8_lossy(&bytes);
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut materials: Vec<MeshMaterial> = Vec::new();
+    let mut optics: Vec<MtlOptics> = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let number = number + 1;
         let line = line.split('#').next().unwrap_or("").trim();
@@ -28,12 +41,15 @@ pub(super) fn read_library(
         let rest = rest.trim();
         if word == "newmtl" {
             materials.push(MeshMaterial::named(if rest.is_empty() { "default" } else { rest }));
+            optics.push(MtlOptics::default());
             continue;
         }
-        let Some(m) = materials.last_mut() else { continue };
+        let (Some(m), Some(optics)) = (materials.last_mut(), optics.last_mut()) else { continue };
         let line = MtlLine { files, folder, file: &file, number, word, rest };
         line.apply(m, notes)?;
+        line.read_optics(optics)?;
     }
+    materials.iter_mut().zip(&optics).for_each(|(m, optics)| optics.apply(m, &file, notes));
     // Some exporters write a black Kd beside a texture and mean the texture.
     for m in &mut materials {
         if m.texture.is_some() && m.reflectance.is_none_or(|r| r == Bands::ZERO) {
@@ -41,6 +57,63 @@ pub(super) fn read_library(
         }
     }
     Ok(materials)
+}
+
+/// Thickness of panes whose transmittance the library gives, in its unit. Their optical depth is the same for any thickness.
+const PANE_THICKNESS: f64 = 1e-3;
+/// Specular reflectance below which a material is taken as diffuse.
+const MIN_SPECULAR: f64 = 0.05;
+
+/// Transmission and specular reflection of a material.
+#[derive(Default)]
+struct MtlOptics {
+    /// d, 1 for an opaque material.
+    dissolve: Option<f64>,
+    /// Tr = 1 − d.
+    transparency: Option<f64>,
+    /// Tf.
+    filter: Option<Bands>,
+    /// illum.
+    model: u32,
+    /// Ks.
+    specular: Bands,
+}
+
+impl MtlOptics {
+    /// The transmittance of the material; `None` if it is opaque.
+    fn transmittance(&self) -> Option<Bands> {
+        let of_dissolve = match (self.dissolve, self.transparency) {
+            (Some(d), _) => 1.0 - d,
+            // Some exporters write the dissolve as Tr, and 1 for an opaque material.
+            (None, Some(t)) if t < 1.0 => t,
+            _ => 0.0,
+        };
+        if of_dissolve > 0.0 && of_dissolve <= 1.0 {
+            return Some(Bands::splat(of_dissolve));
+        }
+        let filter = self.filter.filter(|_| matches!(self.model, 4 | 6 | 7 | 9))?;
+        Some(filter.map(|x| x.min(1.0)))
+    }
+
+    /// Makes a transparent material a pane, and notes what is not read.
+    fn apply(&self, m: &mut MeshMaterial, file: &str, notes: &mut Vec<String>) {
+        if let Some(transmittance) = self.transmittance().filter(|_| m.alpha.is_none()) {
+            m.glass = Some(GlassProperties {
+                thickness: Some(PANE_THICKNESS),
+                attenuation: GlassAttenuation::Transmittance(transmittance.map(|t| t.max(MIN_TRANSMITTANCE))),
+                albedo: match self.model {
+                    4 | 6 | 7 | 9 => Bands::ZERO,
+                    _ => m.reflectance.unwrap_or_default(),
+                },
+            });
+        }
+        if (3..=9).contains(&self.model) && self.specular.any(|s| s >= MIN_SPECULAR) {
+            notes.push(format!(
+                "{file}: material '{0}': its specular reflectance (Ks, illum {1}) is not read, and that light is absorbed; give materials.\"{0}\".reflectance to keep it",
+                m.name, self.model
+            ));
+        }
+    }
 }
 
 /// A line of a library: its keyword and the rest.
@@ -66,6 +139,21 @@ impl MtlLine<'_> {
         if self.files.contains(&image) { Ok(image) } else { Err(name) }
     }
 
+    /// Reads transmission and specular reflection.
+    fn read_optics(&self, optics: &mut MtlOptics) -> Result<(), FileFault> {
+        // A word before the number is an option ("d -halo 0.5").
+        let number = || self.rest.split_whitespace().last().and_then(|w| w.parse::<f64>().ok());
+        match self.word {
+            "d" => optics.dissolve = number(),
+            "Tr" => optics.transparency = number(),
+            "illum" => optics.model = number().unwrap_or(0.0) as u32,
+            "Tf" => optics.filter = colour(self.file, self.number, self.rest).ok(),
+            "Ks" => optics.specular = colour(self.file, self.number, self.rest)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
     /// Sets the property that the line gives.
     fn apply(&self, m: &mut MeshMaterial, notes: &mut Vec<String>) -> Result<(), FileFault> {
         let MtlLine { file, number, word, rest, .. } = *self;
@@ -84,12 +172,6 @@ impl MtlLine<'_> {
                     notes.push(format!("{file}:{number}: there is no picture '{name}'; Kd alone was used"));
                 }
             },
-            "d" if rest.parse().is_ok_and(|d: f64| d < 1.0) => {
-                m.opaque_warning = Some(format!(
-                    "{file}:{number}: material '{0}' is transparent and was read as opaque; give it a pane in the scene to change that",
-                    m.name
-                ));
-            }
             "map_d" => {
                 let image = self.picture().map(ImageSource::File);
                 match image {

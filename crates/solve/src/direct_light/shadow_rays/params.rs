@@ -45,9 +45,9 @@ pub(super) const AVERAGED_ERROR_SHARE: f32 = 0.25;
 
 /// Pilot points of a pane, and samples of the light at each.
 pub(super) const PANE_POINTS: usize = 16;
-pub(super) const SAMPLES_PER_PANE_POINT: usize = 6;
+pub(super) const SAMPLES_PER_PANE_POINT: usize = 2;
 /// Largest growth of the number of points, and parts whose spread gives the error.
-pub(super) const MAX_PANE_GROWTH: usize = 24;
+pub(super) const MAX_PANE_GROWTH: usize = 64;
 pub(super) const PANE_PARTS: usize = 8;
 
 /// Distance in cells over which pilot samples are compared: a fraction of the light that all of them miss is negligible.
