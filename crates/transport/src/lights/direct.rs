@@ -271,8 +271,13 @@ impl<'a> LightSampler<'a> {
     ) -> Bands {
         // Sum the samples before and after attenuation.
         let (mut sent, mut arrived) = (Bands::ZERO, Bands::ZERO);
+        let mut view = self.emitter.as_ref().filter(|_| n > 1).map(|e| e.view(point, receiver));
         for i in 0..n {
-            if let Some(sample) = self.sample_at(transport, point, receiver, at(i)) {
+            let sample = match &mut view {
+                Some(view) => view.sample(at(i)).and_then(|spot| emitter_sample(spot, point, receiver)),
+                None => self.sample_at(transport, point, receiver, at(i)),
+            };
+            if let Some(sample) = sample {
                 sent += sample.flux;
                 let flux = self.attenuated(transport, point, &sample).unwrap_or_default();
                 arrived += weighted(flux, sample.direction);

@@ -62,6 +62,56 @@ struct ChosenFacet {
     weight: f64,
 }
 
+/// An emitter as seen from one point. The visible parts of its facets, or of those of the cluster of the last sample, are kept: the samples are those of
+/// [`Emitter::sample_solid_angle`].
+pub(crate) struct EmitterView<'e> {
+    emitter: &'e Emitter<'e>,
+    p: Vec3,
+    receiver: Receiver,
+    /// The facets whose visible parts are kept, those parts, and the running sums of their solid angles, sr.
+    facets: Range<usize>,
+    polygons: Vec<Option<VisiblePolygon>>,
+    sums: Vec<f64>,
+}
+
+impl EmitterView<'_> {
+    /// The point at `s` ∈ [0,1)³, by solid angle; `None` where no part of the emitter, or of the chosen cluster, is visible.
+    pub(crate) fn sample(&mut self, s: [f64; 3]) -> Option<EmitterPoint> {
+        let (facets, probability) = match &self.emitter.tree {
+            None => (0..self.emitter.facets.len(), 1.0),
+            Some(tree) => {
+                let leaf = tree.sample(self.p, self.receiver, s[2])?;
+                (leaf.facets, leaf.probability)
+            }
+        };
+        self.keep(facets);
+        let (k, rest) = match self.sums.as_slice() {
+            [_] => (0, s[0]),
+            sums => choose_cumulative(sums, s[0])?,
+        };
+        let polygon = self.polygons[k].as_ref()?;
+        let weight = self.sums[self.sums.len() - 1] / probability;
+        self.emitter.point_on((self.facets.start + k, polygon), [rest, s[1]], weight)
+    }
+
+    /// Finds the visible parts of these facets, unless they are known.
+    fn keep(&mut self, facets: Range<usize>) {
+        if self.facets == facets {
+            return;
+        }
+        let part = |k: usize| self.emitter.visible_polygon(k, self.p, self.receiver);
+        self.polygons.clear();
+        self.polygons.extend(facets.clone().map(part));
+        let mut total = 0.0;
+        self.sums.clear();
+        self.sums.extend(self.polygons.iter().map(|part| {
+            total += part.as_ref().map_or(0.0, |part| part.solid_angle);
+            total
+        }));
+        self.facets = facets;
+    }
+}
+
 impl<'a> Emitter<'a> {
     /// Prepares the facets of `surface`.
     pub(crate) fn new(scene: &'a Scene, surface: usize) -> Emitter<'a> {
@@ -150,10 +200,25 @@ impl<'a> Emitter<'a> {
                 }
             },
         };
-        let facet = &self.facets[chosen.index];
-        let [u, v] = facet.clamped_uv(chosen.polygon.sample([chosen.s, s[1]])?);
+        self.point_on((chosen.index, &chosen.polygon), [chosen.s, s[1]], chosen.weight)
+    }
+
+    /// The emitter as seen from `p`, for several samples.
+    pub(crate) fn view(&self, p: Vec3, receiver: Receiver) -> EmitterView<'_> {
+        EmitterView { emitter: self, p, receiver, facets: 0..0, polygons: Vec::new(), sums: Vec::new() }
+    }
+
+    /// The point at `s` ∈ [0,1)² of the visible part of a facet; `weight` is its solid angle over the probability of the facet, sr.
+    fn point_on(
+        &self,
+        (index, visible): (usize, &VisiblePolygon),
+        s: [f64; 2],
+        weight: f64,
+    ) -> Option<EmitterPoint> {
+        let facet = &self.facets[index];
+        let [u, v] = facet.clamped_uv(visible.sample(s)?);
         let radiance = self.uniform_radiance.unwrap_or_else(|| self.scene.emission_at(facet.id, u, v) / PI);
-        Some(EmitterPoint { at: facet.plate.at(u, v), fluence: radiance * chosen.weight })
+        Some(EmitterPoint { at: facet.plate.at(u, v), fluence: radiance * weight })
     }
 
     /// The facet of a range at the fraction `s` ∈ [0,1) of their solid angle.

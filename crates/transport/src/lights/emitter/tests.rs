@@ -253,3 +253,24 @@ fn textured_emission_is_evaluated_at_the_sampled_point() {
     }
     assert!((sums[0] / sums[1] - 1.0).abs().all(|e| e < 5e-3), "{sums:?}");
 }
+
+#[test]
+fn samples_of_a_view_are_those_of_single_points() {
+    let one = vec![roof()];
+    for (name, list) in [("one facet", one), ("few", plates().to_vec()), ("clusters", tiles(12))] {
+        let scene = emitting_scene(&list, Sides::Both, None);
+        let e = Emitter::new(&scene, 0);
+        assert_eq!(e.is_clustered(), name == "clusters");
+        for p in [vec3(0.3, 0.2, 1.5), vec3(0.1, 0.1, 1e-3), vec3(2.0, -4.0, -0.5)] {
+            for receiver in [Receiver::Free, Receiver::Surface(vec3(0.6, 0.0, -0.8))] {
+                let mut view = e.view(p, receiver);
+                for (k, single) in spots(&e, p, receiver, 64).enumerate() {
+                    let [x, y] = low_discrepancy::sobol_2d(k as u32, [0x1234_5678, 0x9abc_def0]);
+                    let kept = view.sample([x, y, (k as f64 + 0.5) / 64.0]);
+                    let [kept, single] = [kept, single].map(|s| s.map(|s| (s.at, s.fluence)));
+                    assert_eq!(kept, single, "{name}, {p:?}, sample {k}");
+                }
+            }
+        }
+    }
+}
