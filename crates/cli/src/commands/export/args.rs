@@ -12,6 +12,7 @@ The extension selects the format:
   .html the page of `zonal view` with its data: one file that opens without a server or a network
   .glb  the scene with its light baked into vertex colours, for Blender, web viewers and engines; the light of the
         medium is written beside it, as NAME.medium.npz
+        with --lightmap one texture of irradiances in place of vertex colours, NAME.lightmap.exr
   .vtu  patches and panes with all fields, for ParaView
   .vti  the medium on its grid with all fields, for ParaView
 With --faces, one row for each face of the meshes: .csv, .npy, or .vtu (one cell for each facet)
@@ -38,6 +39,9 @@ pub struct Args {
     /// Settings of the .glb.
     #[command(flatten)]
     pub glb: GlbArgs,
+    /// Settings of the lightmap.
+    #[command(flatten)]
+    pub lightmap: LightmapArgs,
 }
 
 /// Settings of the .glb.
@@ -62,6 +66,21 @@ pub struct GlbArgs {
     /// Write the irradiance of each light group, W/m2, as vertex attributes _IRRADIANCE_0, _IRRADIANCE_1, …
     #[arg(long)]
     pub light_groups: bool,
+}
+
+/// Settings of the lightmap.
+#[derive(clap::Args, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Lightmap of the .glb")]
+pub struct LightmapArgs {
+    /// Write the irradiance as a texture, NAME.lightmap.exr, for the second texture coordinates of the .glb, in place of vertex colours.
+    #[arg(long)]
+    pub lightmap: bool,
+    /// Edge of a texel, m [default: the finest for which the lightmap fits into --atlas].
+    #[arg(long, value_name = "METRES", requires = "lightmap")]
+    pub texel: Option<f64>,
+    /// Largest width and height of the lightmap, texels [default: 1024; with --texel 8192].
+    #[arg(long, value_name = "TEXELS", requires = "lightmap", value_parser = clap::value_parser!(u64).range(16..=16_384))]
+    pub atlas: Option<u64>,
 }
 
 /// Quantity of the vertex colours.
@@ -90,6 +109,31 @@ impl From<CurveName> for ToneCurve {
             CurveName::Filmic => ToneCurve::Filmic,
             CurveName::Linear => ToneCurve::Linear,
         }
+    }
+}
+
+impl LightmapArgs {
+    /// Refuses settings that are out of range, or that do not apply to a format or to a lightmap.
+    ///
+    /// # Errors
+    /// The flag and its range.
+    pub fn check(&self, extension: &str, glb: &GlbArgs) -> Result<(), Failure> {
+        if !self.lightmap {
+            return Ok(());
+        }
+        if extension != "glb" {
+            return Err(Failure::new(format!("--lightmap applies to .glb; leave it out for .{extension}")));
+        }
+        if *glb != (GlbArgs { stops: glb.stops, ..GlbArgs::default() }) {
+            let list = "--colours, --curve, --finest, --vertices and --light-groups";
+            return Err(Failure::new(format!(
+                "{list} apply to vertex colours; leave them out for --lightmap"
+            )));
+        }
+        if self.texel.is_some_and(|t| !(t.is_finite() && t > 0.0)) {
+            return Err(Failure::new("--texel: give a length above 0, in metres"));
+        }
+        Ok(())
     }
 }
 

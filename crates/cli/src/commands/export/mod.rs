@@ -2,6 +2,7 @@
 
 pub mod args;
 mod gltf;
+mod lightmap;
 
 pub use args::Args;
 
@@ -49,6 +50,7 @@ fn check_args(args: &Args) -> Result<(), Failure> {
     if args.photometric.is_some() && extension != "csv" {
         return Err(Failure::new("--photometric: illuminances are written as .csv; give this extension"));
     }
+    args.lightmap.check(&extension, &args.glb)?;
     args.glb.check(&extension)
 }
 
@@ -84,6 +86,11 @@ fn export(args: &Args, solution: &Solution, progress: &dyn Progress) -> Result<E
         "vtu" => output::write_vtu(&args.output, solution)?,
         "vti" => output::write_vti(&args.output, solution)?,
         "html" => write_page(args, solution, progress, &mut exported)?,
+        _ if args.lightmap.lightmap => {
+            let written = lightmap::write(args, solution, progress)?;
+            exported.sizes.extend(written.sizes);
+            exported.paths.push(written.picture);
+        }
         _ => write_glb(args, solution, progress, &mut exported)?,
     }
     Ok(exported)
