@@ -9,9 +9,9 @@
 //! ```
 //!
 //! G is the fluence; −F is the vector of net flux (Greger et al., *The irradiance volume*, IEEE CG&A 1998; Ramamoorthi & Hanrahan, SIGGRAPH 2001). L has two
-//! parts. Light of the zones, of surroundings and of uniform skies is sampled in N directions: each base direction of a low-discrepancy sequence, with all
-//! changes of sign and cyclic exchanges of its components. Such a set integrates polynomials of degree 3 exactly, so that radiance that is constant or linear
-//! in ω has the exact c_lm. Light of all other lights is sampled by the light sampler; that of a point light is at most its mean over a ball of the cell's
+//! parts. Light of the zones, of surroundings and of uniform skies is sampled in N directions: half of them are the points of a spherical Fibonacci lattice
+//! (González, *Measurement of areas on a sphere using Fibonacci and latitude–longitude lattices*, Math. Geosci. 2010) on a hemisphere, the others are opposite to
+//! these, so that constant radiance has F = 0. Light of all other lights is sampled by the light sampler; that of a point light is at most its mean over a ball of the cell's
 //! volume. All points take the same samples, so that errors vary smoothly between them.
 //!
 //! The sampling error of G is estimated from two halves A and B of all samples, |G_A − G_B|/2. A point is outside where it lies in a closed solid or where more
@@ -27,7 +27,7 @@ use crate::picture::even_extension;
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use zonal_math::direction_sampling::uniform_sphere;
+use zonal_math::direction_sampling::sin_cos_turns;
 use zonal_math::{Vec3, low_discrepancy, vec3};
 use zonal_scene::{Bands, Light, PerBand, Progress, Solution};
 use zonal_transport::Transport;
@@ -40,8 +40,8 @@ pub const SH_LINEAR: f64 = 0.488_602_511_902_919_9;
 
 /// Points along the longest edge where the grid is not given.
 const DEFAULT_POINTS_ALONG: f64 = 32.0;
-/// Images of a base direction: eight changes of sign times three cyclic exchanges.
-const IMAGES: usize = 24;
+/// (√5 − 1)/2: turns between successive points of the lattice.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 /// Samples of a sky over those of other lights: it fills the sphere.
 const SKY_SAMPLE_FACTOR: usize = 4;
 /// Share of the directions that may end on backs of one-sided surfaces at a point inside of the scene.
@@ -54,7 +54,7 @@ const SAMPLE_SHIFT: [f64; 3] = [0.5, 0.5, 0.5];
 pub struct IrradianceVolumeOptions {
     /// Points along x, y, z; 32 along the longest edge of the scene's bounds where not given.
     pub dims: Option<[usize; 3]>,
-    /// Rays of each point, rounded up to a multiple of 48; 288.
+    /// Rays of each point, rounded up to a multiple of four; 512.
     pub rays: usize,
     /// Samples of each sun and emitter at a point, and a quarter of those of a sky that is not uniform; 64.
     pub light_samples: usize,
@@ -62,7 +62,7 @@ pub struct IrradianceVolumeOptions {
 
 impl Default for IrradianceVolumeOptions {
     fn default() -> Self {
-        IrradianceVolumeOptions { dims: None, rays: 288, light_samples: 64 }
+        IrradianceVolumeOptions { dims: None, rays: 512, light_samples: 64 }
     }
 }
 
@@ -205,7 +205,7 @@ impl Moments {
 struct PointSampler<'a> {
     transport: &'a Transport<'a>,
     integrator: Integrator<'a>,
-    /// Base directions with their images, in two halves, one after the other.
+    /// Directions in two halves, one after the other.
     directions: Vec<Vec3>,
     /// Radiance of all uniform skies, W/(m² sr).
     uniform_sky: Bands,
@@ -238,7 +238,7 @@ impl<'a> PointSampler<'a> {
         PointSampler {
             transport,
             integrator: Integrator::new(s, transport).with_gather(1),
-            directions: directions(2 * options.rays.div_ceil(2 * IMAGES).max(1)),
+            directions: directions(4 * options.rays.div_ceil(4).max(1)),
             uniform_sky,
             lights,
             ball: (cell_volume * 3.0 / (4.0 * PI)).powf(2.0 / 3.0) / 3.0,
@@ -298,26 +298,24 @@ impl<'a> PointSampler<'a> {
     }
 }
 
-/// The images of `bases` directions, in two halves of alternate bases.
-fn directions(bases: usize) -> Vec<Vec3> {
-    let of_half = |half: usize| (half..bases).step_by(2);
-    let images = |i: usize| {
-        let d = uniform_sphere(low_discrepancy::r2(i, [SAMPLE_SHIFT[0], SAMPLE_SHIFT[1]])).array();
-        (0..IMAGES).map(move |k| {
-            let [x, y, z] = [0, 1, 2].map(|c| {
-                let sign = if (k / 3) >> c & 1 == 0 { 1.0 } else { -1.0 };
-                sign * d[(c + k) % 3]
-            });
-            vec3(x, y, z)
-        })
+/// `n` directions, a multiple of four, in two halves of alternate points of the lattice; each direction is followed by its opposite.
+fn directions(n: usize) -> Vec<Vec3> {
+    let points = n / 2;
+    let pair = |i: usize| {
+        let z = (i as f64 + 0.5) / points as f64;
+        let (sin, cos) = sin_cos_turns((i as f64 * GOLDEN_RATIO).fract());
+        let r = (1.0 - z * z).sqrt();
+        let d = vec3(r * cos, r * sin, z);
+        [d, -d]
     };
-    [0, 1].into_iter().flat_map(of_half).flat_map(images).collect()
+    (0..points).step_by(2).chain((1..points).step_by(2)).flat_map(pair).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::test_scenes::{furnace, quad, solution, sun, surface, walls};
+    use zonal_math::direction_sampling::uniform_sphere;
     use zonal_scene::{Facet, NoProgress, SceneParts, Sides, Surroundings};
 
     fn options(dims: [usize; 3]) -> IrradianceVolumeOptions {
@@ -335,17 +333,25 @@ mod tests {
     }
 
     #[test]
-    fn directions_integrate_polynomials_of_degree_three_exactly() {
-        for bases in [2, 12] {
-            let all = directions(bases);
-            for half in all.chunks(all.len() / 2) {
+    fn directions_integrate_odd_polynomials_exactly_and_fill_caps_evenly() {
+        for (n, largest) in [(48, 0.05), (512, 0.003)] {
+            let all = directions(n);
+            assert!(all.len() == n && all.iter().all(|d| (d.length() - 1.0).abs() < 1e-14));
+            for half in all.chunks(n / 2) {
                 let mean = |f: &dyn Fn(&Vec3) -> f64| half.iter().map(f).sum::<f64>() / half.len() as f64;
                 for (a, b, c) in [(0, 1, 2), (0, 0, 1), (2, 2, 2), (1, 1, 0)] {
-                    assert!(mean(&|d| d[a]).abs() < 1e-14 && mean(&|d| d[a] * d[b] * d[c]).abs() < 1e-14);
+                    assert!(mean(&|d| d[a]).abs() < 1e-15 && mean(&|d| d[a] * d[b] * d[c]).abs() < 1e-15);
                     let expected = if a == b { 1.0 / 3.0 } else { 0.0 };
-                    assert!((mean(&|d| d[a] * d[b]) - expected).abs() < 1e-14);
+                    assert!((mean(&|d| d[a] * d[b]) - expected).abs() < largest, "{n} {a} {b}");
                 }
             }
+        }
+        // Caps of a twentieth of the sphere about any axis.
+        let all = directions(512);
+        for k in 0..200 {
+            let axis = uniform_sphere(low_discrepancy::r2(k, [0.2, 0.9]));
+            let share = all.iter().filter(|d| d.dot(axis) > 0.9).count() as f64 / 512.0;
+            assert!((share - 0.05).abs() < 0.006, "{axis:?} {share}");
         }
     }
 

@@ -105,8 +105,8 @@ pub struct IrradianceVolumeArgs {
     /// Points along x, y and z, in the centres of equal parts of the scene's bounds [default: 32 along the longest edge].
     #[arg(long, value_name = "NX,NY,NZ", value_delimiter = ',', requires = "irradiance_volume", value_parser = clap::value_parser!(u64).range(1..=512))]
     pub grid: Vec<u64>,
-    /// Rays of each point, 48 to 100000, rounded up to a multiple of 48 [default: 288].
-    #[arg(long, value_name = "N", requires = "irradiance_volume", value_parser = clap::value_parser!(u64).range(48..=100_000))]
+    /// Rays of each point, 16 to 100000 [default: 512].
+    #[arg(long, value_name = "N", requires = "irradiance_volume", value_parser = clap::value_parser!(u64).range(16..=100_000))]
     pub rays: Option<u64>,
 }
 
