@@ -147,7 +147,7 @@ pub fn bake_irradiance_volume(
         progress.advance(1);
         sampler.sample(Vec3::from_array(place))
     };
-    let points: Vec<Option<[Moments; 2]>> =
+    let points: Vec<Option<[RadianceMoments; 2]>> =
         (0..dims.iter().product::<usize>()).into_par_iter().map(at).collect();
     progress.end();
     // Points outside take values of their neighbours.
@@ -155,7 +155,7 @@ pub fn bake_irradiance_volume(
     let order = extrapolation_order(&known, dims);
     let single = |x: Bands| x.map_to(|x| x as f32);
     let coefficients = [0, 1, 2, 3].map(|k| {
-        let mean = |p: &Option<[Moments; 2]>| {
+        let mean = |p: &Option<[RadianceMoments; 2]>| {
             let [a, b] = p.unwrap_or_default();
             single(0.5 * (a.coefficient(k) + b.coefficient(k)))
         };
@@ -163,7 +163,7 @@ pub fn bake_irradiance_volume(
         extrapolate(&mut values, &order);
         values.into_iter().map(PerBand::into_rgb).collect()
     });
-    let error = |p: &Option<[Moments; 2]>| {
+    let error = |p: &Option<[RadianceMoments; 2]>| {
         let [a, b] = p.unwrap_or_default();
         single(0.5 * (a.fluence - b.fluence).abs()).into_rgb()
     };
@@ -180,13 +180,13 @@ fn default_dims(size: Vec3) -> [usize; 3] {
 
 /// G and F of the radiance at a point, W/m².
 #[derive(Clone, Copy, Default)]
-struct Moments {
+struct RadianceMoments {
     fluence: Bands,
     /// ∫ L ω dω along x, y, z.
     vector: [Bands; 3],
 }
 
-impl Moments {
+impl RadianceMoments {
     /// Adds light of the fluence `g` from the direction `from`.
     fn add(&mut self, g: Bands, from: Vec3) {
         self.fluence += g;
@@ -246,11 +246,11 @@ impl<'a> PointSampler<'a> {
     }
 
     /// Two estimates of the moments at a point, each from half of the samples; `None` outside.
-    fn sample(&self, point: Vec3) -> Option<[Moments; 2]> {
+    fn sample(&self, point: Vec3) -> Option<[RadianceMoments; 2]> {
         if self.transport.inside_solid(point) {
             return None;
         }
-        let mut halves = [Moments::default(); 2];
+        let mut halves = [RadianceMoments::default(); 2];
         let half = self.directions.len() / 2;
         let (weight, mut backs) = (4.0 * PI / half as f64, 0);
         for (i, &dir) in self.directions.iter().enumerate() {
@@ -277,7 +277,7 @@ impl<'a> PointSampler<'a> {
     }
 
     /// Adds a light, every second sample to each half.
-    fn add_light(&self, light: &LightSampler, n: usize, point: Vec3, halves: &mut [Moments; 2]) {
+    fn add_light(&self, light: &LightSampler, n: usize, point: Vec3, halves: &mut [RadianceMoments; 2]) {
         let n = if light.is_delta() { 2 } else { n };
         let softening = match light.light() {
             Light::Point { position, .. } => ((point - *position).length2() / self.ball).min(1.0),

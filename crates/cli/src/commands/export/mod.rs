@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use zonal_io::output::{self, CornerArray};
-use zonal_render::bake::corner_light::light_at_corners;
+use zonal_render::bake::corner_light::{CornerLight, light_at_corners};
 use zonal_render::bake::{BakeOptions, bake};
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::{Photometry, Progress, Solution, SurfaceIlluminance, printable};
@@ -46,6 +46,10 @@ fn check_args(args: &Args) -> Result<(), Failure> {
         _ => &["csv", "html", "glb", "vtu", "vti"],
     };
     check_output(&args.output, formats)?;
+    let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+    if same(&args.run, &args.output) {
+        return Err(Failure::new("--output: this would replace the solution; give another name"));
+    }
     let extension = extension(args);
     if args.first_band.is_some() && !shows_colours(args) {
         return Err(Failure::new(
@@ -137,7 +141,7 @@ fn write_corners(args: &Args, s: &Solution, progress: &dyn Progress) -> Result<(
     let (radiosity, irradiance) = s
         .triples()
         .map(|triple| light_at_corners(triple, progress))
-        .map(|light| (light.radiosity, light.irradiance))
+        .map(|CornerLight { radiosity, irradiance }| (radiosity, irradiance))
         .unzip();
     let arrays = [
         CornerArray { name: "radiosity [W/m2]", triples: radiosity },

@@ -1,7 +1,7 @@
 //! The facets as triangles with coordinates in their textures and in the lightmap.
 
-use super::LightmapMesh;
 use super::charts::FlatChart;
+use super::lightmap_data::LightmapMesh;
 use super::packing::PackedAtlas;
 use crate::bake::baked::single_vector;
 use zonal_math::Vec3;

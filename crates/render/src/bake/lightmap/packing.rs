@@ -4,7 +4,7 @@
 //! tallest first, by the guillotine packer of the crate guillotiere with the best fit.
 
 use super::charts::FlatChart;
-use super::{AtlasTooSmall, CHART_MARGIN, LightmapOptions};
+use super::lightmap_data::{AtlasTooSmall, CHART_MARGIN, LightmapOptions};
 use guillotiere::{AllocatorOptions, SimpleAtlasAllocator, size2};
 
 /// Largest width and height of an atlas, texels.

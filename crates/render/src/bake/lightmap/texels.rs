@@ -3,8 +3,8 @@
 //! A texel whose centre lies on a facet has the light of that point. One beside the facets, up to the margin, has the light of the nearest point of a facet. All
 //! others of a chart's rectangle take the mean of those neighbours that are known, from the chart outwards.
 
-use super::CHART_MARGIN;
 use super::charts::FlatChart;
+use super::lightmap_data::CHART_MARGIN;
 use super::packing::{AtlasRectangle, PackedAtlas};
 use crate::bake::vertex_lighting::VertexLighting;
 use rayon::prelude::*;
