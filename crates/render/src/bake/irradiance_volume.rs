@@ -29,7 +29,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::sin_cos_turns;
 use zonal_math::{Vec3, low_discrepancy, vec3};
-use zonal_scene::{Bands, Light, PerBand, Progress, Solution};
+use zonal_scene::{Bands, Light, PerBand, Progress, Scene, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -44,6 +44,8 @@ const DEFAULT_POINTS_ALONG: f64 = 32.0;
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 /// Samples of a sky over those of other lights: it fills the sphere.
 const SKY_SAMPLE_FACTOR: usize = 4;
+/// Smallest edge of the box over the scene's diagonal.
+const MIN_EXTENT_SHARE: f64 = 0.01;
 /// Share of the directions that may end on backs of one-sided surfaces at a point inside of the scene.
 const MAX_BACK_SHARE: f64 = 0.1;
 /// Shifts of the sequences of directions and of light samples.
@@ -136,7 +138,7 @@ pub fn bake_irradiance_volume(
     let extended = even_extension(&solution.scene).map(|e| e.extended_solution(solution));
     let s = extended.as_ref().unwrap_or(solution);
     let transport = Transport::new(&s.scene);
-    let (min, max) = solution.scene.bounds();
+    let (min, max) = volume_box(&solution.scene);
     let dims = options.dims.unwrap_or_else(|| default_dims(max - min));
     let cell = [0, 1, 2].map(|k| (max[k] - min[k]) / dims[k] as f64);
     let sampler = PointSampler::new(s, &transport, options, cell.iter().product());
@@ -170,6 +172,14 @@ pub fn bake_irradiance_volume(
     let sampling_error = points.iter().map(error).collect();
     let is_outside = known.into_iter().map(|k| !k).collect();
     IrradianceVolume { min, max, dims, coefficients, sampling_error, is_outside }
+}
+
+/// The bounds of a scene; a flat one gets a thickness.
+fn volume_box(scene: &Scene) -> (Vec3, Vec3) {
+    let (min, max) = scene.bounds();
+    let lacking = |k: usize| 0.5 * (MIN_EXTENT_SHARE * scene.diagonal() - (max[k] - min[k])).max(0.0);
+    let pad = vec3(lacking(0), lacking(1), lacking(2));
+    (min - pad, max + pad)
 }
 
 /// Points along each axis for nearly cubic cells.
@@ -379,6 +389,18 @@ mod tests {
                     && !v.is_outside.contains(&true)
             );
         }
+    }
+
+    #[test]
+    fn flat_scenes_have_a_box_of_some_thickness() {
+        let floor = quad(0, Vec3::ZERO, vec3(3.0, 0.0, 0.0), vec3(0.0, 4.0, 0.0));
+        let parts = SceneParts {
+            surfaces: vec![surface("floor", 0.5, 0.0)],
+            facets: vec![floor],
+            ..SceneParts::default()
+        };
+        let v = baked(&solution(parts, |_, _| 0.0, |_| 0.0), [2, 2, 2]);
+        assert_eq!((v.min, v.max), (vec3(0.0, 0.0, -0.025), vec3(3.0, 4.0, 0.025)));
     }
 
     #[test]

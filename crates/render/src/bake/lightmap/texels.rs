@@ -41,16 +41,16 @@ pub(super) fn light_texels(
         let mut values: Vec<Option<Bands>> = sources.par_iter().map(light).collect();
         dilate(&mut values, place.size);
         progress.advance(1);
-        (values, covered)
+        let single = |v: Option<Bands>| v.unwrap_or(Bands::ZERO).to_rgb().map(|x| x as f32);
+        (values.into_iter().map(single).collect(), covered)
     };
-    let charts_light: Vec<(Vec<Option<Bands>>, usize)> =
-        charts.par_iter().zip(&atlas.places).map(one).collect();
+    let charts_light: Vec<(Vec<[f32; 3]>, usize)> = charts.par_iter().zip(&atlas.places).map(one).collect();
     progress.end();
     let mut out = vec![[0.0; 3]; atlas.width * atlas.height];
     for ((values, _), place) in charts_light.iter().zip(&atlas.places) {
         for (k, value) in values.iter().enumerate() {
             let (i, j) = (place.at[0] + k % place.size[0], place.at[1] + k / place.size[0]);
-            out[j * atlas.width + i] = value.unwrap_or(Bands::ZERO).to_rgb().map(|x| x as f32);
+            out[j * atlas.width + i] = *value;
         }
     }
     (out, charts_light.iter().map(|c| c.1).sum())
