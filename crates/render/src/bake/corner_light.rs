@@ -136,7 +136,7 @@ mod tests {
         let light = light_at_corners(&s, &NoProgress);
         let baked = bake(&s, &BakeOptions::default(), &NoProgress).surfaces;
         // Vertices of the bake by position and side.
-        let key = |p: [f32; 3], n: [f32; 3]| ([p, n].map(|v| v.map(|x| (x * 1e4).round() as i64)));
+        let key = |p: [f32; 3], n: [f32; 3]| [p, n].map(|v| v.map(|x| (x * 1e4).round() as i64));
         let mut known: HashMap<_, Vec<usize>> = HashMap::new();
         for i in 0..baked.positions.len() {
             known.entry(key(baked.positions[i], baked.normals[i])).or_default().push(i);

@@ -42,7 +42,7 @@ impl FlatChart {
 /// The unit normal of a side of a facet.
 pub(super) fn side_normal(scene: &Scene, side: usize) -> Vec3 {
     let normal = scene.facets()[side / 2].plate.normal();
-    if side % 2 == 0 { normal } else { -normal }
+    if side.is_multiple_of(2) { normal } else { -normal }
 }
 
 /// The charts of all sides of facets that have patches, in the order of their first sides.

@@ -33,7 +33,7 @@ pub(super) fn mesh_facets(scene: &Scene, charts: &[FlatChart], atlas: &PackedAtl
             }
             for k in 2..corners.len() as u32 {
                 let t = [0, k - 1, k].map(|i| first + i);
-                mesh.triangles.push(if side % 2 == 0 { t } else { [t[0], t[2], t[1]] });
+                mesh.triangles.push(if side.is_multiple_of(2) { t } else { [t[0], t[2], t[1]] });
             }
         }
     }
