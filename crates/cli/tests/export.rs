@@ -189,17 +189,26 @@ fn irradiance_volume_is_an_array_and_a_texture() {
         // x fastest in the texture, z in the array.
         let [x, y, z] = [point / 4, point / 2 % 2, point % 2];
         let at = 2 * (4 * (x + 3 * (y + 2 * z)) + k);
-        let bits = u16::from_le_bytes([bytes[at], bytes[at + 1]]);
-        let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
-        let size = if exponent == 0 {
-            mantissa / 1024.0 * 2f64.powi(-14)
-        } else {
-            (1.0 + mantissa / 1024.0) * 2f64.powi(exponent - 15)
-        };
-        let value = scale * if bits >> 15 == 1 { -size } else { size };
-        let wanted = c[12 * point + 3 * k];
+        let (value, wanted) = (scale * half_float([bytes[at], bytes[at + 1]]), c[12 * point + 3 * k]);
         assert!((value - wanted).abs() < 1e-3 * wanted.abs() + 1e-6, "{point} {k}: {value} {wanted}");
     }
+}
+
+/// The value of a 16-bit float.
+fn half_float(bytes: [u8; 2]) -> f64 {
+    let bits = u16::from_le_bytes(bytes);
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+    let size = match exponent {
+        0 => mantissa * 2f64.powi(-14),
+        _ => (1.0 + mantissa) * 2f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
+#[test]
+fn invalid_irradiance_volumes_are_refused() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
     refused(
         &f,
         Program,
