@@ -211,3 +211,37 @@ fn an_atlas_that_is_too_small_is_refused_and_the_finest_texel_is_found() {
     let map = bake(None, 256).unwrap();
     assert!(map.width <= 256 && map.height <= 256 && map.covered * 10 > 256 * 256 * 5, "{}", map.covered);
 }
+
+#[test]
+fn edges_have_vertices_where_corners_of_others_touch_them() {
+    // A wide rectangle below two halves, and a triangle that stands on it.
+    let facets = vec![
+        quad(0, Vec3::ZERO, vec3(2.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)),
+        quad(0, vec3(0.0, 1.0, 0.0), vec3(0.7, 0.0, 0.0), vec3(0.0, 1.0, 0.0)),
+        quad(0, vec3(0.7, 1.0, 0.0), vec3(1.3, 0.0, 0.0), vec3(0.0, 1.0, 0.0)),
+        Facet {
+            surface: 0,
+            plate: Plate::triangle(vec3(0.5, 0.0, 0.0), vec3(1.5, 0.0, 0.0), vec3(1.0, 0.0, 1.0)),
+            uv: [[0.0; 2]; 3],
+        },
+    ];
+    let parts = SceneParts { surfaces: vec![surface("wall", 0.5, 0.0)], facets, ..SceneParts::default() };
+    let map = baked(&solution(parts, |_, _| 1.0, |_| 0.0), 0.1);
+    let at = |i: u32| Vec3::from_array(map.mesh.positions[i as usize].map(f64::from));
+    let mut area = 0.0;
+    for t in &map.mesh.triangles {
+        area += 0.5 * (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).length();
+        for k in 0..3 {
+            let (a, b) = (at(t[k]), at(t[(k + 1) % 3]));
+            for p in &map.mesh.positions {
+                let p = Vec3::from_array(p.map(f64::from));
+                let between = (p - a).length() + (p - b).length() - (a - b).length() < 1e-9;
+                assert!(
+                    !between || (p - a).length() < 1e-6 || (p - b).length() < 1e-6,
+                    "{p:?} in {a:?} {b:?}"
+                );
+            }
+        }
+    }
+    assert!((area - 2.0 * (2.0 + 2.0 + 0.5)).abs() < 1e-5, "{area}");
+}
