@@ -1,4 +1,4 @@
-"""Reads what `zonal export` wrote with VTK's own readers and compares with the solution: check_export.py RUN.npz NAME.vtu NAME.vti NAME.medium.npz."""
+"""Reads what `zonal export` wrote with VTK's own readers and compares with the solution: check_export.py RUN.npz NAME.vtu NAME.vti NAME.medium.npz VOLUME.npz."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ import numpy as np
 import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
-run, surfaces, volume, medium = sys.argv[1:]
+run, surfaces, volume, medium, harmonics = sys.argv[1:]
 z = np.load(run)
 header = json.loads(bytes(z["header.json"]))
 patches, voxels, panes = len(z["patch_area"]), len(z["voxel_volume"]), len(z["pane_zone_area"])
@@ -68,6 +68,18 @@ groups = names.get("group names", [])
 if len(groups) > 1:
     same("groups of surfaces", sum(a[f"radiosity of {g} [W/m2]"] for g in groups), a["radiosity [W/m2]"], 1e-6)
 
+# Point data of the .vtu, each cell with points of its own: finite, near the values of the cells, and of the right power.
+points = grid.GetPointData()
+corner = {points.GetArrayName(i): vtk_to_numpy(points.GetArray(i)) for i in range(points.GetNumberOfArrays())}
+assert set(corner) == {"radiosity [W/m2]", "total irradiance [W/m2]"}, set(corner)
+ends = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
+for name, cells in (("radiosity [W/m2]", a["radiosity [W/m2]"]), ("total irradiance [W/m2]", a["irradiance [W/m2]"] + a["direct [W/m2]"])):
+    values = corner[name]
+    assert values.shape == (grid.GetNumberOfPoints(), 3) and np.isfinite(values).all()
+    means = np.add.reduceat(values, ends[:-1]) / np.diff(ends)[:, None]
+    powers = [(x * area)[kind == 0].sum(0) for x in (means, cells)]
+    assert (abs(powers[0] / powers[1] - 1) < 0.25).all(), (name, powers)
+
 # Areas of the cells themselves.
 sizes = vtk.vtkCellSizeFilter()
 sizes.SetInputData(grid)
@@ -105,4 +117,17 @@ order = lambda x: np.moveaxis(x, (0, 1, 2), (2, 1, 0)).reshape(-1, *x.shape[3:])
 same("volume of .npz", order(m["volume"]), a["volume [m3]"], 1e-6)
 same("radiosity of .npz", order(m["radiosity"].sum(0)), a["radiosity [W/m2]"], 1e-5)
 same("fluence of .npz", order(m["fluence"].sum(0)), arrives, 1e-5)
-print(f"{surfaces}, {volume}, {medium}: every array read, sums agree")
+
+# The irradiance volume: the light of a point has a vector no longer than its fluence, and half of the points beside voxel centres have nearly the fluence of the zone.
+h = np.load(harmonics)
+about = json.loads(bytes(h["about"]))
+c, outside = h["coefficients"], h["outside"].astype(bool)
+assert c.shape == (*about["dims"], 4, 3) and outside.sum() == about["points outside"]
+G, F = c[..., 0, :] / 0.28209479, np.linalg.norm(c[..., 1:, :], axis=-2) / 0.48860251
+assert (F[~outside] <= G[~outside] * (1 + 1e-5)).all() and (G[~outside] > 0).all()
+low, high, dims = (np.array(about[k]) for k in ("min", "max", "dims"))
+near = tuple((((z["voxel_centre"] - low) / (high - low) * dims).astype(int)).clip(0, dims - 1).T)
+ratio = np.median((G[near] / (z["incident"] + z["direct"])[V])[~outside[near]], axis=0)
+assert (abs(ratio - 1) < 0.1).all(), ratio
+
+print(f"{surfaces}, {volume}, {medium}, {harmonics}: every array read, sums agree")

@@ -16,12 +16,15 @@ cat >"$folder/painted.toml" <<-'END'
 END
 "$zonal" solve "$folder/painted.toml" -o "$folder/painted.npz"
 "$zonal" export "$folder/painted.npz" -o "$folder/painted.glb" --light-groups
-for extension in glb vtu vti; do
+"$zonal" export "$folder/painted.npz" -o "$folder/mapped.glb" --lightmap --atlas 256
+for extension in glb vti; do
     "$zonal" export "$folder/chapel/chapel.npz" -o "$folder/chapel.$extension"
 done
-.ci/python.sh "numpy vtk" .ci/check_export.py "$folder/chapel/chapel.npz" "$folder"/chapel.{vtu,vti,medium.npz}
+"$zonal" export "$folder/chapel/chapel.npz" -o "$folder/chapel.vtu" --points
+"$zonal" export "$folder/chapel/chapel.npz" -o "$folder/volume.npz" --irradiance-volume --grid 12,16,12
+.ci/python.sh "numpy vtk" .ci/check_export.py "$folder/chapel/chapel.npz" "$folder"/chapel.{vtu,vti,medium.npz} "$folder/volume.npz"
 if command -v npm >/dev/null && npm install --silent --prefix "$folder/node" gltf-validator@2.0.0-dev.3.10; then
-    NODE_PATH="$folder/node/node_modules" node .ci/check_glb.cjs "$folder"/{chapel,painted}.glb
+    NODE_PATH="$folder/node/node_modules" node .ci/check_glb.cjs "$folder"/{chapel,painted,mapped}.glb
 else
     missing "the glTF validator is not available"
 fi

@@ -154,6 +154,12 @@ def test_exports_have_the_bits_of_the_command(run, tmp_path):
         run("export", tmp_path / "r.npz", "-o", tmp_path / f"c.{extension}", "--quiet")
         solution.export(tmp_path / f"p.{extension}")
         assert (tmp_path / f"c.{extension}").read_bytes() == (tmp_path / f"p.{extension}").read_bytes()
+    run("export", tmp_path / "r.npz", "-o", tmp_path / "c.json", "--irradiance-volume", "--grid", "2,2,3", "--rays", "32", "--quiet")
+    solution.export(tmp_path / "p.json", irradiance_volume=True, grid=(2, 2, 3), rays=32)
+    assert (tmp_path / "c.bin").read_bytes() == (tmp_path / "p.bin").read_bytes()
+    solution.export(tmp_path / "p.vtu", points=True)
+    files = solution.export(tmp_path / "p.glb", lightmap=True, texel=0.2)
+    assert files == [str(tmp_path / "p.glb"), str(tmp_path / "p.lightmap.exr")]
 
 
 def test_the_module_is_the_command(tmp_path):

@@ -327,6 +327,13 @@ class Solution:
         finest: float | None = None,
         vertices: int | None = None,
         light_groups: bool = False,
+        lightmap: bool = False,
+        texel: float | None = None,
+        atlas: int | None = None,
+        points: bool = False,
+        irradiance_volume: bool = False,
+        grid: Sequence[int] | None = None,
+        rays: int | None = None,
         first_band: int | None = None,
         threads: int | None = None,
         progress: Progress = None,
@@ -341,8 +348,14 @@ class Solution:
             Results by face of the meshes in place of zones (``.csv``, ``.npy``, ``.vtu``).
         colours, curve, stops, finest, vertices, light_groups : optional
             Settings of ``.glb``: quantity, tone curve, exposure in stops, smallest halved edge in m, largest number of vertices, light by group as attributes.
+        lightmap, texel, atlas : optional
+            ``.glb`` with the irradiance as a texture beside it, ``NAME.lightmap.exr``, in place of vertex colours; edge of its texels in m, largest side in texels.
+        points : bool
+            ``.vtu`` with radiosity and irradiance at the corners of patches and panes too.
+        irradiance_volume, grid, rays : optional
+            The incident radiance on a grid in spherical harmonics (``.npz``, ``.json`` with ``NAME.bin``); points along x, y, z, and rays of each point.
         first_band : int, optional
-            ``.html`` and ``.glb`` of bands that are no colours: the first of the three that stand for red, green and blue; 0, 3, 6, ….
+            ``.html``, ``.glb`` and irradiance volume of bands that are no colours: the first of the three that stand for red, green and blue; 0, 3, 6, ….
         threads, progress : optional
             As of :meth:`Scene.solve`.
 
@@ -358,6 +371,8 @@ class Solution:
         """
         options = {"output": os.fspath(path), "colours": colours, "curve": curve, "stops": stops, "finest": finest}
         options |= {"vertices": vertices, "first-band": first_band, "faces": faces, "light-groups": light_groups}
+        options |= {"lightmap": lightmap, "texel": texel, "atlas": atlas, "points": points, "irradiance-volume": irradiance_volume}
+        options |= {"grid": None if grid is None else ",".join(str(n) for n in grid), "rays": rays}
         arguments = ["solution", *command_options(options)]
         with observed(progress) as function:
             return [str(p) for p in self._native.export(arguments, function, threads)]

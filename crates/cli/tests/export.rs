@@ -127,6 +127,134 @@ fn glb_has_settings_and_light_groups() {
     assert!(attributes["_IRRADIANCE_0"].is_number() && attributes["COLOR_0"].is_number());
 }
 
+/// The JSON of a GLB.
+fn glb_json(bytes: &[u8]) -> serde_json::Value {
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+}
+
+#[test]
+fn lightmap_has_the_irradiance_of_the_walls() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    f.done(&["export", "room.npz", "-o", "room.csv"]);
+    for n in ["1", "3"] {
+        let output = format!("out/{n}.glb");
+        f.done(&["export", "room.npz", "-o", &output, "--lightmap", "--texel", "0.1", "--threads", n]);
+    }
+    assert!(f.get("out/1.lightmap.exr") == f.get("out/3.lightmap.exr"), "threads matter");
+    let json = glb_json(&f.get("out/1.glb"));
+    let about = &json["scenes"][0]["extras"]["lightmap"];
+    assert_eq!((&about["file"], &about["unit"]), (&"1.lightmap.exr".into(), &"W/m2".into()));
+    assert_eq!((about["charts"].as_u64(), about["texel"].as_f64()), (Some(6), Some(0.1)));
+    for mesh in json["meshes"].as_array().unwrap() {
+        let attributes = &mesh["primitives"][0]["attributes"];
+        assert!(attributes["TEXCOORD_0"].is_number() && attributes["TEXCOORD_1"].is_number(), "{mesh}");
+    }
+    // The only emitting wall shows its radiance.
+    let emits = |m: &&serde_json::Value| m["emissiveFactor"].is_array();
+    assert_eq!(json["materials"].as_array().unwrap().iter().filter(emits).count(), 1);
+    // Six charts of 10 × 10 texels with margins; the margins repeat the light, so that the mean of all texels is about that of the walls.
+    let map = zonal_io::output::read_exr(&f.path().join("out/1.lightmap.exr")).unwrap();
+    let lit: Vec<f64> = map.pixels.iter().map(|p| f64::from(p[0])).filter(|x| *x > 0.0).collect();
+    assert_eq!(lit.len(), 6 * 14 * 14);
+    let mean = lit.iter().sum::<f64>() / lit.len() as f64;
+    let wanted = over_patches(&text(&f.get("room.csv")), |of| of("size") * of("incident_0")) / 6.0;
+    assert!((mean / wanted - 1.0).abs() < 0.02, "{mean} {wanted}");
+    let json = f.done(&["export", "room.npz", "-o", "out/1.glb", "--lightmap", "--atlas", "64", "--json"]);
+    assert!(json.contains("\"texel\":") && json.contains("out/1.lightmap.exr"), "{json}");
+}
+
+#[test]
+fn irradiance_volume_is_an_array_and_a_texture() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    let volume = ["export", "room.npz", "--irradiance-volume", "--grid", "3,2,2", "--rays", "64", "-o"];
+    for n in ["1", "3"] {
+        f.done(&[&volume[..], &[&format!("out/{n}.json"), "--threads", n]].concat());
+    }
+    assert!(f.get("out/1.bin") == f.get("out/3.bin"), "threads matter");
+    let about: serde_json::Value = serde_json::from_slice(&f.get("out/1.json")).unwrap();
+    assert_eq!((&about["file"], &about["dims"]), (&"1.bin".into(), &serde_json::json!([3, 2, 2])));
+    assert!(about["scale"].as_f64().unwrap() > 0.0 && about["points outside"] == 0);
+    // Three blocks of four 16-bit floats a point; the first wall emits, so that light comes from low x.
+    let bytes = f.get("out/1.bin");
+    assert_eq!(bytes.len(), 3 * 12 * 8);
+    f.done(&[&volume[..], &["out/v.npz"]].concat());
+    let (shape, c) = zonal_io::output::read_array(&f.path().join("out/v.npz"), "coefficients").unwrap();
+    assert_eq!(shape, [3, 2, 2, 4, 3]);
+    assert!((0..12).all(|i| c[12 * i] > 0.0 && c[12 * i + 9] < 0.0), "{c:?}");
+    let scale = about["scale"].as_f64().unwrap();
+    for (point, k) in [(0, 0), (5, 3), (11, 1)] {
+        // x fastest in the texture, z in the array.
+        let [x, y, z] = [point / 4, point / 2 % 2, point % 2];
+        let at = 2 * (4 * (x + 3 * (y + 2 * z)) + k);
+        let (value, wanted) = (scale * half_float([bytes[at], bytes[at + 1]]), c[12 * point + 3 * k]);
+        assert!((value - wanted).abs() < 1e-3 * wanted.abs() + 1e-6, "{point} {k}: {value} {wanted}");
+    }
+}
+
+/// The value of a 16-bit float.
+fn half_float(bytes: [u8; 2]) -> f64 {
+    let bits = u16::from_le_bytes(bytes);
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+    let size = match exponent {
+        0 => mantissa * 2f64.powi(-14),
+        _ => (1.0 + mantissa) * 2f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
+#[test]
+fn invalid_irradiance_volumes_are_refused() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    refused(
+        &f,
+        Program,
+        &["export", "room.npz", "-o", "room.npz", "--irradiance-volume"],
+        "replace the solution",
+    );
+    refused(&f, Program, &["export", "room.npz", "-o", "out/v.glb", "--irradiance-volume"], ".json");
+    refused(
+        &f,
+        Program,
+        &["export", "room.npz", "-o", "out/w.npz", "--irradiance-volume", "--grid", "2,2"],
+        "--grid",
+    );
+    refused(
+        &f,
+        Program,
+        &["export", "room.npz", "-o", "out/w.npz", "--irradiance-volume", "--curve", "linear"],
+        "--curve",
+    );
+    refused(&f, Parser, &["export", "room.npz", "-o", "out/w.npz", "--grid", "2,2,2"], "--irradiance-volume");
+}
+
+#[test]
+fn vtu_has_point_data_on_request() {
+    let f = Folder::new();
+    f.put("room.npz", solution());
+    f.done(&["export", "room.npz", "-o", "room.vtu"]);
+    assert!(!text(&f.get("room.vtu")).contains("PointData"));
+    f.done(&["export", "room.npz", "-o", "points.vtu", "--points"]);
+    let file = f.get("points.vtu");
+    let (h, cells) = (array(&file, "total irradiance [W/m2]"), array(&file, "irradiance [W/m2]"));
+    assert_eq!((h.len(), cells.len()), (6 * 4 * 3, 6 * 3));
+    // One patch a wall: its corners have its value.
+    for (i, value) in h.iter().enumerate() {
+        let mean = cells[3 * (i / 12) + i % 3];
+        assert!((value / mean - 1.0).abs() < 1e-6, "{i}: {value} {mean}");
+    }
+    refused(&f, Program, &["export", "room.npz", "-o", "out/x.csv", "--points"], "--points");
+    refused(&f, Program, &["export", "room.npz", "-o", "out/x.csv", "--lightmap"], "--lightmap");
+    let glb = ["export", "room.npz", "-o", "out/x.glb"];
+    refused(&f, Parser, &[&glb[..], &["--texel", "0.1"]].concat(), "--lightmap");
+    refused(&f, Program, &[&glb[..], &["--lightmap", "--texel=0"]].concat(), "--texel");
+    refused(&f, Program, &[&glb[..], &["--lightmap", "--light-groups"]].concat(), "--light-groups");
+    refused(&f, Program, &[&glb[..], &["--lightmap", "--texel=1e-9"]].concat(), "--atlas");
+}
+
 #[test]
 fn invalid_exports_are_refused() {
     let f = Folder::new();

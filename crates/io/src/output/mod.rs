@@ -64,4 +64,4 @@ pub use solution::{
 };
 pub use view_factors::{ViewFactorFormat, ViewFactorTable, write_view_factors};
 pub use vtk::vti::write_vti;
-pub use vtk::vtu::write_vtu;
+pub use vtk::vtu::{CornerArray, write_vtu, write_vtu_with_points};

@@ -30,13 +30,19 @@
 //! | `edge_matching` | common vertices on common edges of patches |
 //! | `triangulation` | from cells to triangles |
 //! | `panes`, `medium_cells` | panes, and the medium on the voxel grid |
+//! | [`corner_light`] | light at the corners of patches and panes |
+//! | [`irradiance_volume`] | incident radiance on a grid of points, in spherical harmonics |
+//! | [`lightmap`] | surfaces as one texture with the same light |
 //! | [`volume_grid`] | the medium on a finer grid, with sharp shafts |
 //!
 //! The same bits for any number of threads: patches are independent, and candidates among them are sorted first.
 
 mod baked;
+pub mod corner_light;
 mod edge_matching;
 mod group_fields;
+pub mod irradiance_volume;
+pub mod lightmap;
 mod lit_scene;
 mod medium_cells;
 mod panes;

@@ -344,7 +344,7 @@ impl GridSource<'_> {
 }
 
 /// Points without a zone beside others that have a value, in the order of extrapolation, each with the points of which it takes the mean.
-fn extrapolation_order(known: &[bool], dims: [usize; 3]) -> Vec<(usize, Vec<usize>)> {
+pub(super) fn extrapolation_order(known: &[bool], dims: [usize; 3]) -> Vec<(usize, Vec<usize>)> {
     let step = [dims[1] * dims[2], dims[2], 1];
     let mut have = known.to_vec();
     let mut order: Vec<(usize, Vec<usize>)> = Vec::new();
@@ -367,7 +367,7 @@ fn extrapolation_order(known: &[bool], dims: [usize; 3]) -> Vec<(usize, Vec<usiz
 }
 
 /// Gives each point of the list the mean of its neighbours.
-fn extrapolate(values: &mut [PerBand<f32>], order: &[(usize, Vec<usize>)]) {
+pub(super) fn extrapolate(values: &mut [PerBand<f32>], order: &[(usize, Vec<usize>)]) {
     for (i, from) in order {
         values[*i] =
             PerBand::from_fn(|b| from.iter().map(|&j| values[j][b]).sum::<f32>() / from.len() as f32);

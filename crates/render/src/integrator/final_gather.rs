@@ -115,6 +115,28 @@ impl<'a> FinalGather<'a> {
         GatheredIrradiance { irradiance: sum * PI / n, nearness: near / n }
     }
 
+    /// Radiance of the zones that arrives at the origin of a ray, W/(m² sr), without direct light; `None` where the ray ends on the back of a one-sided
+    /// surface.
+    pub(crate) fn arriving_radiance(
+        &self,
+        inputs: GatherInputs,
+        ray: ViewRay,
+        sampler: RaySampler,
+    ) -> Option<Bands> {
+        let hit = self.transport.closest_hit(ray.origin, ray.dir, 0.0, f64::INFINITY);
+        if hit.as_ref().is_some_and(|h| self.is_unlit_back(h)) {
+            return None;
+        }
+        let last = self.end_radiance(inputs, GatherRay { ray, sampler, vertices: 0 }, hit);
+        Some(self.radiance_of_path(inputs.paths, ray, hit, last))
+    }
+
+    /// True for the back of a one-sided surface.
+    fn is_unlit_back(&self, hit: &Hit) -> bool {
+        let scene = &self.solution.scene;
+        !hit.front && scene.surfaces()[scene.facets()[hit.facet].surface].sides == Sides::Front
+    }
+
     /// Radiance, W/(m² sr), of the zones along a ray, and its length, m; infinite where it leaves the scene.
     fn zonal_radiance(&self, inputs: GatherInputs, gather_ray: GatherRay) -> (Bands, f64) {
         let ray = gather_ray.ray;
@@ -154,7 +176,7 @@ impl<'a> FinalGather<'a> {
     fn end_radiance(&self, inputs: GatherInputs, gather_ray: GatherRay, hit: Option<Hit>) -> Bands {
         let scene = &self.solution.scene;
         let Some(h) = hit else { return scene.surroundings().radiance };
-        if !h.front && scene.surfaces()[scene.facets()[h.facet].surface].sides == Sides::Front {
+        if self.is_unlit_back(&h) {
             return Bands::ZERO;
         }
         let tile = self.surfaces.tile_at(h.side(), [h.u, h.v]);

@@ -186,6 +186,13 @@ impl<'a> Integrator<'a> {
         segment.in_front_of(self.radiance_behind_segment(ray, &end, sampler))
     }
 
+    /// Radiance of the zones that arrives at the origin of a ray, W/(m² sr), without direct light, with a gather ([`FinalGather::arriving_radiance`]); `None`
+    /// without one and where the ray ends on the back of a one-sided surface.
+    pub(crate) fn zonal_radiance(&self, ray: ViewRay, sampler: RaySampler) -> Option<Bands> {
+        let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };
+        self.gather.as_ref()?.arriving_radiance(inputs, ray, sampler)
+    }
+
     /// Radiance, W/(m² sr), of surroundings and skies in a direction.
     fn background_radiance(&self, direction: Vec3) -> Bands {
         let of = |light: &Light| match light {

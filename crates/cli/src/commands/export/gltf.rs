@@ -100,16 +100,18 @@ fn add_surfaces(
 }
 
 /// A texture scaled to [0, 1].
-struct ScaledTexture {
-    png: Vec<u8>,
+pub(super) struct ScaledTexture {
+    /// The file.
+    pub png: Vec<u8>,
     /// The value of 1.
-    white: Bands,
+    pub white: Bands,
     /// Mean of the scaled values.
     mean: Bands,
 }
 
 impl ScaledTexture {
-    fn new(t: &Texture) -> Option<ScaledTexture> {
+    /// `None` for a texture without texels.
+    pub(super) fn new(t: &Texture) -> Option<ScaledTexture> {
         let white = [0, 1, 2].map(|b| white_level(t.pixels.iter().map(|p| p[b]).collect()));
         let scaled: Vec<[f32; 3]> =
             t.pixels.iter().map(|p| [0, 1, 2].map(|b| (p[b] / white[b]).min(1.0))).collect();
@@ -229,7 +231,7 @@ fn add_panes(scene: &Scene, baked: &BakedSolution, tone: ExposedTone, model: &mu
 }
 
 /// Radiance of surroundings and skies, W/(m² sr): the mean over all directions.
-fn exterior_radiance(scene: &Scene) -> Bands {
+pub(super) fn exterior_radiance(scene: &Scene) -> Bands {
     scene.lights().iter().fold(scene.surroundings().radiance, |sum, l| match l {
         Light::Sky { radiance, distribution, .. } => sum + *radiance * distribution.mean(),
         _ => sum,
@@ -237,7 +239,7 @@ fn exterior_radiance(scene: &Scene) -> Bands {
 }
 
 /// Radiances of the patches, each as often as its share of the area, for the automatic exposure.
-fn radiance_samples(s: &Solution, quantity: ColourQuantity) -> Vec<[f32; 3]> {
+pub(super) fn radiance_samples(s: &Solution, quantity: ColourQuantity) -> Vec<[f32; 3]> {
     let patches = &s.zones.patches;
     let area: f64 = patches.iter().map(|p| p.area).sum();
     let (mut out, mut sum) = (Vec::with_capacity(EXPOSURE_SAMPLES), 0.0);
@@ -255,12 +257,12 @@ fn radiance_samples(s: &Solution, quantity: ColourQuantity) -> Vec<[f32; 3]> {
 }
 
 /// The up axis of most cameras; z if they are undecided.
-fn up_axis(scene: &Scene) -> UpAxis {
+pub(super) fn up_axis(scene: &Scene) -> UpAxis {
     let y = scene.cameras().iter().filter(|c| c.up.y.abs() > c.up.z.abs()).count();
     if 2 * y > scene.cameras().len() { UpAxis::Y } else { UpAxis::Z }
 }
 
-fn glb_camera(c: &zonal_scene::Camera, scene: &Scene) -> GlbCamera {
+pub(super) fn glb_camera(c: &zonal_scene::Camera, scene: &Scene) -> GlbCamera {
     let d = scene.diagonal().max(1e-3);
     GlbCamera {
         name: c.name.clone(),

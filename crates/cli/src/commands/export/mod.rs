@@ -2,6 +2,8 @@
 
 pub mod args;
 mod gltf;
+mod irradiance_volume;
+mod lightmap;
 
 pub use args::Args;
 
@@ -11,7 +13,8 @@ use crate::viewer::page;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use zonal_io::output;
+use zonal_io::output::{self, CornerArray};
+use zonal_render::bake::corner_light::{CornerLight, light_at_corners};
 use zonal_render::bake::{BakeOptions, bake};
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::{Photometry, Progress, Solution, SurfaceIlluminance, printable};
@@ -22,7 +25,7 @@ use zonal_scene::{Photometry, Progress, Solution, SurfaceIlluminance, printable}
 /// For settings that do not apply, solutions that cannot be read or lack the exported part, and outputs that cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     check_args(args)?;
-    let shows_colours = matches!(extension(args).as_str(), "html" | "glb");
+    let shows_colours = shows_colours(args);
     let solution = if shows_colours {
         read_uniform_light_solution(&args.run, args.first_band.unwrap_or(0) as usize)?
     } else {
@@ -37,19 +40,38 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 
 /// Refuses outputs that cannot be written, and settings that do not apply.
 fn check_args(args: &Args) -> Result<(), Failure> {
-    let formats: &[&str] =
-        if args.faces { &["csv", "npy", "vtu"] } else { &["csv", "html", "glb", "vtu", "vti"] };
+    let formats: &[&str] = match (args.faces, args.irradiance_volume.irradiance_volume) {
+        (true, _) => &["csv", "npy", "vtu"],
+        (_, true) => &["npz", "json"],
+        _ => &["csv", "html", "glb", "vtu", "vti"],
+    };
     check_output(&args.output, formats)?;
+    let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+    if same(&args.run, &args.output) {
+        return Err(Failure::new("--output: this would replace the solution; give another name"));
+    }
     let extension = extension(args);
-    if args.first_band.is_some() && !matches!(extension.as_str(), "html" | "glb") {
+    if args.first_band.is_some() && !shows_colours(args) {
         return Err(Failure::new(
             "--first-band: this format has all bands; remove the option, or write .html or .glb",
         ));
     }
+    if args.points && extension != "vtu" {
+        return Err(Failure::new("--points: values at points are written as .vtu; give this extension"));
+    }
     if args.photometric.is_some() && extension != "csv" {
         return Err(Failure::new("--photometric: illuminances are written as .csv; give this extension"));
     }
+    args.lightmap.check(&extension, &args.glb)?;
+    if args.irradiance_volume.irradiance_volume {
+        return args.irradiance_volume.check(&args.glb);
+    }
     args.glb.check(&extension)
+}
+
+/// True for outputs that show three bands as red, green and blue.
+fn shows_colours(args: &Args) -> bool {
+    matches!(extension(args).as_str(), "html" | "glb") || args.irradiance_volume.irradiance_volume
 }
 
 /// The extension of the output, in lower case.
@@ -68,7 +90,7 @@ pub fn write(args: &Args, solution: &Solution, progress: &dyn Progress) -> Resul
 
 fn export(args: &Args, solution: &Solution, progress: &dyn Progress) -> Result<ExportedFiles, Failure> {
     let extension = extension(args);
-    if matches!(extension.as_str(), "html" | "glb") {
+    if shows_colours(args) {
         check_uniform_light(&args.run, solution)?;
     }
     if args.faces {
@@ -81,9 +103,20 @@ fn export(args: &Args, solution: &Solution, progress: &dyn Progress) -> Result<E
             Some(efficacy) => export_illuminances(args, solution, efficacy, &mut exported)?,
             None => output::write_zones_csv(&args.output, solution)?,
         },
+        _ if args.irradiance_volume.irradiance_volume => {
+            let (beside, sizes) = irradiance_volume::write(args, solution, progress)?;
+            exported.paths.extend(beside);
+            exported.sizes.extend(sizes);
+        }
+        "vtu" if args.points => write_corners(args, solution, progress)?,
         "vtu" => output::write_vtu(&args.output, solution)?,
         "vti" => output::write_vti(&args.output, solution)?,
         "html" => write_page(args, solution, progress, &mut exported)?,
+        _ if args.lightmap.lightmap => {
+            let written = lightmap::write(args, solution, progress)?;
+            exported.sizes.extend(written.sizes);
+            exported.paths.push(written.picture);
+        }
         _ => write_glb(args, solution, progress, &mut exported)?,
     }
     Ok(exported)
@@ -101,6 +134,20 @@ fn export_illuminances(
     output::write_photometric_csv(&args.output, s, &photometry)?;
     exported.illuminances = photometry.surfaces();
     Ok(())
+}
+
+/// Writes patches and panes with their values and those at their corners.
+fn write_corners(args: &Args, s: &Solution, progress: &dyn Progress) -> Result<(), Failure> {
+    let (radiosity, irradiance) = s
+        .triples()
+        .map(|triple| light_at_corners(triple, progress))
+        .map(|CornerLight { radiosity, irradiance }| (radiosity, irradiance))
+        .unzip();
+    let arrays = [
+        CornerArray { name: "radiosity [W/m2]", triples: radiosity },
+        CornerArray { name: "total irradiance [W/m2]", triples: irradiance },
+    ];
+    Ok(output::write_vtu_with_points(&args.output, s, &arrays)?)
 }
 
 /// Writes the results by face.

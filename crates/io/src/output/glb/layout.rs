@@ -106,9 +106,12 @@ impl<'a> BinaryLayout<'a> {
                 self.add_accessor(ArrayData::Floats3(&m.normals), TARGET_VERTICES, "VEC3", COMPONENT_F32, n);
             attributes.insert("NORMAL".into(), at.into());
         }
-        if !m.uvs.is_empty() {
-            let at = self.add_accessor(ArrayData::Floats2(&m.uvs), TARGET_VERTICES, "VEC2", COMPONENT_F32, n);
-            attributes.insert("TEXCOORD_0".into(), at.into());
+        for (name, uvs) in [("TEXCOORD_0", &m.uvs), ("TEXCOORD_1", &m.lightmap_uvs)] {
+            if !uvs.is_empty() {
+                let at =
+                    self.add_accessor(ArrayData::Floats2(uvs), TARGET_VERTICES, "VEC2", COMPONENT_F32, n);
+                attributes.insert(name.into(), at.into());
+            }
         }
         if !m.colours.is_empty() {
             let at =

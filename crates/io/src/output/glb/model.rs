@@ -44,6 +44,8 @@ pub struct GlbMesh {
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates.
     pub uvs: Vec<[f32; 2]>,
+    /// Second texture coordinates, `TEXCOORD_1`, for a lightmap; only with `uvs`.
+    pub lightmap_uvs: Vec<[f32; 2]>,
     /// Linear colours with opacity, 0 to 1, written in 16 bits; they multiply the material's base colour.
     pub colours: Vec<[f32; 4]>,
     /// Application-specific attributes by name; the format's underscore is added.

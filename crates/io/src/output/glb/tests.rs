@@ -17,6 +17,7 @@ fn model() -> GlbModel {
         positions: vec![[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 3.0, 1.0], [0.0, 3.0, 1.5]],
         normals: vec![[0.0, 0.0, 1.0]; 4],
         uvs: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]],
+        lightmap_uvs: vec![[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0]],
         colours: vec![[0.25, 0.5, 2.0, 1.0]; 4],
         values: vec![("IRRADIANCE_0".into(), vec![[300.0, 0.0, 1e-9]; 4])],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
@@ -82,6 +83,8 @@ fn invalid_models_are_refused_and_leave_no_file() {
     refuse(&|m| m.meshes[0].positions[0][1] = f32::NAN, "not finite");
     refuse(&|m| m.meshes[0].normals[2] = [0.0, 2.0, 0.0], "length 1");
     refuse(&|m| m.meshes[0].uvs.truncate(3), "3 uvs for 4 positions");
+    refuse(&|m| m.meshes[0].lightmap_uvs.truncate(3), "3 lightmap_uvs for 4 positions");
+    refuse(&|m| m.meshes[0].uvs.clear(), "give both");
     refuse(&|m| m.meshes[0].material = Some(7), "names material 7");
     refuse(&|m| m.meshes[0].values[0].0 = "a b".into(), "no name for values");
     refuse(&|m| m.materials[0].picture = Some(1), "names picture 1");

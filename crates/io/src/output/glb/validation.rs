@@ -33,17 +33,26 @@ pub(super) fn check_model(path: &Path, model: &GlbModel) -> Result<(), FileError
 /// The first defect of a mesh.
 fn mesh_defect(m: &GlbMesh, materials: usize) -> Option<String> {
     let n = m.positions.len();
-    let lists = [("normals", m.normals.len()), ("uvs", m.uvs.len()), ("colours", m.colours.len())];
+    let lists = [
+        ("normals", m.normals.len()),
+        ("uvs", m.uvs.len()),
+        ("lightmap_uvs", m.lightmap_uvs.len()),
+        ("colours", m.colours.len()),
+    ];
     let own = m.values.iter().map(|(name, v)| (name.as_str(), v.len()));
     for (name, len) in lists.into_iter().filter(|l| l.1 != 0).chain(own) {
         if len != n {
             return Some(format!("{len} {name} for {n} positions; give one a position"));
         }
     }
+    if !m.lightmap_uvs.is_empty() && m.uvs.is_empty() {
+        return Some("lightmap_uvs without uvs; give both".into());
+    }
     let finite = |list: &[f32]| list.iter().all(|x| x.is_finite());
     let numbers = finite(m.positions.as_flattened())
         && finite(m.normals.as_flattened())
         && finite(m.uvs.as_flattened())
+        && finite(m.lightmap_uvs.as_flattened())
         && finite(m.colours.as_flattened())
         && m.values.iter().all(|(_, v)| finite(v.as_flattened()));
     if !numbers {

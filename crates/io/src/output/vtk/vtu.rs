@@ -17,6 +17,8 @@
 //! | `net flux [W/m2]`, `net flux error [W/m2]` | net radiative flux that leaves; of panes, through both faces |
 //! | `radiosity of NAME [W/m2]` | radiosity of each light group, if there are several |
 //!
+//! On request there is point data too ([`CornerArray`]); each cell has points of its own, so that values may jump between cells.
+//!
 //! Sums: over patches Σ BA is the power that leaves them, Σ (1−ρ)(H + H_dir)A what they absorb; over panes 4κ Σ BAt is what
 //! they emit and scatter, κ(1−Ω) Σ (G + G_dir)At what they absorb. Corners are those of the zones, each with its own points.
 
@@ -26,6 +28,15 @@ use crate::output::error::FileError;
 use std::path::Path;
 use zonal_scene::{Bands, Plate, PlateKind, Solution, Zones};
 
+/// Values at the corners of the cells of a .vtu, for all bands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CornerArray {
+    /// Name with unit.
+    pub name: &'static str,
+    /// For each triple of bands the values of the corners of the patches, then of the panes, one zone after the other.
+    pub triples: Vec<Vec<Bands>>,
+}
+
 /// Writes the patches and panes of a solution as an unstructured grid with one cell for each zone: radiosity, irradiance or fluence,
 /// direct light, errors, material properties, area, owner, temperatures and net flux in thermal mode, and the radiosity of each light
 /// group.
@@ -34,7 +45,15 @@ use zonal_scene::{Bands, Plate, PlateKind, Solution, Zones};
 ///
 /// The file cannot be written.
 pub fn write_vtu(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> {
-    let path = path.as_ref();
+    write_vtu_with_points(path.as_ref(), s, &[])
+}
+
+/// As [`write_vtu`], with arrays of point data.
+///
+/// # Errors
+///
+/// The file cannot be written, or an array has another number of triples or corners than the solution.
+pub fn write_vtu_with_points(path: &Path, s: &Solution, arrays: &[CornerArray]) -> Result<(), FileError> {
     let grid = ZoneCells::new(s);
     let triples: Vec<ZoneCells> = s.triples().map(ZoneCells::new).collect();
     let n = grid.len();
@@ -42,6 +61,13 @@ pub fn write_vtu(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> 
         (0..n).scan(0, |sum, i| Some(std::mem::replace(sum, *sum + grid.corners(i)))).collect();
     let points = corners.last().map_or(0, |c| c + grid.corners(n - 1));
     let owner: Vec<u32> = (0..n).flat_map(|i| std::iter::repeat_n(i as u32, grid.corners(i))).collect();
+    let fits =
+        |a: &CornerArray| a.triples.len() == triples.len() && a.triples.iter().all(|v| v.len() == points);
+    if let Some(a) = arrays.iter().find(|a| !fits(a)) {
+        let message =
+            format!("'{}' does not have {points} values for each of {} triples", a.name, triples.len());
+        return Err(FileError::new(path, "", message));
+    }
     let mut d = VtkDocument::new("UnstructuredGrid", "");
     d.names(&[
         ("surface names", s.scene.surfaces().iter().map(|x| x.name.as_str()).collect()),
@@ -49,6 +75,13 @@ pub fn write_vtu(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> 
         ("group names", s.groups.iter().map(|x| x.name.as_str()).collect()),
     ]);
     d.open(&format!("Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{n}\""));
+    if !arrays.is_empty() {
+        let of_triple = |t: usize| {
+            arrays.iter().map(|a| DataArray::bands(a.name, points, move |p| a.triples[t][p])).collect()
+        };
+        let all = (0..triples.len()).map(of_triple).collect();
+        d.section("PointData", DataArray::joined(s.scene.bands(), all));
+    }
     d.section("CellData", DataArray::joined(s.scene.bands(), triples.iter().map(fields).collect()));
     let place = |p: usize| {
         let i = owner[p] as usize;
