@@ -20,7 +20,7 @@ struct Converter {
 
 /// All formats. Commands are those of the programs' manuals: Assimp 5 (`assimp export`), Blender 4 (`bpy.ops`), Gmsh 4 (chapter "Gmsh command-line
 /// interface"), IfcOpenShell (`IfcConvert`), meshio 5 (`meshio convert`), OpenVDB 10 (`nanovdb_convert`).
-const CONVERTERS: [Converter; 13] = [
+const CONVERTERS: [Converter; 16] = [
     Converter {
         extensions: &["ifc"],
         contents: FileContents::Mesh,

@@ -173,7 +173,7 @@ fn separate(whole: &mut [Bands], part: &mut [Bands]) {
 
 /// Takes samples of every zone up to the wanted number of each half, and saves them.
 fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut GatherSums) {
-    let (quantities, p) = (sums.quantities, &GATHER_PARAMS);
+    let quantities = sums.quantities;
     let (progress, communicator) = (task.execution.progress, task.execution.communicator);
     progress.begin("gather", task.zones.len() as u64);
     let blocks = task.execution.blocks(task.zones.len(), ZONES_PER_TASK);
@@ -199,24 +199,14 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
                 continue;
             }
             if !aimed.contains(&zone) {
-                let [least, most] = p.cut_nodes;
-                let nodes = (2 * numbers.len() / p.samples_per_cut_node).clamp(least, most);
                 aimed = aimed_together(task.zones, zone);
-                gatherer.aim(aimed.clone(), nodes, scratch);
+                gatherer.aim(aimed.clone(), cut_nodes(numbers.len()), scratch);
             }
             let rays = escape.wanted(zone, numbers.end);
-            let mut of_zone = EscapeSums::new(task.groups);
-            for (half, sums) in sums.chunks_mut(quantities).enumerate() {
-                let range = SampleRange { zone, half, numbers: numbers.clone() };
-                of_zone.by_samples[half] =
-                    add_samples(gatherer, range, scratch, (sums, &mut of_zone.products));
-                if let Some(numbers) = rays.clone() {
-                    of_zone.rays = numbers.len();
-                    of_zone.by_rays[half] = gatherer.escapes(SampleRange { zone, half, numbers }, scratch);
-                }
-            }
-            escape.add(zone, &of_zone);
             *count = numbers.end;
+            let mut of_zone = EscapeSums::new(task.groups);
+            add_samples_of_zone(gatherer, zone, (numbers, rays), scratch, (sums, &mut of_zone));
+            escape.add(zone, &of_zone);
         }
         progress.advance(zones);
     });
@@ -227,6 +217,31 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
     if !progress.is_interrupted() {
         sums.save(task.checkpoints);
     }
+}
+
+/// Adds the samples of these numbers of both halves of a zone, and the rays that only find out whether they leave the scene.
+fn add_samples_of_zone(
+    gatherer: &Gatherer,
+    zone: usize,
+    (numbers, rays): (Range<usize>, Option<Range<usize>>),
+    scratch: &mut GatherScratch,
+    (sums, escape): (&mut [SampleSums], &mut EscapeSums),
+) {
+    let quantities = sums.len() / 2;
+    for (half, sums) in sums.chunks_mut(quantities).enumerate() {
+        let range = SampleRange { zone, half, numbers: numbers.clone() };
+        escape.by_samples[half] = add_samples(gatherer, range, scratch, (sums, &mut escape.products));
+        if let Some(numbers) = rays.clone() {
+            escape.rays = numbers.len();
+            escape.by_rays[half] = gatherer.escapes(SampleRange { zone, half, numbers }, scratch);
+        }
+    }
+}
+
+/// Nodes of the cut of a zone that is to take `samples` samples of each half.
+fn cut_nodes(samples: usize) -> usize {
+    let [least, most] = GATHER_PARAMS.cut_nodes;
+    (2 * samples / GATHER_PARAMS.samples_per_cut_node).clamp(least, most)
 }
 
 /// The zones whose connections are aimed with those of zone `i`, from it on. The result depends on the zones alone.
