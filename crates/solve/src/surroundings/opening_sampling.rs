@@ -18,6 +18,8 @@ use super::ray_tally::{BATCHES, RayTally, TracedScene};
 use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_point};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
+use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::{low_discrepancy, scrambled_sobol};
 use zonal_scene::Bands;
 
@@ -38,8 +40,10 @@ const MIN_SHARE_OVER_MEAN: f64 = 0.2;
 const MIN_RAYS_PER_STRATUM: usize = 2;
 /// Minimum share of the rays in the stratum of directions.
 const MIN_SHARE_OF_DIRECTIONS: f64 = 0.1;
+/// Pilot rays of a zone that tell at once a scene that is open.
+const FIRST_MARKING_RAYS_PER_ZONE: usize = 16;
 /// Rays of the first round, maximum number of further rounds, and largest growth of the number of rays from round to round.
-const FIRST_ROUND_RAYS: usize = 1024;
+pub(super) const FIRST_ROUND_RAYS: usize = 1024;
 const MAX_ROUNDS: usize = 4;
 const MAX_RAY_GROWTH: f64 = 8.0;
 /// Maximum number of rays of a zone from which opening sampling is used.
@@ -56,6 +60,23 @@ pub(super) struct OpeningSampler<'a> {
     open: Vec<BoxCell>,
     /// Index into `open` for each cell of the box.
     open_index: Vec<Option<u16>>,
+    /// Number of pilot rays that marked the cells.
+    pub(super) marking_rays: usize,
+}
+
+/// Estimate of one zone.
+pub(super) struct OpeningEstimate {
+    pub tally: RayTally,
+    /// Standard error of the mean, root of the sum of squares over the bands; for a sky with the light through cells that no ray reached.
+    pub error: f64,
+}
+
+/// Result of the pilot rays of a stratum.
+struct StratumPilot {
+    /// Standard deviation of the rays.
+    deviation: f64,
+    /// Mean weight without occlusion, the largest band; 0 of the stratum of directions.
+    weight: f64,
 }
 
 /// The strata of one zone: the open cells that are not near it, and the other directions.
@@ -75,12 +96,34 @@ enum RayPurpose {
 }
 
 impl<'a> OpeningSampler<'a> {
-    /// Marks the open cells by pilot rays; `None` if rays leave nearly everywhere.
-    pub(super) fn find(traced: TracedScene<'a>) -> Option<OpeningSampler<'a>> {
-        let n = traced.zones.len();
-        let sides = BoxSides::of(traced.scene);
-        let cells = sides.cells();
+    /// Marks the open cells by pilot rays of every `step`-th zone, with as many cells along the longest side as the first of `divisions` that leaves few of them open;
+    /// `None` if rays leave nearly everywhere.
+    pub(super) fn find(
+        traced: TracedScene<'a>,
+        divisions: &[f64],
+        step: usize,
+    ) -> Option<OpeningSampler<'a>> {
+        let n = traced.zones.len().div_ceil(step);
         let per_zone = (MARKING_RAYS / n.max(1)).clamp(1, MAX_MARKING_RAYS_PER_ZONE);
+        let first = per_zone.min(FIRST_MARKING_RAYS_PER_ZONE);
+        divisions.iter().find_map(|&along| {
+            let sides = BoxSides::of(traced.scene, along);
+            let few = OpeningSampler::mark(traced, sides, (step, 0..first))?;
+            if first == per_zone {
+                return Some(few);
+            }
+            OpeningSampler::mark(traced, sides, (step, 0..per_zone))
+        })
+    }
+
+    /// Marks the open cells of the box by the pilot rays of a range of every `step`-th zone; `None` if they are too many.
+    fn mark(
+        traced: TracedScene<'a>,
+        sides: BoxSides,
+        (step, rays): (usize, Range<usize>),
+    ) -> Option<OpeningSampler<'a>> {
+        let list: Vec<usize> = (0..traced.zones.len()).step_by(step).collect();
+        let cells = sides.cells();
         // Pilot rays come from another sample than the rays of the estimate.
         let seed = low_discrepancy::split_mix64(traced.seed ^ u64::MAX);
         let exit_cell = |i: usize, k: usize| {
@@ -88,26 +131,40 @@ impl<'a> OpeningSampler<'a> {
             let (share, back) = traced.trace(ray);
             (!back && share != Bands::ZERO).then(|| sides.exit_cell(ray.0, ray.1))
         };
-        let mark = |mut marked: Vec<bool>, i: usize| {
-            (0..per_zone).filter_map(|k| exit_cell(i, k)).for_each(|c| marked[c] = true);
+        let mark = |mut marked: Vec<bool>, &i: &usize| {
+            rays.clone().filter_map(|k| exit_cell(i, k)).for_each(|c| marked[c] = true);
             marked
         };
         let none = || vec![false; cells.len()];
         let either = |a: Vec<bool>, b: Vec<bool>| a.iter().zip(b).map(|(a, b)| *a || b).collect();
-        let marked = (0..n).into_par_iter().fold(none, mark).reduce(none, either);
+        let marked = list.par_iter().fold(none, mark).reduce(none, either);
         let open: Vec<BoxCell> = cells.iter().zip(&marked).filter(|c| *c.1).map(|c| *c.0).collect();
         let mut count = 0..;
         let open_index = marked.iter().map(|m| if *m { count.next() } else { None }).collect();
-        (open.len() <= MAX_OPEN_CELLS).then_some(OpeningSampler { traced, sides, open, open_index })
+        let marking_rays = list.len() * rays.len();
+        (open.len() <= MAX_OPEN_CELLS).then_some(OpeningSampler {
+            traced,
+            sides,
+            open,
+            open_index,
+            marking_rays,
+        })
+    }
+
+    /// Number of patches, the first zones.
+    pub(super) fn patches(&self) -> usize {
+        self.traced.zones.voxel_offset()
     }
 
     /// Traces rays of zone `i` until the error (root of the sum of squares over the bands) is at most `wanted`, with about `max_rays` at most.
-    pub(super) fn measure(&self, i: usize, wanted: f64, max_rays: usize) -> RayTally {
+    pub(super) fn measure(&self, i: usize, wanted: f64, max_rays: usize) -> OpeningEstimate {
         let strata = Strata::new(self, i);
         let count = strata.cells.len();
-        let shares = allocation((0..=count).map(|c| strata.pilot_deviation(c)).collect());
+        let pilots: Vec<StratumPilot> = (0..=count).map(|c| strata.pilot(c)).collect();
+        let shares = allocation(pilots.iter().map(|p| p.deviation).collect());
         let mut tallies = vec![RayTally::default(); count + 1];
         let (mut all, mut rays) = (RayTally::default(), FIRST_ROUND_RAYS.max(MIN_RAYS_PER_STRATUM * count));
+        let mut error = 0.0;
         for _ in 0..=MAX_ROUNDS {
             for (c, tally) in tallies.iter_mut().enumerate() {
                 let upto = whole_batches((rays as f64 * shares[c]) as usize).max(tally.traced as usize);
@@ -117,14 +174,33 @@ impl<'a> OpeningSampler<'a> {
                 }));
             }
             all = RayTally::combine_strata(&tallies);
-            let off = all.standard_error().map(|e| e * e).sum().sqrt() / wanted;
-            if off <= 1.0 || rays >= max_rays {
+            error = self.error(&all, tallies.iter().zip(&pilots));
+            if error <= wanted || rays >= max_rays {
                 break;
             }
-            let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(MAX_RAY_GROWTH);
+            let growth = (error / wanted).powf(RAYS_OVER_ERROR_EXPONENT).min(MAX_RAY_GROWTH);
             rays = ((rays as f64 * growth) as usize).min(max_rays);
         }
-        RayTally { pilot: (PILOT_RAYS_OF_DIRECTIONS + PILOT_RAYS_PER_CELL * count) as u32, ..all }
+        let tally =
+            RayTally { pilot: (PILOT_RAYS_OF_DIRECTIONS + PILOT_RAYS_PER_CELL * count) as u32, ..all };
+        OpeningEstimate { tally, error }
+    }
+
+    /// Standard error of the sum `all` of strata: of surroundings by all rays together. For a sky the cells that no ray of theirs reached err by the rule of succession each.
+    fn error<'c>(
+        &self,
+        all: &RayTally,
+        strata: impl Iterator<Item = (&'c RayTally, &'c StratumPilot)>,
+    ) -> f64 {
+        let of_all = all.standard_error().map(|e| e * e).sum();
+        if self.traced.sky.is_none() {
+            return of_all.sqrt();
+        }
+        let missed = |(tally, pilot): (&RayTally, &StratumPilot)| match tally.escaped {
+            0 => (pilot.weight / (f64::from(tally.traced) + SUCCESSION_PSEUDO_COUNTS)).powi(2),
+            _ => 0.0,
+        };
+        (strata.map(missed).sum::<f64>() + if all.escaped > 0 { of_all } else { 0.0 }).sqrt()
     }
 }
 
@@ -178,11 +254,11 @@ impl<'a, 'b> Strata<'a, 'b> {
             None if i < zones.voxel_offset() => Bands::splat(zones.patches[i].normal.dot(dir).max(0.0) / PI),
             None => Bands::splat(0.25 / PI),
         };
-        (origin, dir, density * solid_angle)
+        (origin, dir, density * traced.radiance(dir) * solid_angle)
     }
 
-    /// Standard deviation of the rays of stratum `c` by its pilot rays.
-    fn pilot_deviation(&self, c: usize) -> f64 {
+    /// The pilot rays of stratum `c`.
+    fn pilot(&self, c: usize) -> StratumPilot {
         let is_cell = c < self.cells.len();
         let sequence = self.sequence(c, RayPurpose::Pilot);
         let count = if is_cell { PILOT_RAYS_PER_CELL } else { PILOT_RAYS_OF_DIRECTIONS };
@@ -190,7 +266,8 @@ impl<'a, 'b> Strata<'a, 'b> {
         let (weights, met): (Vec<Bands>, Vec<Bands>) =
             rays.map(|r| (r.2, self.sampler.traced.trace(r).0)).unzip();
         let deviation = standard_deviation(&met);
-        if is_cell { deviation.max(MIN_RELATIVE_DEVIATION * largest_mean(&weights)) } else { deviation }
+        let weight = if is_cell { largest_mean(&weights) } else { 0.0 };
+        StratumPilot { deviation: deviation.max(MIN_RELATIVE_DEVIATION * weight), weight }
     }
 }
 

@@ -7,6 +7,7 @@
 //! share of the tolerance times the root mean square trace more rays; the error falls like the number of rays to the power of about −3/4. If
 //! zones are few enough for thousands of rays each, `opening_sampling` takes over. Grade: statistical.
 
+use super::box_cells::CELLS_ALONG_LONGEST_SIDE;
 use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_ERROR_EXPONENT};
 use super::ray_tally::{RayTally, TracedScene};
 use crate::distribution::Execution;
@@ -105,7 +106,7 @@ impl SurroundingsExchange {
         progress.begin("surroundings", if has_radiance { 2 * n as u64 } else { n as u64 });
         let rays = if uses_openings(scene, n) { rays.min(PARAMS.rays_before_openings) } else { rays };
         let (each, pilot) = ray_counts(scene, n, rays);
-        let traced = TracedScene { scene, zones, transport, seed: sample_seed(sample) };
+        let traced = TracedScene { scene, zones, transport, seed: sample_seed(sample), sky: None };
         // Trace the pilot rays, and the other rays if the scene is open.
         let mut tallies: Vec<RayTally> =
             blocks.map(communicator, |i| RayTally::of_zone(&traced, i, 0..pilot));
@@ -245,7 +246,7 @@ impl SurroundingsExchange {
         step: usize,
     ) -> SurroundingsExchange {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
-        let traced = TracedScene { scene, zones, transport, seed: 0 };
+        let traced = TracedScene { scene, zones, transport, seed: 0, sky: None };
         let tallies: Vec<RayTally> =
             list.into_par_iter().map(|i| RayTally::of_zone(&traced, i, 0..rays)).collect();
         SurroundingsExchange::from_tallies(&tallies, |i| closure_target(zones, i * step))
@@ -272,8 +273,11 @@ fn refine(traced: &TracedScene, tallies: &mut Vec<RayTally>, execution: Executio
     let options = traced.scene.options();
     let limit = max_rays(traced.scene, tallies.len());
     let offsets = [traced.zones.voxel_offset(), traced.zones.pane_offset()];
-    let openings =
-        if uses_openings(traced.scene, tallies.len()) { OpeningSampler::find(*traced) } else { None };
+    let openings = if uses_openings(traced.scene, tallies.len()) {
+        OpeningSampler::find(*traced, &[CELLS_ALONG_LONGEST_SIDE], 1)
+    } else {
+        None
+    };
     for round in if openings.is_some() { PARAMS.rounds - 1 } else { 0 }..PARAMS.rounds {
         let wanted = error_targets(tallies, offsets, PARAMS.error_share * options.tolerance);
         let refined = |i: usize| {
@@ -284,7 +288,7 @@ fn refine(traced: &TracedScene, tallies: &mut Vec<RayTally>, execution: Executio
                 let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(PARAMS.max_growth);
                 let all = ((x.traced as f64 * growth) as usize).min(limit);
                 match &openings {
-                    Some(openings) => x = openings.measure(i, wanted, limit),
+                    Some(openings) => x = openings.measure(i, wanted, limit).tally,
                     None if all > x.traced as usize => {
                         x.add(&RayTally::of_zone(traced, i, x.traced as usize..all));
                     }

@@ -4,13 +4,14 @@ use super::neighbour_agreement::NeighbourAgreement;
 use super::params::{
     AVERAGED_ERROR_SHARE, AVERAGED_VOXEL_SAMPLES, CHUNK_ZONES, CURVATURE_SHARE, DISAGREEING_NEIGHBOURS,
     ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_ERROR_EXCESS,
-    MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_POINTS,
-    PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_AGREEMENT_ERROR,
-    STATED_OVER_MEAN_ERROR,
+    MAX_OPENING_RAYS, MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL,
+    MIN_SHARE_FOR_OPENINGS, PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT,
+    STATED_OVER_AGREEMENT_ERROR, STATED_OVER_MEAN_ERROR,
 };
-use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
+use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest, samples_needed};
 use crate::distribution::Execution;
 use crate::iteration::multivector;
+use crate::surroundings::sky_openings::{FIRST_SKY_RAYS, MIN_SKY_RAYS, SkyLight, SkyOpenings};
 use crate::unobstructed_cells::{CellRow, UnobstructedCells};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -61,6 +62,12 @@ impl ErrorTarget {
     }
 }
 
+/// The targets of patches and of voxels from estimates of all zones.
+fn error_targets(scene: &Scene, list: &[DirectLightEstimate], patches: usize) -> [ErrorTarget; 2] {
+    let (of_patches, of_voxels) = list.split_at(patches);
+    [ErrorTarget::new(scene, of_patches, 0), ErrorTarget::new(scene, of_voxels, 1)]
+}
+
 /// Root mean square of the largest band over some zones.
 fn root_mean_square(list: &[DirectLightEstimate]) -> f64 {
     let square = |c: &[DirectLightEstimate]| c.iter().map(|o| largest(o.value()).powi(2)).sum::<f64>();
@@ -87,6 +94,50 @@ fn is_undersampled(one: &DirectLightEstimate, excess: f64, limit: usize) -> bool
     excess > MAX_ERROR_EXCESS && 2 * one.count as usize <= limit
 }
 
+/// The openings of a scene through which a sky lights its zones, and the maximum number of rays of a zone through them.
+struct SkyThroughOpenings<'a> {
+    openings: SkyOpenings<'a>,
+    max_rays: usize,
+}
+
+impl<'a> SkyThroughOpenings<'a> {
+    /// The openings for a sky of which many zones need thousands of samples each, by their numbers of `needed` samples, found by rays of every `step`-th zone.
+    fn find(
+        sampler: &ZoneLightSampler<'a>,
+        (limit, step): ([usize; 2], usize),
+        needed: &[f64],
+    ) -> Option<SkyThroughOpenings<'a>> {
+        let n = sampler.zones.pane_offset();
+        let max_rays = (MAX_RAYS / n.max(1)).min(MAX_OPENING_RAYS);
+        let many = needed.iter().filter(|n| **n > MIN_SKY_RAYS as f64).count() as f64;
+        let is_worthwhile = many >= MIN_SHARE_FOR_OPENINGS * needed.len() as f64;
+        if limit[0].min(max_rays) < MIN_SKY_RAYS || !is_worthwhile {
+            return None;
+        }
+        let openings = SkyOpenings::find(
+            (sampler.scene, sampler.zones),
+            sampler.transport,
+            sampler.light.light(),
+            step,
+        )?;
+        Some(SkyThroughOpenings { openings, max_rays })
+    }
+
+    /// The first estimate of a zone.
+    fn first(&self, i: usize) -> SkyLight {
+        self.openings.light_on_zone(i, 0.0, FIRST_SKY_RAYS)
+    }
+
+    /// Expected number of rays of zone `i` for the error `wanted`, W/m².
+    fn expected_rays(&self, i: usize, wanted: f64) -> f64 {
+        let first = self.first(i);
+        let growth = (first.error / wanted).powf(4.0 / 3.0);
+        let again =
+            if growth > 1.0 { (growth * FIRST_SKY_RAYS as f64).min(self.max_rays as f64) } else { 0.0 };
+        first.rays as f64 + again
+    }
+}
+
 /// Expected number of shadow rays of [`gather`], from about `sample` zones of each kind.
 pub(crate) fn expected_rays(
     scene: &Scene,
@@ -105,6 +156,8 @@ pub(crate) fn expected_rays(
         let pilot: Vec<DirectLightEstimate> =
             list.par_iter().map(|&i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind])).collect();
         let target = ErrorTarget::new(scene, &pilot, kind);
+        let needed: Vec<f64> = pilot.iter().map(|o| samples_needed(o, target.of(o))).collect();
+        let openings = SkyThroughOpenings::find(&sampler, (limit, step), &needed);
         let more = |(o, &i): (&DirectLightEstimate, &usize)| {
             let wanted = target.of(o);
             if largest(o.unoccluded) * o.relative_error(0) <= wanted {
@@ -112,6 +165,11 @@ pub(crate) fn expected_rays(
             }
             let averaged =
                 i >= patches && unobstructed.as_ref().is_some_and(|o| o.cube(i - patches, 1).is_some());
+            if let Some(openings) = openings.as_ref().filter(|_| !averaged)
+                && samples_needed(o, wanted) > MIN_SKY_RAYS as f64
+            {
+                return openings.expected_rays(i, wanted);
+            }
             let share = if o.agrees() { DISAGREEING_NEIGHBOURS } else { 1.0 };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
             let second = sampler.resample(i, o, most, wanted);
@@ -145,16 +203,7 @@ pub(crate) fn gather(
     let kind = |i: usize| usize::from(i >= patches);
     let pilot =
         ZoneLightSampler::for_zones(n, execution, |i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind(i)]));
-    let gathering = Gathering {
-        targets: [
-            ErrorTarget::new(scene, &pilot[..patches], 0),
-            ErrorTarget::new(scene, &pilot[patches..], 1),
-        ],
-        unobstructed: unobstructed_cells(scene, zones, transport, light),
-        limit: max_samples(scene, n),
-        patches,
-        sampler: &sampler,
-    };
+    let mut gathering = Gathering::new(&sampler, &pilot);
     // Resample the zones whose error is too large.
     let neighbours = scene.voxel_grid().map(|m| NeighbourAgreement::new(&sampler, m, &pilot));
     let second = ZoneLightSampler::for_zones(n, execution, |i| {
@@ -164,6 +213,7 @@ pub(crate) fn gather(
     let counted = |list: &[DirectLightEstimate]| list.iter().map(|o| o.count as u64).sum::<u64>();
     let rays = counted(&pilot) + counted(&second);
     drop((neighbours, pilot));
+    gathering.update_targets(&second);
     // Average or resample the voxels whose error is still too large.
     let settle = |i: usize| gathering.average_or_resample(i, &second);
     let settled: Vec<(Bands, (Bands, u64))> =
@@ -176,7 +226,7 @@ pub(crate) fn gather(
     let kinds = [0..patches, patches..n, n..zones.len()];
     let worst = kinds.into_iter().map(|kind| relative_error(&fields, &error, kind)).fold(0.0, f64::max);
     let rays = rays + settled.iter().map(|s| s.1.1).sum::<u64>() + pane_rays;
-    GatheredLight { fields, error, rays, limited: (worst, gathering.limit[0].max(gathering.limit[1])) }
+    GatheredLight { fields, error, rays, limited: (worst, gathering.max_samples()) }
 }
 
 /// Root mean square of the errors of some zones over that of their fields.
@@ -190,13 +240,47 @@ fn relative_error(fields: &[Bands], error: &[Bands], zones: Range<usize>) -> f64
 struct Gathering<'a> {
     sampler: &'a ZoneLightSampler<'a>,
     targets: [ErrorTarget; 2],
+    openings: Option<SkyThroughOpenings<'a>>,
     unobstructed: Option<UnobstructedCells<'a>>,
     limit: [usize; 2],
     /// Number of patches.
     patches: usize,
 }
 
-impl Gathering<'_> {
+impl<'a> Gathering<'a> {
+    fn new(sampler: &'a ZoneLightSampler<'a>, pilot: &[DirectLightEstimate]) -> Gathering<'a> {
+        let (scene, zones, light) = (sampler.scene, sampler.zones, sampler.light.light());
+        let patches = zones.voxel_offset();
+        let mut gathering = Gathering {
+            targets: error_targets(scene, pilot, patches),
+            openings: None,
+            unobstructed: unobstructed_cells(scene, zones, sampler.transport, light),
+            limit: max_samples(scene, pilot.len()),
+            patches,
+            sampler,
+        };
+        // Find the openings of a sky where plain samples do not meet the tolerance.
+        if matches!(light, Light::Sky { .. }) {
+            let needed: Vec<f64> =
+                pilot.iter().enumerate().map(|(i, o)| samples_needed(o, gathering.wanted(i, o))).collect();
+            gathering.openings = SkyThroughOpenings::find(sampler, (gathering.limit, 1), &needed);
+        }
+        gathering
+    }
+
+    /// Takes the targets from better estimates: the few pilot samples of a small opening overestimate its light.
+    fn update_targets(&mut self, second: &[DirectLightEstimate]) {
+        if self.openings.is_some() {
+            self.targets = error_targets(self.sampler.scene, second, self.patches);
+        }
+    }
+
+    /// Maximum number of samples of a zone.
+    fn max_samples(&self) -> usize {
+        let of_openings = self.openings.as_ref().map_or(0, |o| o.max_rays);
+        self.limit[0].max(self.limit[1]).max(of_openings)
+    }
+
     fn kind(&self, i: usize) -> usize {
         usize::from(i >= self.patches)
     }
@@ -211,6 +295,11 @@ impl Gathering<'_> {
         self.unobstructed.as_ref().filter(|_| i >= self.patches).and_then(|o| o.cube(i - self.patches, 1))
     }
 
+    /// The openings of a sky for zone `i`; voxels whose ratios may be averaged are sampled plainly.
+    fn openings(&self, i: usize) -> Option<&SkyThroughOpenings<'_>> {
+        self.openings.as_ref().filter(|_| self.cube(i).is_none())
+    }
+
     /// The estimate of zone `i` after its pilot samples, `around` of which in the neighbourhood agree with them.
     fn resample_if_needed(
         &self,
@@ -222,6 +311,11 @@ impl Gathering<'_> {
         let error = pilot.relative_error(around);
         if largest(pilot.unoccluded) * error <= wanted {
             return DirectLightEstimate { error: error as f32, ..*pilot };
+        }
+        if let Some(openings) = self.openings(i)
+            && samples_needed(pilot, wanted) > MIN_SKY_RAYS as f64
+        {
+            return DirectLightEstimate::of_sky(&openings.first(i));
         }
         let most = if self.cube(i).is_some() { AVERAGED_VOXEL_SAMPLES } else { self.limit[self.kind(i)] };
         self.sampler.resample(i, pilot, most, wanted)
@@ -241,6 +335,10 @@ impl Gathering<'_> {
             let more = self.sampler.resample(i, own, limit, self.wanted(i, own));
             result(&more, more.count as u64)
         };
+        if let Some(openings) = self.openings(i).filter(|_| excess > 1.0) {
+            let light = openings.openings.light_on_zone(i, self.wanted(i, own), openings.max_rays);
+            return result(&DirectLightEstimate::of_sky(&light), light.rays as u64);
+        }
         match self.cube(i) {
             Some(rows) if excess > 1.0 => {
                 let (mean, change) = mean_ratio(rows, &all[self.patches..]);

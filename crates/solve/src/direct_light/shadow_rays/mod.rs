@@ -22,7 +22,8 @@
 //! Every zone gets a few pilot samples, then fresh ones where U e exceeds a share of the tolerance times the root mean square of the light over the
 //! zones of its kind. Their number follows from the pilot samples, within limits that grow for small tolerances; a zone among obstacles whose error
 //! is still too large is sampled a third time. In cells without obstacles the ratios R of a cell and the 26 around it are averaged if the ratio of
-//! the cell agrees with the mean within its error: a penumbra is wider than a cell unless the light is a sun. All random numbers are functions of zone and sample index.
+//! the cell agrees with the mean within its error: a penumbra is wider than a cell unless the light is a sun. Zones that need thousands of samples of a sky see it through
+//! small openings: these are found by rays and become strata of points (`surroundings/sky_openings`), unless the sky has a peak such as the sun of a picture. All random numbers are functions of zone and sample index.
 //!
 //! | module | content |
 //! |---|---|
