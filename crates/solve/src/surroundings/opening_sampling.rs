@@ -8,23 +8,20 @@
 //! ```
 //!
 //! the integrand is smooth. Every ray leaves through the bounding box of the scene. Its sides are divided into cells, and pilot rays of all
-//! zones mark the cells through which rays leave. For one zone the marked cells that are not near it are strata of points y; all other rays
+//! zones mark the cells through which rays leave (`open_cells`). For one zone the marked cells that are not near it are strata of points y; all other rays
 //! form one stratum of directions. The estimate is unbiased, since the pilot rays do not enter it. The number of rays of a stratum is
 //! proportional to its standard deviation (Neyman allocation), estimated by a few pilot rays. Each stratum has a low-discrepancy sequence of
 //! its own; the spread of its batches gives its variance.
 
-use super::box_cells::{BoxCell, BoxSides};
+use super::box_cells::{BoxCell, CELLS_ALONG_LONGEST_SIDE};
+use super::open_cells::OpenCells;
 use super::ray_tally::{BATCHES, RayTally, TracedScene};
-use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_point};
-use rayon::prelude::*;
+use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone};
 use std::f64::consts::PI;
-use std::ops::Range;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::{low_discrepancy, scrambled_sobol};
 use zonal_scene::Bands;
 
-/// Maximum number of open cells; with more the scene is open rather than a room with openings.
-const MAX_OPEN_CELLS: usize = 512;
 /// Pilot rays that mark open cells: of all zones, and at most of one zone.
 const MARKING_RAYS: usize = 1 << 21;
 const MAX_MARKING_RAYS_PER_ZONE: usize = 512;
@@ -40,8 +37,6 @@ const MIN_SHARE_OVER_MEAN: f64 = 0.2;
 const MIN_RAYS_PER_STRATUM: usize = 2;
 /// Minimum share of the rays in the stratum of directions.
 const MIN_SHARE_OF_DIRECTIONS: f64 = 0.1;
-/// Pilot rays of a zone that tell at once a scene that is open.
-const FIRST_MARKING_RAYS_PER_ZONE: usize = 16;
 /// Rays of the first round, maximum number of further rounds, and largest growth of the number of rays from round to round.
 pub(super) const FIRST_ROUND_RAYS: usize = 1024;
 const MAX_ROUNDS: usize = 4;
@@ -52,16 +47,14 @@ pub(super) const MIN_RAYS_FOR_OPENINGS: usize = 4 * FIRST_ROUND_RAYS;
 /// Exponent of rays over error, from an error that falls like the number of rays to the power −3/4.
 pub(super) const RAYS_OVER_ERROR_EXPONENT: f64 = 4.0 / 3.0;
 
-/// The open cells of the bounding box.
+/// Openings by groups of zones.
 #[derive(Clone, Debug)]
 pub(super) struct OpeningSampler<'a> {
     traced: TracedScene<'a>,
-    sides: BoxSides,
-    open: Vec<BoxCell>,
-    /// Index into `open` for each cell of the box.
-    open_index: Vec<Option<u16>>,
-    /// Number of pilot rays that marked the cells.
-    pub(super) marking_rays: usize,
+    /// The open cells of each group; `None` of a group whose rays leave nearly everywhere.
+    groups: Vec<Option<OpenCells>>,
+    /// The group of each zone, `None` of zones without; empty where all zones are the first group.
+    group_of: Vec<Option<u32>>,
 }
 
 /// Estimate of one zone.
@@ -69,6 +62,8 @@ pub(super) struct OpeningEstimate {
     pub tally: RayTally,
     /// Standard error of the mean, root of the sum of squares over the bands; for a sky with the light through cells that no ray reached.
     pub error: f64,
+    /// Share of the rays that may leave through cells that are not marked.
+    pub missed: f64,
 }
 
 /// Result of the pilot rays of a stratum.
@@ -82,6 +77,7 @@ struct StratumPilot {
 /// The strata of one zone: the open cells that are not near it, and the other directions.
 struct Strata<'a, 'b> {
     sampler: &'a OpeningSampler<'b>,
+    open: &'a OpenCells,
     zone: usize,
     /// For each open cell, whether it is a stratum.
     is_stratum: Vec<bool>,
@@ -96,59 +92,27 @@ enum RayPurpose {
 }
 
 impl<'a> OpeningSampler<'a> {
-    /// Marks the open cells by pilot rays of every `step`-th zone, with as many cells along the longest side as the first of `divisions` that leaves few of them open;
-    /// `None` if rays leave nearly everywhere.
-    pub(super) fn find(
-        traced: TracedScene<'a>,
-        divisions: &[f64],
-        step: usize,
-    ) -> Option<OpeningSampler<'a>> {
-        let n = traced.zones.len().div_ceil(step);
-        let per_zone = (MARKING_RAYS / n.max(1)).clamp(1, MAX_MARKING_RAYS_PER_ZONE);
-        let first = per_zone.min(FIRST_MARKING_RAYS_PER_ZONE);
-        divisions.iter().find_map(|&along| {
-            let sides = BoxSides::of(traced.scene, along);
-            let few = OpeningSampler::mark(traced, sides, (step, 0..first))?;
-            if first == per_zone {
-                return Some(few);
-            }
-            OpeningSampler::mark(traced, sides, (step, 0..per_zone))
-        })
+    /// Marks the open cells of all zones together; `None` if rays leave nearly everywhere.
+    pub(super) fn find(traced: TracedScene<'a>) -> Option<OpeningSampler<'a>> {
+        let all: Vec<usize> = (0..traced.zones.len()).collect();
+        let rays = (MARKING_RAYS / all.len().max(1)).clamp(1, MAX_MARKING_RAYS_PER_ZONE);
+        let open = OpenCells::mark(traced, &[CELLS_ALONG_LONGEST_SIDE], &all, rays)?;
+        Some(OpeningSampler { traced, groups: vec![Some(open)], group_of: Vec::new() })
     }
 
-    /// Marks the open cells of the box by the pilot rays of a range of every `step`-th zone; `None` if they are too many.
-    fn mark(
+    /// A sampler with the openings of groups of zones; zone i is in the group `group_of[i]`, or in none.
+    pub(super) fn of_groups(
         traced: TracedScene<'a>,
-        sides: BoxSides,
-        (step, rays): (usize, Range<usize>),
-    ) -> Option<OpeningSampler<'a>> {
-        let list: Vec<usize> = (0..traced.zones.len()).step_by(step).collect();
-        let cells = sides.cells();
-        // Pilot rays come from another sample than the rays of the estimate.
-        let seed = low_discrepancy::split_mix64(traced.seed ^ u64::MAX);
-        let exit_cell = |i: usize, k: usize| {
-            let ray = traced.ray(i, sample_point(i, seed, k));
-            let (share, back) = traced.trace(ray);
-            (!back && share != Bands::ZERO).then(|| sides.exit_cell(ray.0, ray.1))
-        };
-        let mark = |mut marked: Vec<bool>, &i: &usize| {
-            rays.clone().filter_map(|k| exit_cell(i, k)).for_each(|c| marked[c] = true);
-            marked
-        };
-        let none = || vec![false; cells.len()];
-        let either = |a: Vec<bool>, b: Vec<bool>| a.iter().zip(b).map(|(a, b)| *a || b).collect();
-        let marked = list.par_iter().fold(none, mark).reduce(none, either);
-        let open: Vec<BoxCell> = cells.iter().zip(&marked).filter(|c| *c.1).map(|c| *c.0).collect();
-        let mut count = 0..;
-        let open_index = marked.iter().map(|m| if *m { count.next() } else { None }).collect();
-        let marking_rays = list.len() * rays.len();
-        (open.len() <= MAX_OPEN_CELLS).then_some(OpeningSampler {
-            traced,
-            sides,
-            open,
-            open_index,
-            marking_rays,
-        })
+        groups: Vec<Option<OpenCells>>,
+        group_of: Vec<Option<u32>>,
+    ) -> OpeningSampler<'a> {
+        OpeningSampler { traced, groups, group_of }
+    }
+
+    /// The open cells of the group of zone `i`.
+    pub(super) fn open_cells(&self, i: usize) -> Option<&OpenCells> {
+        let group = self.group_of.get(i).copied().unwrap_or(Some(0))?;
+        self.groups.get(group as usize)?.as_ref()
     }
 
     /// Number of patches, the first zones.
@@ -156,9 +120,11 @@ impl<'a> OpeningSampler<'a> {
         self.traced.zones.voxel_offset()
     }
 
-    /// Traces rays of zone `i` until the error (root of the sum of squares over the bands) is at most `wanted`, with about `max_rays` at most.
-    pub(super) fn measure(&self, i: usize, wanted: f64, max_rays: usize) -> OpeningEstimate {
-        let strata = Strata::new(self, i);
+    /// Traces rays of zone `i` until the error (root of the sum of squares over the bands) is at most `wanted`, with about `max_rays` at most; `None` for a zone of a
+    /// group without openings.
+    pub(super) fn measure(&self, i: usize, wanted: f64, max_rays: usize) -> Option<OpeningEstimate> {
+        let open = self.open_cells(i)?;
+        let strata = Strata::new(self, open, i);
         let count = strata.cells.len();
         let pilots: Vec<StratumPilot> = (0..=count).map(|c| strata.pilot(c)).collect();
         let shares = allocation(pilots.iter().map(|p| p.deviation).collect());
@@ -183,7 +149,7 @@ impl<'a> OpeningSampler<'a> {
         }
         let tally =
             RayTally { pilot: (PILOT_RAYS_OF_DIRECTIONS + PILOT_RAYS_PER_CELL * count) as u32, ..all };
-        OpeningEstimate { tally, error }
+        Some(OpeningEstimate { tally, error, missed: open.missed })
     }
 
     /// Standard error of the sum `all` of strata: of surroundings by all rays together. For a sky the cells that no ray of theirs reached err by the rule of succession each.
@@ -205,15 +171,15 @@ impl<'a> OpeningSampler<'a> {
 }
 
 impl<'a, 'b> Strata<'a, 'b> {
-    fn new(sampler: &'a OpeningSampler<'b>, zone: usize) -> Strata<'a, 'b> {
+    fn new(sampler: &'a OpeningSampler<'b>, open: &'a OpenCells, zone: usize) -> Strata<'a, 'b> {
         let (centre, radius) = sampler.traced.bounding_sphere(zone);
         let is_far = |c: &BoxCell| {
             let size = radius + 0.5 * (c.edges[0] + c.edges[1]).length();
             (c.centre() - centre).length() > NEAR_CELL_RATIO * size
         };
-        let is_stratum: Vec<bool> = sampler.open.iter().map(is_far).collect();
-        let cells = sampler.open.iter().zip(&is_stratum).filter(|c| *c.1).map(|c| c.0).collect();
-        Strata { sampler, zone, is_stratum, cells }
+        let is_stratum: Vec<bool> = open.cells.iter().map(is_far).collect();
+        let cells = open.cells.iter().zip(&is_stratum).filter(|c| *c.1).map(|c| c.0).collect();
+        Strata { sampler, open, zone, is_stratum, cells }
     }
 
     /// Seed of the sequence of stratum `c`.
@@ -232,7 +198,7 @@ impl<'a, 'b> Strata<'a, 'b> {
         }
         let sampler = self.sampler;
         let (origin, dir, weight) = sampler.traced.ray(self.zone, (p, d));
-        let exit = sampler.open_index[sampler.sides.exit_cell(origin, dir)];
+        let exit = self.open.index[self.open.sides.exit_cell(origin, dir)];
         let in_other_stratum = exit.is_some_and(|c| self.is_stratum[c as usize]);
         (origin, dir, if in_other_stratum { Bands::ZERO } else { weight })
     }

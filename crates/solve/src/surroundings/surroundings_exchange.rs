@@ -7,7 +7,6 @@
 //! share of the tolerance times the root mean square trace more rays; the error falls like the number of rays to the power of about −3/4. If
 //! zones are few enough for thousands of rays each, `opening_sampling` takes over. Grade: statistical.
 
-use super::box_cells::CELLS_ALONG_LONGEST_SIDE;
 use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_ERROR_EXPONENT};
 use super::ray_tally::{RayTally, TracedScene};
 use crate::distribution::Execution;
@@ -273,11 +272,8 @@ fn refine(traced: &TracedScene, tallies: &mut Vec<RayTally>, execution: Executio
     let options = traced.scene.options();
     let limit = max_rays(traced.scene, tallies.len());
     let offsets = [traced.zones.voxel_offset(), traced.zones.pane_offset()];
-    let openings = if uses_openings(traced.scene, tallies.len()) {
-        OpeningSampler::find(*traced, &[CELLS_ALONG_LONGEST_SIDE], 1)
-    } else {
-        None
-    };
+    let openings =
+        if uses_openings(traced.scene, tallies.len()) { OpeningSampler::find(*traced) } else { None };
     for round in if openings.is_some() { PARAMS.rounds - 1 } else { 0 }..PARAMS.rounds {
         let wanted = error_targets(tallies, offsets, PARAMS.error_share * options.tolerance);
         let refined = |i: usize| {
@@ -288,7 +284,7 @@ fn refine(traced: &TracedScene, tallies: &mut Vec<RayTally>, execution: Executio
                 let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(PARAMS.max_growth);
                 let all = ((x.traced as f64 * growth) as usize).min(limit);
                 match &openings {
-                    Some(openings) => x = openings.measure(i, wanted, limit).tally,
+                    Some(openings) => x = openings.measure(i, wanted, limit).map_or(x, |found| found.tally),
                     None if all > x.traced as usize => {
                         x.add(&RayTally::of_zone(traced, i, x.traced as usize..all));
                     }

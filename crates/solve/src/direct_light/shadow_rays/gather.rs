@@ -5,13 +5,13 @@ use super::params::{
     AVERAGED_ERROR_SHARE, AVERAGED_VOXEL_SAMPLES, CHUNK_ZONES, CURVATURE_SHARE, DISAGREEING_NEIGHBOURS,
     ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_ERROR_EXCESS,
     MAX_OPENING_RAYS, MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL,
-    MIN_SHARE_FOR_OPENINGS, PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT,
-    STATED_OVER_AGREEMENT_ERROR, STATED_OVER_MEAN_ERROR,
+    PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_AGREEMENT_ERROR,
+    STATED_OVER_MEAN_ERROR,
 };
-use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest, samples_needed};
+use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
 use crate::distribution::Execution;
 use crate::iteration::multivector;
-use crate::surroundings::sky_openings::{FIRST_SKY_RAYS, MIN_SKY_RAYS, SkyLight, SkyOpenings};
+use crate::surroundings::sky_openings::{MIN_SKY_RAYS, SampleNeed, SkyOpenings};
 use crate::unobstructed_cells::{CellRow, UnobstructedCells};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -101,40 +101,27 @@ struct SkyThroughOpenings<'a> {
 }
 
 impl<'a> SkyThroughOpenings<'a> {
-    /// The openings for a sky of which many zones need thousands of samples each, by their numbers of `needed` samples, found by rays of every `step`-th zone.
-    fn find(
+    /// The openings for a sky by the pilot samples of every `step`-th zone with their wanted errors; `None` for other lights, and where plain samples do.
+    fn find<'b>(
         sampler: &ZoneLightSampler<'a>,
         (limit, step): ([usize; 2], usize),
-        needed: &[f64],
+        pilot: impl Iterator<Item = (usize, &'b DirectLightEstimate, f64)>,
     ) -> Option<SkyThroughOpenings<'a>> {
-        let n = sampler.zones.pane_offset();
-        let max_rays = (MAX_RAYS / n.max(1)).min(MAX_OPENING_RAYS);
-        let many = needed.iter().filter(|n| **n > MIN_SKY_RAYS as f64).count() as f64;
-        let is_worthwhile = many >= MIN_SHARE_FOR_OPENINGS * needed.len() as f64;
-        if limit[0].min(max_rays) < MIN_SKY_RAYS || !is_worthwhile {
+        let light = sampler.light.light();
+        let max_rays = (MAX_RAYS / sampler.zones.pane_offset().max(1)).min(MAX_OPENING_RAYS);
+        if limit[0].min(max_rays) < MIN_SKY_RAYS || !matches!(light, Light::Sky { .. }) {
             return None;
         }
-        let openings = SkyOpenings::find(
-            (sampler.scene, sampler.zones),
-            sampler.transport,
-            sampler.light.light(),
-            step,
-        )?;
+        let need = |(zone, one, wanted): (usize, &DirectLightEstimate, f64)| SampleNeed {
+            zone,
+            visible: one.visible as f64,
+            unoccluded_over_error: largest(one.unoccluded) / wanted,
+            limit: limit[0] as f64,
+        };
+        let needs: Vec<SampleNeed> = pilot.map(need).collect();
+        let scene = (sampler.scene, sampler.zones);
+        let openings = SkyOpenings::find(scene, sampler.transport, light, &needs, step)?;
         Some(SkyThroughOpenings { openings, max_rays })
-    }
-
-    /// The first estimate of a zone.
-    fn first(&self, i: usize) -> SkyLight {
-        self.openings.light_on_zone(i, 0.0, FIRST_SKY_RAYS)
-    }
-
-    /// Expected number of rays of zone `i` for the error `wanted`, W/m².
-    fn expected_rays(&self, i: usize, wanted: f64) -> f64 {
-        let first = self.first(i);
-        let growth = (first.error / wanted).powf(4.0 / 3.0);
-        let again =
-            if growth > 1.0 { (growth * FIRST_SKY_RAYS as f64).min(self.max_rays as f64) } else { 0.0 };
-        first.rays as f64 + again
     }
 }
 
@@ -156,8 +143,8 @@ pub(crate) fn expected_rays(
         let pilot: Vec<DirectLightEstimate> =
             list.par_iter().map(|&i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind])).collect();
         let target = ErrorTarget::new(scene, &pilot, kind);
-        let needed: Vec<f64> = pilot.iter().map(|o| samples_needed(o, target.of(o))).collect();
-        let openings = SkyThroughOpenings::find(&sampler, (limit, step), &needed);
+        let wanted = pilot.iter().zip(&list).map(|(o, &i)| (i, o, target.of(o)));
+        let openings = SkyThroughOpenings::find(&sampler, (limit, step), wanted);
         let more = |(o, &i): (&DirectLightEstimate, &usize)| {
             let wanted = target.of(o);
             if largest(o.unoccluded) * o.relative_error(0) <= wanted {
@@ -165,10 +152,9 @@ pub(crate) fn expected_rays(
             }
             let averaged =
                 i >= patches && unobstructed.as_ref().is_some_and(|o| o.cube(i - patches, 1).is_some());
-            if let Some(openings) = openings.as_ref().filter(|_| !averaged)
-                && samples_needed(o, wanted) > MIN_SKY_RAYS as f64
-            {
-                return openings.expected_rays(i, wanted);
+            let by_openings = openings.as_ref().filter(|_| !averaged);
+            if let Some(rays) = by_openings.and_then(|x| x.openings.expected_rays(i, wanted, x.max_rays)) {
+                return rays;
             }
             let share = if o.agrees() { DISAGREEING_NEIGHBOURS } else { 1.0 };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
@@ -260,11 +246,8 @@ impl<'a> Gathering<'a> {
             sampler,
         };
         // Find the openings of a sky where plain samples do not meet the tolerance.
-        if matches!(light, Light::Sky { .. }) {
-            let needed: Vec<f64> =
-                pilot.iter().enumerate().map(|(i, o)| samples_needed(o, gathering.wanted(i, o))).collect();
-            gathering.openings = SkyThroughOpenings::find(sampler, (gathering.limit, 1), &needed);
-        }
+        let wanted = pilot.iter().enumerate().map(|(i, o)| (i, o, gathering.wanted(i, o)));
+        gathering.openings = SkyThroughOpenings::find(sampler, (gathering.limit, 1), wanted);
         gathering
     }
 
@@ -297,7 +280,7 @@ impl<'a> Gathering<'a> {
 
     /// The openings of a sky for zone `i`; voxels whose ratios may be averaged are sampled plainly.
     fn openings(&self, i: usize) -> Option<&SkyThroughOpenings<'_>> {
-        self.openings.as_ref().filter(|_| self.cube(i).is_none())
+        self.openings.as_ref().filter(|o| o.openings.serve(i) && self.cube(i).is_none())
     }
 
     /// The estimate of zone `i` after its pilot samples, `around` of which in the neighbourhood agree with them.
@@ -312,10 +295,8 @@ impl<'a> Gathering<'a> {
         if largest(pilot.unoccluded) * error <= wanted {
             return DirectLightEstimate { error: error as f32, ..*pilot };
         }
-        if let Some(openings) = self.openings(i)
-            && samples_needed(pilot, wanted) > MIN_SKY_RAYS as f64
-        {
-            return DirectLightEstimate::of_sky(&openings.first(i));
+        if let Some(light) = self.openings(i).and_then(|o| o.openings.first_light(i)) {
+            return DirectLightEstimate::of_sky(&light);
         }
         let most = if self.cube(i).is_some() { AVERAGED_VOXEL_SAMPLES } else { self.limit[self.kind(i)] };
         self.sampler.resample(i, pilot, most, wanted)
@@ -335,8 +316,9 @@ impl<'a> Gathering<'a> {
             let more = self.sampler.resample(i, own, limit, self.wanted(i, own));
             result(&more, more.count as u64)
         };
-        if let Some(openings) = self.openings(i).filter(|_| excess > 1.0) {
-            let light = openings.openings.light_on_zone(i, self.wanted(i, own), openings.max_rays);
+        let openings = self.openings(i).filter(|_| excess > 1.0);
+        let measured = openings.and_then(|o| o.openings.light_on_zone(i, self.wanted(i, own), o.max_rays));
+        if let Some(light) = measured {
             return result(&DirectLightEstimate::of_sky(&light), light.rays as u64);
         }
         match self.cube(i) {

@@ -22,10 +22,8 @@ pub(super) const MAX_SAMPLES_PER_ZONE: usize = 1 << 14;
 /// Maximum number of shadow rays of one light to all zones together.
 pub(super) const MAX_RAYS: usize = 1 << 26;
 
-/// Share of the zones that need thousands of samples of a sky from which its openings are searched for.
-pub(super) const MIN_SHARE_FOR_OPENINGS: f64 = 1.0 / 16.0;
 /// Maximum number of rays of a zone through openings.
-pub(super) const MAX_OPENING_RAYS: usize = 1 << 16;
+pub(super) const MAX_OPENING_RAYS: usize = 1 << 15;
 
 /// Number of samples beyond which the error of samples that disagree falls like the number to the power −[`FOUR_DIMENSIONAL_RATE`].
 pub(super) const FOUR_DIMENSIONAL_SAMPLES: f64 = 256.0;

@@ -333,7 +333,7 @@ impl<'a> ZoneLightSampler<'a> {
 }
 
 /// Number of samples that, by the estimate `pilot`, brings the error of its zone to `wanted`, W/m².
-pub(super) fn samples_needed(pilot: &DirectLightEstimate, wanted: f64) -> f64 {
+fn samples_needed(pilot: &DirectLightEstimate, wanted: f64) -> f64 {
     let (m, e) = (pilot.count as f64, largest(pilot.unoccluded) * pilot.relative_error(0));
     // The error falls like m^(−3/4), or like 1/m if all samples agree.
     let power = if pilot.agrees() { 1.0 } else { 4.0 / 3.0 };
