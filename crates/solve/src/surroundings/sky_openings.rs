@@ -132,7 +132,8 @@ impl<'a> SkyOpenings<'a> {
 /// Samples of a zone that see the sky or not.
 pub(crate) struct SampleNeed {
     pub zone: usize,
-    /// Fraction of its pilot samples that see the sky.
+    /// Number of its pilot samples, and how many of them see the sky.
+    pub pilot: f64,
     pub visible: f64,
     /// Its light without occlusion over the wanted error.
     pub unoccluded_over_error: f64,
@@ -158,9 +159,10 @@ struct ZoneGroup {
 }
 
 impl ZoneGroup {
-    /// Sum of the samples that its zones need; few pilot samples of one zone miss a small opening, those of the group together do not.
+    /// Sum of the samples that its zones need. The few pilot samples of one zone miss a small opening; those of the group give the visible fraction by the rule of succession.
     fn samples(&self, needs: &[SampleNeed]) -> f64 {
-        let visible = self.needs.iter().map(|k| needs[*k].visible).sum::<f64>() / self.needs.len() as f64;
+        let sum = |of: fn(&SampleNeed) -> f64| self.needs.iter().map(|k| of(&needs[*k])).sum::<f64>();
+        let visible = (sum(|n| n.visible) + 0.5) / (sum(|n| n.pilot) + 1.0);
         self.needs.iter().map(|k| needs[*k].samples(visible)).sum()
     }
 }

@@ -114,7 +114,8 @@ impl<'a> SkyThroughOpenings<'a> {
         }
         let need = |(zone, one, wanted): (usize, &DirectLightEstimate, f64)| SampleNeed {
             zone,
-            visible: one.visible as f64,
+            pilot: one.count as f64,
+            visible: one.count as f64 * one.visible as f64,
             unoccluded_over_error: largest(one.unoccluded) / wanted,
             limit: limit[0] as f64,
         };

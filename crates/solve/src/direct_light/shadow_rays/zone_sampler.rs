@@ -2,7 +2,7 @@
 
 use super::params::{
     CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, MIN_VISIBLE_FRACTION,
-    SAMPLE_QUANTUM, SMALL_OPENING_RATE,
+    SAMPLE_QUANTUM, SMALL_OPENING_RATE, SMALL_VISIBLE_FRACTION,
 };
 use super::point_light::{LitZones, PointLightOnZone};
 use crate::distribution::{Execution, Message};
@@ -231,9 +231,13 @@ impl<'a> ZoneLightSampler<'a> {
         let dim =
             if t.visible > 0.0 { t.through2 / t.visible - (t.through / t.visible).powi(2) } else { 0.0 };
         let slow = (effective / FOUR_DIMENSIONAL_SAMPLES).max(1.0).powf(0.75 - FOUR_DIMENSIONAL_RATE);
-        // Small openings of a varying sky are narrower than the strata of the samples.
-        let small =
-            if self.is_varying_sky { s.max(MIN_VISIBLE_FRACTION).powf(-SMALL_OPENING_RATE) } else { 1.0 };
+        // Small openings of a sky are narrower than the strata of the samples.
+        let of_strata = match self.light.light() {
+            Light::Sky { .. } if self.is_varying_sky => s,
+            Light::Sky { .. } => (s / SMALL_VISIBLE_FRACTION).min(1.0),
+            _ => 1.0,
+        };
+        let small = of_strata.max(MIN_VISIBLE_FRACTION).powf(-SMALL_OPENING_RATE);
         let error = (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt()
             * effective.powf(-0.75)
             * slow
