@@ -17,7 +17,7 @@ guv-calcs takes a lamp for a point, or within ten times its largest edge for a r
 0.75 m are a row of their own. With reflectance guv-calcs runs twice: with its defaults, 10 × 10 points a wall and passes until the mean changes by less than 2 %, and with points every 25 cm and 0.01 %.
 Differences of single values are over the value of zonal, or over 5 % of the mean in darker cells.
 
-The mean irradiance of all walls has a closed form, Φ/(A (1 − ρ)) with the power Φ of the lamps, the area A and the reflectance ρ of the walls.
+Two means are known: that of the direct fluence rate is ∫ I(ω) ℓ(ω) dω over the volume, with the distance ℓ from a lamp to the wall, and the mean irradiance of all walls with reflections is Φ/(A (1 − ρ)), with the power Φ of the lamps, the area A and the reflectance ρ of the walls.
 Times are those of the processor: guv-calcs inside the process after a first run, at cell centres; zonal as a whole process.
 """
 
@@ -153,6 +153,23 @@ def by_zonal(program, path, cells):
     return out, walls, (seconds, header["report"]["engine"])
 
 
+def exact_mean_fluence_rate(steps=1440):
+    """Mean direct fluence rate of the black room, µW/cm²: ∫ I(ω) ℓ(ω) dω over the volume with the distance ℓ from the lamp to the wall."""
+    theta, phi = (np.arange(steps) + 0.5) * np.pi / steps, (np.arange(steps) + 0.5) * 2 * np.pi / steps
+    t, p = (x.ravel() for x in np.meshgrid(theta, phi, indexing="ij"))
+    frame = np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), -np.cos(t)], -1)
+    total = 0.0
+    for lamp in lamps():
+        position = np.array(lamp.position, float)
+        towards = lamp.transform_to_world(frame).T - position
+        with np.errstate(divide="ignore", invalid="ignore"):
+            walls = np.where(towards > 0, (ROOM - position) / towards, -position / towards)
+        chord = np.where(towards == 0, np.inf, walls).min(axis=1)
+        intensity = lamp.ies.photometry.interpolated().get_intensity(np.degrees(t), np.degrees(p))
+        total += (intensity * chord * np.sin(t)).sum() * 2 * (np.pi / steps) ** 2
+    return UNIT * 1e-3 * total / np.prod(ROOM)
+
+
 def row(title, ours, theirs):
     """A row of the table: means, and differences of single values over those of zonal in per cent."""
     off = 100 * np.abs(theirs - ours) / np.maximum(ours, DARK * ours.mean())
@@ -200,6 +217,7 @@ def main():
     area = 2 * (ROOM[0] * ROOM[1] + ROOM[1] * ROOM[2] + ROOM[2] * ROOM[0])
     exact = UNIT * 1e-3 * sum(lamp.get_total_power() for lamp in lamps()) / (area * (1 - args.reflectance))
     print(f"\n| | zonal | guv-calcs, defaults | guv-calcs, converged |\n|---|---|---|---|")
+    print(f"| mean fluence rate of direct light, exact {exact_mean_fluence_rate():.4f} | {black[0][0].mean():.4f} | {direct[0].mean():.4f} (centres), {fine[0].mean():.4f} (means) | |")
     print(f"| mean irradiance of the walls, exact {exact:.4f} | {walls:.4f} | {wall_mean(default):.4f} | {wall_mean(finest):.4f} |")
     print(f"| direct light alone, processor seconds | {direct_time[0]:.2f} ({direct_time[1]}) | {fast:.2f} | |")
     print(f"| with reflections, processor seconds | {full_time[0]:.2f} ({full_time[1]}) | {usual:.2f} | {slow:.1f} |")
