@@ -4,7 +4,7 @@ use zonal_math::Vec3;
 use zonal_scene::Scene;
 
 /// Number of cells along the longest side.
-const CELLS_ALONG_LONGEST_SIDE: f64 = 32.0;
+pub(super) const CELLS_ALONG_LONGEST_SIDE: f64 = 32.0;
 
 /// A rectangular cell of a side: one corner, two edges, and the outward normal.
 #[derive(Clone, Copy, Debug)]
@@ -32,11 +32,11 @@ pub(super) struct BoxSides {
 }
 
 impl BoxSides {
-    pub(super) fn of(scene: &Scene) -> BoxSides {
+    /// The sides with `cells` cells along the longest one.
+    pub(super) fn of(scene: &Scene, cells: f64) -> BoxSides {
         let [low, high] = [scene.bounds().0, scene.bounds().1].map(Vec3::array);
         let longest = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
-        let along =
-            |k: usize| (CELLS_ALONG_LONGEST_SIDE * (high[k] - low[k]) / longest).ceil().max(1.0) as usize;
+        let along = |k: usize| (cells * (high[k] - low[k]) / longest).ceil().max(1.0) as usize;
         BoxSides { low, high, cells: [0, 1, 2].map(along) }
     }
 

@@ -8,21 +8,20 @@
 //! ```
 //!
 //! the integrand is smooth. Every ray leaves through the bounding box of the scene. Its sides are divided into cells, and pilot rays of all
-//! zones mark the cells through which rays leave. For one zone the marked cells that are not near it are strata of points y; all other rays
+//! zones mark the cells through which rays leave (`open_cells`). For one zone the marked cells that are not near it are strata of points y; all other rays
 //! form one stratum of directions. The estimate is unbiased, since the pilot rays do not enter it. The number of rays of a stratum is
 //! proportional to its standard deviation (Neyman allocation), estimated by a few pilot rays. Each stratum has a low-discrepancy sequence of
 //! its own; the spread of its batches gives its variance.
 
-use super::box_cells::{BoxCell, BoxSides};
+use super::box_cells::{BoxCell, CELLS_ALONG_LONGEST_SIDE};
+use super::open_cells::OpenCells;
 use super::ray_tally::{BATCHES, RayTally, TracedScene};
-use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_point};
-use rayon::prelude::*;
+use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone};
 use std::f64::consts::PI;
+use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::{low_discrepancy, scrambled_sobol};
 use zonal_scene::Bands;
 
-/// Maximum number of open cells; with more the scene is open rather than a room with openings.
-const MAX_OPEN_CELLS: usize = 512;
 /// Pilot rays that mark open cells: of all zones, and at most of one zone.
 const MARKING_RAYS: usize = 1 << 21;
 const MAX_MARKING_RAYS_PER_ZONE: usize = 512;
@@ -39,7 +38,7 @@ const MIN_RAYS_PER_STRATUM: usize = 2;
 /// Minimum share of the rays in the stratum of directions.
 const MIN_SHARE_OF_DIRECTIONS: f64 = 0.1;
 /// Rays of the first round, maximum number of further rounds, and largest growth of the number of rays from round to round.
-const FIRST_ROUND_RAYS: usize = 1024;
+pub(super) const FIRST_ROUND_RAYS: usize = 1024;
 const MAX_ROUNDS: usize = 4;
 const MAX_RAY_GROWTH: f64 = 8.0;
 /// Maximum number of rays of a zone from which opening sampling is used.
@@ -48,19 +47,37 @@ pub(super) const MIN_RAYS_FOR_OPENINGS: usize = 4 * FIRST_ROUND_RAYS;
 /// Exponent of rays over error, from an error that falls like the number of rays to the power −3/4.
 pub(super) const RAYS_OVER_ERROR_EXPONENT: f64 = 4.0 / 3.0;
 
-/// The open cells of the bounding box.
+/// Openings by groups of zones.
 #[derive(Clone, Debug)]
 pub(super) struct OpeningSampler<'a> {
     traced: TracedScene<'a>,
-    sides: BoxSides,
-    open: Vec<BoxCell>,
-    /// Index into `open` for each cell of the box.
-    open_index: Vec<Option<u16>>,
+    /// The open cells of each group; `None` of a group whose rays leave nearly everywhere.
+    groups: Vec<Option<OpenCells>>,
+    /// The group of each zone, `None` of zones without; empty where all zones are the first group.
+    group_of: Vec<Option<u32>>,
+}
+
+/// Estimate of one zone.
+pub(super) struct OpeningEstimate {
+    pub tally: RayTally,
+    /// Standard error of the mean, root of the sum of squares over the bands; for a sky with the light through cells that no ray reached.
+    pub error: f64,
+    /// Share of the rays that may leave through cells that are not marked.
+    pub missed: f64,
+}
+
+/// Result of the pilot rays of a stratum.
+struct StratumPilot {
+    /// Standard deviation of the rays.
+    deviation: f64,
+    /// Mean weight without occlusion, the largest band; 0 of the stratum of directions.
+    weight: f64,
 }
 
 /// The strata of one zone: the open cells that are not near it, and the other directions.
 struct Strata<'a, 'b> {
     sampler: &'a OpeningSampler<'b>,
+    open: &'a OpenCells,
     zone: usize,
     /// For each open cell, whether it is a stratum.
     is_stratum: Vec<bool>,
@@ -75,39 +92,45 @@ enum RayPurpose {
 }
 
 impl<'a> OpeningSampler<'a> {
-    /// Marks the open cells by pilot rays; `None` if rays leave nearly everywhere.
+    /// Marks the open cells of all zones together; `None` if rays leave nearly everywhere.
     pub(super) fn find(traced: TracedScene<'a>) -> Option<OpeningSampler<'a>> {
-        let n = traced.zones.len();
-        let sides = BoxSides::of(traced.scene);
-        let cells = sides.cells();
-        let per_zone = (MARKING_RAYS / n.max(1)).clamp(1, MAX_MARKING_RAYS_PER_ZONE);
-        // Pilot rays come from another sample than the rays of the estimate.
-        let seed = low_discrepancy::split_mix64(traced.seed ^ u64::MAX);
-        let exit_cell = |i: usize, k: usize| {
-            let ray = traced.ray(i, sample_point(i, seed, k));
-            let (share, back) = traced.trace(ray);
-            (!back && share != Bands::ZERO).then(|| sides.exit_cell(ray.0, ray.1))
-        };
-        let mark = |mut marked: Vec<bool>, i: usize| {
-            (0..per_zone).filter_map(|k| exit_cell(i, k)).for_each(|c| marked[c] = true);
-            marked
-        };
-        let none = || vec![false; cells.len()];
-        let either = |a: Vec<bool>, b: Vec<bool>| a.iter().zip(b).map(|(a, b)| *a || b).collect();
-        let marked = (0..n).into_par_iter().fold(none, mark).reduce(none, either);
-        let open: Vec<BoxCell> = cells.iter().zip(&marked).filter(|c| *c.1).map(|c| *c.0).collect();
-        let mut count = 0..;
-        let open_index = marked.iter().map(|m| if *m { count.next() } else { None }).collect();
-        (open.len() <= MAX_OPEN_CELLS).then_some(OpeningSampler { traced, sides, open, open_index })
+        let all: Vec<usize> = (0..traced.zones.len()).collect();
+        let rays = (MARKING_RAYS / all.len().max(1)).clamp(1, MAX_MARKING_RAYS_PER_ZONE);
+        let open = OpenCells::mark(traced, &[CELLS_ALONG_LONGEST_SIDE], &all, rays)?;
+        Some(OpeningSampler { traced, groups: vec![Some(open)], group_of: Vec::new() })
     }
 
-    /// Traces rays of zone `i` until the error (root of the sum of squares over the bands) is at most `wanted`, with about `max_rays` at most.
-    pub(super) fn measure(&self, i: usize, wanted: f64, max_rays: usize) -> RayTally {
-        let strata = Strata::new(self, i);
+    /// A sampler with the openings of groups of zones; zone i is in the group `group_of[i]`, or in none.
+    pub(super) fn of_groups(
+        traced: TracedScene<'a>,
+        groups: Vec<Option<OpenCells>>,
+        group_of: Vec<Option<u32>>,
+    ) -> OpeningSampler<'a> {
+        OpeningSampler { traced, groups, group_of }
+    }
+
+    /// The open cells of the group of zone `i`.
+    pub(super) fn open_cells(&self, i: usize) -> Option<&OpenCells> {
+        let group = self.group_of.get(i).copied().unwrap_or(Some(0))?;
+        self.groups.get(group as usize)?.as_ref()
+    }
+
+    /// Number of patches, the first zones.
+    pub(super) fn patches(&self) -> usize {
+        self.traced.zones.voxel_offset()
+    }
+
+    /// Traces rays of zone `i` until the error (root of the sum of squares over the bands) is at most `wanted`, with about `max_rays` at most; `None` for a zone of a
+    /// group without openings.
+    pub(super) fn measure(&self, i: usize, wanted: f64, max_rays: usize) -> Option<OpeningEstimate> {
+        let open = self.open_cells(i)?;
+        let strata = Strata::new(self, open, i);
         let count = strata.cells.len();
-        let shares = allocation((0..=count).map(|c| strata.pilot_deviation(c)).collect());
+        let pilots: Vec<StratumPilot> = (0..=count).map(|c| strata.pilot(c)).collect();
+        let shares = allocation(pilots.iter().map(|p| p.deviation).collect());
         let mut tallies = vec![RayTally::default(); count + 1];
         let (mut all, mut rays) = (RayTally::default(), FIRST_ROUND_RAYS.max(MIN_RAYS_PER_STRATUM * count));
+        let mut error = 0.0;
         for _ in 0..=MAX_ROUNDS {
             for (c, tally) in tallies.iter_mut().enumerate() {
                 let upto = whole_batches((rays as f64 * shares[c]) as usize).max(tally.traced as usize);
@@ -117,27 +140,46 @@ impl<'a> OpeningSampler<'a> {
                 }));
             }
             all = RayTally::combine_strata(&tallies);
-            let off = all.standard_error().map(|e| e * e).sum().sqrt() / wanted;
-            if off <= 1.0 || rays >= max_rays {
+            error = self.error(&all, tallies.iter().zip(&pilots));
+            if error <= wanted || rays >= max_rays {
                 break;
             }
-            let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(MAX_RAY_GROWTH);
+            let growth = (error / wanted).powf(RAYS_OVER_ERROR_EXPONENT).min(MAX_RAY_GROWTH);
             rays = ((rays as f64 * growth) as usize).min(max_rays);
         }
-        RayTally { pilot: (PILOT_RAYS_OF_DIRECTIONS + PILOT_RAYS_PER_CELL * count) as u32, ..all }
+        let tally =
+            RayTally { pilot: (PILOT_RAYS_OF_DIRECTIONS + PILOT_RAYS_PER_CELL * count) as u32, ..all };
+        Some(OpeningEstimate { tally, error, missed: open.missed })
+    }
+
+    /// Standard error of the sum `all` of strata: of surroundings by all rays together. For a sky the cells that no ray of theirs reached err by the rule of succession each.
+    fn error<'c>(
+        &self,
+        all: &RayTally,
+        strata: impl Iterator<Item = (&'c RayTally, &'c StratumPilot)>,
+    ) -> f64 {
+        let of_all = all.standard_error().map(|e| e * e).sum();
+        if self.traced.sky.is_none() {
+            return of_all.sqrt();
+        }
+        let missed = |(tally, pilot): (&RayTally, &StratumPilot)| match tally.escaped {
+            0 => (pilot.weight / (f64::from(tally.traced) + SUCCESSION_PSEUDO_COUNTS)).powi(2),
+            _ => 0.0,
+        };
+        (strata.map(missed).sum::<f64>() + if all.escaped > 0 { of_all } else { 0.0 }).sqrt()
     }
 }
 
 impl<'a, 'b> Strata<'a, 'b> {
-    fn new(sampler: &'a OpeningSampler<'b>, zone: usize) -> Strata<'a, 'b> {
+    fn new(sampler: &'a OpeningSampler<'b>, open: &'a OpenCells, zone: usize) -> Strata<'a, 'b> {
         let (centre, radius) = sampler.traced.bounding_sphere(zone);
         let is_far = |c: &BoxCell| {
             let size = radius + 0.5 * (c.edges[0] + c.edges[1]).length();
             (c.centre() - centre).length() > NEAR_CELL_RATIO * size
         };
-        let is_stratum: Vec<bool> = sampler.open.iter().map(is_far).collect();
-        let cells = sampler.open.iter().zip(&is_stratum).filter(|c| *c.1).map(|c| c.0).collect();
-        Strata { sampler, zone, is_stratum, cells }
+        let is_stratum: Vec<bool> = open.cells.iter().map(is_far).collect();
+        let cells = open.cells.iter().zip(&is_stratum).filter(|c| *c.1).map(|c| c.0).collect();
+        Strata { sampler, open, zone, is_stratum, cells }
     }
 
     /// Seed of the sequence of stratum `c`.
@@ -156,7 +198,7 @@ impl<'a, 'b> Strata<'a, 'b> {
         }
         let sampler = self.sampler;
         let (origin, dir, weight) = sampler.traced.ray(self.zone, (p, d));
-        let exit = sampler.open_index[sampler.sides.exit_cell(origin, dir)];
+        let exit = self.open.index[self.open.sides.exit_cell(origin, dir)];
         let in_other_stratum = exit.is_some_and(|c| self.is_stratum[c as usize]);
         (origin, dir, if in_other_stratum { Bands::ZERO } else { weight })
     }
@@ -178,11 +220,11 @@ impl<'a, 'b> Strata<'a, 'b> {
             None if i < zones.voxel_offset() => Bands::splat(zones.patches[i].normal.dot(dir).max(0.0) / PI),
             None => Bands::splat(0.25 / PI),
         };
-        (origin, dir, density * solid_angle)
+        (origin, dir, density * traced.radiance(dir) * solid_angle)
     }
 
-    /// Standard deviation of the rays of stratum `c` by its pilot rays.
-    fn pilot_deviation(&self, c: usize) -> f64 {
+    /// The pilot rays of stratum `c`.
+    fn pilot(&self, c: usize) -> StratumPilot {
         let is_cell = c < self.cells.len();
         let sequence = self.sequence(c, RayPurpose::Pilot);
         let count = if is_cell { PILOT_RAYS_PER_CELL } else { PILOT_RAYS_OF_DIRECTIONS };
@@ -190,7 +232,8 @@ impl<'a, 'b> Strata<'a, 'b> {
         let (weights, met): (Vec<Bands>, Vec<Bands>) =
             rays.map(|r| (r.2, self.sampler.traced.trace(r).0)).unzip();
         let deviation = standard_deviation(&met);
-        if is_cell { deviation.max(MIN_RELATIVE_DEVIATION * largest_mean(&weights)) } else { deviation }
+        let weight = if is_cell { largest_mean(&weights) } else { 0.0 };
+        StratumPilot { deviation: deviation.max(MIN_RELATIVE_DEVIATION * weight), weight }
     }
 }
 

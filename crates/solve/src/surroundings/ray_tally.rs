@@ -8,7 +8,7 @@ use crate::distribution::Message;
 use std::ops::Range;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, Scene, Zones};
+use zonal_scene::{Band, Bands, Light, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Number of batches whose spread gives the variance.
@@ -22,6 +22,8 @@ pub(super) struct TracedScene<'a> {
     pub transport: &'a Transport<'a>,
     /// Seed of the sample.
     pub seed: u64,
+    /// The sky whose radiance, W/(m² sr), is part of the weights of rays; `None` for surroundings of radiance 1.
+    pub sky: Option<&'a Light>,
 }
 
 impl TracedScene<'_> {
@@ -30,18 +32,27 @@ impl TracedScene<'_> {
         self.scene.voxel_grid().map_or(Vec3::ZERO, |v| v.cell())
     }
 
-    /// Weighted transmittance of a ray out of the scene; `true` if it ends on a black back.
+    /// Weighted transmittance of a ray out of the scene; `true` if it ends on a black back, which is nothing for the light of a sky.
     pub(super) fn trace(&self, (origin, dir, weight): WeightedRay) -> (Bands, bool) {
         if weight == Bands::ZERO {
             return (weight, false);
         }
         let (share, back) = escape_transmittance(self.scene, self.transport, origin, dir);
-        (share * weight, back)
+        if back && self.sky.is_some() { (Bands::ZERO, false) } else { (share * weight, back) }
     }
 
     /// The ray of zone `i` for a sample of origin and direction.
     pub(super) fn ray(&self, i: usize, (p, d): ([f64; 3], [f64; 2])) -> WeightedRay {
-        ray_from_sample(self.zones, self.transport, i, p, d)
+        let (origin, dir, weight) = ray_from_sample(self.zones, self.transport, i, p, d);
+        (origin, dir, weight * self.radiance(dir))
+    }
+
+    /// Radiance from the direction `dir`.
+    pub(super) fn radiance(&self, dir: Vec3) -> Bands {
+        match self.sky {
+            Some(Light::Sky { radiance, distribution, .. }) => *radiance * distribution.relative(dir),
+            _ => Bands::ONE,
+        }
     }
 
     /// Centre and half the diagonal of zone `i`.

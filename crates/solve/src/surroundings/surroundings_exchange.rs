@@ -105,7 +105,7 @@ impl SurroundingsExchange {
         progress.begin("surroundings", if has_radiance { 2 * n as u64 } else { n as u64 });
         let rays = if uses_openings(scene, n) { rays.min(PARAMS.rays_before_openings) } else { rays };
         let (each, pilot) = ray_counts(scene, n, rays);
-        let traced = TracedScene { scene, zones, transport, seed: sample_seed(sample) };
+        let traced = TracedScene { scene, zones, transport, seed: sample_seed(sample), sky: None };
         // Trace the pilot rays, and the other rays if the scene is open.
         let mut tallies: Vec<RayTally> =
             blocks.map(communicator, |i| RayTally::of_zone(&traced, i, 0..pilot));
@@ -245,7 +245,7 @@ impl SurroundingsExchange {
         step: usize,
     ) -> SurroundingsExchange {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
-        let traced = TracedScene { scene, zones, transport, seed: 0 };
+        let traced = TracedScene { scene, zones, transport, seed: 0, sky: None };
         let tallies: Vec<RayTally> =
             list.into_par_iter().map(|i| RayTally::of_zone(&traced, i, 0..rays)).collect();
         SurroundingsExchange::from_tallies(&tallies, |i| closure_target(zones, i * step))
@@ -284,7 +284,7 @@ fn refine(traced: &TracedScene, tallies: &mut Vec<RayTally>, execution: Executio
                 let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(PARAMS.max_growth);
                 let all = ((x.traced as f64 * growth) as usize).min(limit);
                 match &openings {
-                    Some(openings) => x = openings.measure(i, wanted, limit),
+                    Some(openings) => x = openings.measure(i, wanted, limit).map_or(x, |found| found.tally),
                     None if all > x.traced as usize => {
                         x.add(&RayTally::of_zone(traced, i, x.traced as usize..all));
                     }

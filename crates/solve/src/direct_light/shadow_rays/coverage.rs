@@ -6,9 +6,9 @@ use crate::direct_light::illumination::{PowerNormalization, illuminate_by};
 use crate::direct_light::light_field::LightField;
 use crate::distribution::Execution;
 use rayon::prelude::*;
-use zonal_math::{Grade, vec3};
+use zonal_math::{Grade, Vec3, vec3};
 use zonal_reference::test_cases::sampled_cases;
-use zonal_scene::{Bands, NoProgress, Solution};
+use zonal_scene::{Bands, Light, NoProgress, Patch, Solution};
 use zonal_transport::{Transport, build_zones};
 
 const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = TOL\npatch_size = 0.25\n\
@@ -291,5 +291,71 @@ fn stated_errors_hold_for_any_number_of_samples() {
                 "{name} {samples}: {ratio:.2} {within:.2} of {n}"
             );
         }
+    }
+}
+
+/// Edges of a square hole, m, in a lid that faces the room.
+const HOLE: [f64; 2] = [0.75, 1.25];
+
+/// The lid with this hole.
+fn inner_lid() -> String {
+    let [lo, hi] = HOLE;
+    let part = |name: &str, [x, y]: [f64; 2], [dx, dy]: [f64; 2]| {
+        format!(
+            "[[surface]]\nname = \"{name}\"\nrectangle = {{ origin = [{x}, {y}, 2], edge1 = [0, {dy}, 0], edge2 = [{dx}, 0, 0] }}\n"
+        )
+    };
+    let (rest, width) = (2.0 - hi, hi - lo);
+    [part("a", [0.0, 0.0], [lo, 2.0]), part("b", [hi, 0.0], [rest, 2.0])].concat()
+        + &[part("c", [lo, 0.0], [width, lo]), part("d", [lo, hi], [width, rest])].concat()
+}
+
+/// Mean over the patch of the irradiance through the hole by midpoints, W/m².
+fn light_through_the_hole(patch: &Patch, radiance: impl Fn(Vec3) -> f64) -> f64 {
+    const POINTS: usize = 8;
+    let width = HOLE[1] - HOLE[0];
+    let at = |k: usize| (k as f64 + 0.5) / POINTS as f64;
+    let pairs = || (0..POINTS * POINTS).map(|k| [at(k % POINTS), at(k / POINTS)]);
+    let one = |[u, v]: [f64; 2], [a, b]: [f64; 2]| {
+        let r = vec3(HOLE[0] + width * a, HOLE[0] + width * b, 2.0) - patch.plate.at(u, v);
+        let d = r.normalized();
+        radiance(d) * patch.normal.dot(d).max(0.0) * d.z.max(0.0) * width * width / r.length2()
+    };
+    let sum: f64 = pairs().map(|p| pairs().map(|q| one(p, q)).sum::<f64>()).sum();
+    sum / (POINTS * POINTS).pow(2) as f64
+}
+
+#[test]
+fn skies_through_a_small_hole_meet_a_small_tolerance() {
+    const TOLERANCE: f64 = 0.002;
+    for sky in [SKY, CLEAR_SKY] {
+        let room = ROOM.replace("OMIT", "\"z1\"").replace("0.25", "0.5");
+        let text = (room + &inner_lid() + sky).replace("TOL", &TOLERANCE.to_string());
+        let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
+        let Light::Sky { radiance, distribution, .. } = &scene.lights()[0] else { panic!("no sky") };
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        let lit = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let execution = Execution::alone(&NoProgress);
+            pool.install(|| {
+                illuminate_by(&scene, &zones, &transport, (0, PowerNormalization::None), execution)
+            })
+        };
+        let found = lit(2);
+        assert_eq!(found, lit(1));
+        let (mut off, mut level, mut stated, mut within, mut count) = (0.0, 0.0, 0.0, 0, 0);
+        let inside = |p: &&Patch| scene.surfaces()[p.surface].name == "room.z0";
+        for (i, p) in zones.patches.iter().enumerate().filter(|(_, p)| inside(p)) {
+            let exact = light_through_the_hole(p, |d| (*radiance * distribution.relative(d)).first());
+            let (d, e) = (found.fields[i].first() - exact, found.error_of(i).first());
+            (off, level, stated) = (off + d * d, level + exact * exact, stated + e * e);
+            within += usize::from(d.abs() <= 2.0 * e + 1e-4 * exact);
+            count += 1;
+        }
+        let [off, stated] = [off, stated].map(|x| (x / level).sqrt());
+        // The stated error holds openings that the search may have missed.
+        assert!(off <= TOLERANCE && stated <= 10.0 * TOLERANCE, "{sky}: {off:e} {stated:e}");
+        assert!(count == 16 && within == count, "{sky}: {within} of {count}");
     }
 }

@@ -4,13 +4,14 @@ use super::neighbour_agreement::NeighbourAgreement;
 use super::params::{
     AVERAGED_ERROR_SHARE, AVERAGED_VOXEL_SAMPLES, CHUNK_ZONES, CURVATURE_SHARE, DISAGREEING_NEIGHBOURS,
     ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_ERROR_EXCESS,
-    MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_POINTS,
-    PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_AGREEMENT_ERROR,
+    MAX_OPENING_RAYS, MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL,
+    PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_AGREEMENT_ERROR,
     STATED_OVER_MEAN_ERROR,
 };
 use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
 use crate::distribution::Execution;
 use crate::iteration::multivector;
+use crate::surroundings::sky_openings::{MIN_SKY_RAYS, SampleNeed, SkyOpenings};
 use crate::unobstructed_cells::{CellRow, UnobstructedCells};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -61,6 +62,12 @@ impl ErrorTarget {
     }
 }
 
+/// The targets of patches and of voxels from estimates of all zones.
+fn error_targets(scene: &Scene, list: &[DirectLightEstimate], patches: usize) -> [ErrorTarget; 2] {
+    let (of_patches, of_voxels) = list.split_at(patches);
+    [ErrorTarget::new(scene, of_patches, 0), ErrorTarget::new(scene, of_voxels, 1)]
+}
+
 /// Root mean square of the largest band over some zones.
 fn root_mean_square(list: &[DirectLightEstimate]) -> f64 {
     let square = |c: &[DirectLightEstimate]| c.iter().map(|o| largest(o.value()).powi(2)).sum::<f64>();
@@ -87,6 +94,38 @@ fn is_undersampled(one: &DirectLightEstimate, excess: f64, limit: usize) -> bool
     excess > MAX_ERROR_EXCESS && 2 * one.count as usize <= limit
 }
 
+/// The openings of a scene through which a sky lights its zones, and the maximum number of rays of a zone through them.
+struct SkyThroughOpenings<'a> {
+    openings: SkyOpenings<'a>,
+    max_rays: usize,
+}
+
+impl<'a> SkyThroughOpenings<'a> {
+    /// The openings for a sky by the pilot samples of every `step`-th zone with their wanted errors; `None` for other lights, and where plain samples do.
+    fn find<'b>(
+        sampler: &ZoneLightSampler<'a>,
+        (limit, step): ([usize; 2], usize),
+        pilot: impl Iterator<Item = (usize, &'b DirectLightEstimate, f64)>,
+    ) -> Option<SkyThroughOpenings<'a>> {
+        let light = sampler.light.light();
+        let max_rays = (MAX_RAYS / sampler.zones.pane_offset().max(1)).min(MAX_OPENING_RAYS);
+        if limit[0].min(max_rays) < MIN_SKY_RAYS || !matches!(light, Light::Sky { .. }) {
+            return None;
+        }
+        let need = |(zone, one, wanted): (usize, &DirectLightEstimate, f64)| SampleNeed {
+            zone,
+            pilot: one.count as f64,
+            visible: one.count as f64 * one.visible as f64,
+            unoccluded_over_error: largest(one.unoccluded) / wanted,
+            limit: limit[0] as f64,
+        };
+        let needs: Vec<SampleNeed> = pilot.map(need).collect();
+        let scene = (sampler.scene, sampler.zones);
+        let openings = SkyOpenings::find(scene, sampler.transport, light, &needs, step)?;
+        Some(SkyThroughOpenings { openings, max_rays })
+    }
+}
+
 /// Expected number of shadow rays of [`gather`], from about `sample` zones of each kind.
 pub(crate) fn expected_rays(
     scene: &Scene,
@@ -105,6 +144,8 @@ pub(crate) fn expected_rays(
         let pilot: Vec<DirectLightEstimate> =
             list.par_iter().map(|&i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind])).collect();
         let target = ErrorTarget::new(scene, &pilot, kind);
+        let wanted = pilot.iter().zip(&list).map(|(o, &i)| (i, o, target.of(o)));
+        let openings = SkyThroughOpenings::find(&sampler, (limit, step), wanted);
         let more = |(o, &i): (&DirectLightEstimate, &usize)| {
             let wanted = target.of(o);
             if largest(o.unoccluded) * o.relative_error(0) <= wanted {
@@ -112,6 +153,10 @@ pub(crate) fn expected_rays(
             }
             let averaged =
                 i >= patches && unobstructed.as_ref().is_some_and(|o| o.cube(i - patches, 1).is_some());
+            let by_openings = openings.as_ref().filter(|_| !averaged);
+            if let Some(rays) = by_openings.and_then(|x| x.openings.expected_rays(i, wanted, x.max_rays)) {
+                return rays;
+            }
             let share = if o.agrees() { DISAGREEING_NEIGHBOURS } else { 1.0 };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
             let second = sampler.resample(i, o, most, wanted);
@@ -145,16 +190,7 @@ pub(crate) fn gather(
     let kind = |i: usize| usize::from(i >= patches);
     let pilot =
         ZoneLightSampler::for_zones(n, execution, |i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind(i)]));
-    let gathering = Gathering {
-        targets: [
-            ErrorTarget::new(scene, &pilot[..patches], 0),
-            ErrorTarget::new(scene, &pilot[patches..], 1),
-        ],
-        unobstructed: unobstructed_cells(scene, zones, transport, light),
-        limit: max_samples(scene, n),
-        patches,
-        sampler: &sampler,
-    };
+    let mut gathering = Gathering::new(&sampler, &pilot);
     // Resample the zones whose error is too large.
     let neighbours = scene.voxel_grid().map(|m| NeighbourAgreement::new(&sampler, m, &pilot));
     let second = ZoneLightSampler::for_zones(n, execution, |i| {
@@ -164,6 +200,7 @@ pub(crate) fn gather(
     let counted = |list: &[DirectLightEstimate]| list.iter().map(|o| o.count as u64).sum::<u64>();
     let rays = counted(&pilot) + counted(&second);
     drop((neighbours, pilot));
+    gathering.update_targets(&second);
     // Average or resample the voxels whose error is still too large.
     let settle = |i: usize| gathering.average_or_resample(i, &second);
     let settled: Vec<(Bands, (Bands, u64))> =
@@ -176,7 +213,7 @@ pub(crate) fn gather(
     let kinds = [0..patches, patches..n, n..zones.len()];
     let worst = kinds.into_iter().map(|kind| relative_error(&fields, &error, kind)).fold(0.0, f64::max);
     let rays = rays + settled.iter().map(|s| s.1.1).sum::<u64>() + pane_rays;
-    GatheredLight { fields, error, rays, limited: (worst, gathering.limit[0].max(gathering.limit[1])) }
+    GatheredLight { fields, error, rays, limited: (worst, gathering.max_samples()) }
 }
 
 /// Root mean square of the errors of some zones over that of their fields.
@@ -190,13 +227,44 @@ fn relative_error(fields: &[Bands], error: &[Bands], zones: Range<usize>) -> f64
 struct Gathering<'a> {
     sampler: &'a ZoneLightSampler<'a>,
     targets: [ErrorTarget; 2],
+    openings: Option<SkyThroughOpenings<'a>>,
     unobstructed: Option<UnobstructedCells<'a>>,
     limit: [usize; 2],
     /// Number of patches.
     patches: usize,
 }
 
-impl Gathering<'_> {
+impl<'a> Gathering<'a> {
+    fn new(sampler: &'a ZoneLightSampler<'a>, pilot: &[DirectLightEstimate]) -> Gathering<'a> {
+        let (scene, zones, light) = (sampler.scene, sampler.zones, sampler.light.light());
+        let patches = zones.voxel_offset();
+        let mut gathering = Gathering {
+            targets: error_targets(scene, pilot, patches),
+            openings: None,
+            unobstructed: unobstructed_cells(scene, zones, sampler.transport, light),
+            limit: max_samples(scene, pilot.len()),
+            patches,
+            sampler,
+        };
+        // Find the openings of a sky where plain samples do not meet the tolerance.
+        let wanted = pilot.iter().enumerate().map(|(i, o)| (i, o, gathering.wanted(i, o)));
+        gathering.openings = SkyThroughOpenings::find(sampler, (gathering.limit, 1), wanted);
+        gathering
+    }
+
+    /// Takes the targets from better estimates: the few pilot samples of a small opening overestimate its light.
+    fn update_targets(&mut self, second: &[DirectLightEstimate]) {
+        if self.openings.is_some() {
+            self.targets = error_targets(self.sampler.scene, second, self.patches);
+        }
+    }
+
+    /// Maximum number of samples of a zone.
+    fn max_samples(&self) -> usize {
+        let of_openings = self.openings.as_ref().map_or(0, |o| o.max_rays);
+        self.limit[0].max(self.limit[1]).max(of_openings)
+    }
+
     fn kind(&self, i: usize) -> usize {
         usize::from(i >= self.patches)
     }
@@ -211,6 +279,11 @@ impl Gathering<'_> {
         self.unobstructed.as_ref().filter(|_| i >= self.patches).and_then(|o| o.cube(i - self.patches, 1))
     }
 
+    /// The openings of a sky for zone `i`; voxels whose ratios may be averaged are sampled plainly.
+    fn openings(&self, i: usize) -> Option<&SkyThroughOpenings<'_>> {
+        self.openings.as_ref().filter(|o| o.openings.serve(i) && self.cube(i).is_none())
+    }
+
     /// The estimate of zone `i` after its pilot samples, `around` of which in the neighbourhood agree with them.
     fn resample_if_needed(
         &self,
@@ -222,6 +295,9 @@ impl Gathering<'_> {
         let error = pilot.relative_error(around);
         if largest(pilot.unoccluded) * error <= wanted {
             return DirectLightEstimate { error: error as f32, ..*pilot };
+        }
+        if let Some(light) = self.openings(i).and_then(|o| o.openings.first_light(i)) {
+            return DirectLightEstimate::of_sky(&light);
         }
         let most = if self.cube(i).is_some() { AVERAGED_VOXEL_SAMPLES } else { self.limit[self.kind(i)] };
         self.sampler.resample(i, pilot, most, wanted)
@@ -241,6 +317,11 @@ impl Gathering<'_> {
             let more = self.sampler.resample(i, own, limit, self.wanted(i, own));
             result(&more, more.count as u64)
         };
+        let openings = self.openings(i).filter(|_| excess > 1.0);
+        let measured = openings.and_then(|o| o.openings.light_on_zone(i, self.wanted(i, own), o.max_rays));
+        if let Some(light) = measured {
+            return result(&DirectLightEstimate::of_sky(&light), light.rays as u64);
+        }
         match self.cube(i) {
             Some(rows) if excess > 1.0 => {
                 let (mean, change) = mean_ratio(rows, &all[self.patches..]);

@@ -14,15 +14,17 @@
 //! ```text
 //! e = √(s(1−s)) m^(−3/4)     if the samples disagree (the shadow boundary runs through few of m strata);
 //!                            beyond 256 samples like m^(−5/8): points and directions have four dimensions
-//!                            below a sky that is not uniform times s^(−1/6), for openings narrower than the strata, and with m/2 on a patch:
-//!                            one half of its samples is cosine-weighted, the other by radiance
+//!                            below a sky times s^(−1/6), of a uniform one min(1, 4s)^(−1/6), for openings narrower than the strata;
+//!                            below one that is not uniform with m/2 on a patch: one half of its samples is cosine-weighted, the other by radiance
 //! e = ½/(m+1)                if all agree, with m counted over the zone and the 124 cells around it (25 of them for a patch)
 //! ```
 //!
 //! Every zone gets a few pilot samples, then fresh ones where U e exceeds a share of the tolerance times the root mean square of the light over the
 //! zones of its kind. Their number follows from the pilot samples, within limits that grow for small tolerances; a zone among obstacles whose error
 //! is still too large is sampled a third time. In cells without obstacles the ratios R of a cell and the 26 around it are averaged if the ratio of
-//! the cell agrees with the mean within its error: a penumbra is wider than a cell unless the light is a sun. All random numbers are functions of zone and sample index.
+//! the cell agrees with the mean within its error: a penumbra is wider than a cell unless the light is a sun. Zones that need
+//! thousands of samples of a sky see it through small openings: these are found by rays and become strata of points (`surroundings/sky_openings`), unless the sky has a peak
+//! such as the sun of a picture. All random numbers are functions of zone and sample index.
 //!
 //! | module | content |
 //! |---|---|

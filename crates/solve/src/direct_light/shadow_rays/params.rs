@@ -22,12 +22,16 @@ pub(super) const MAX_SAMPLES_PER_ZONE: usize = 1 << 14;
 /// Maximum number of shadow rays of one light to all zones together.
 pub(super) const MAX_RAYS: usize = 1 << 26;
 
+/// Maximum number of rays of a zone through openings.
+pub(super) const MAX_OPENING_RAYS: usize = 1 << 15;
+
 /// Number of samples beyond which the error of samples that disagree falls like the number to the power −[`FOUR_DIMENSIONAL_RATE`].
 pub(super) const FOUR_DIMENSIONAL_SAMPLES: f64 = 256.0;
 pub(super) const FOUR_DIMENSIONAL_RATE: f64 = 0.625;
-/// Exponent of the visible fraction of a sky that is not uniform, and the least fraction, for the growth of its error behind small openings.
+/// Exponent of the visible fraction of a sky, and the least fraction, for the growth of its error behind small openings; of a uniform sky the fraction below which it grows.
 pub(super) const SMALL_OPENING_RATE: f64 = 1.0 / 6.0;
 pub(super) const MIN_VISIBLE_FRACTION: f64 = 1e-4;
+pub(super) const SMALL_VISIBLE_FRACTION: f64 = 0.25;
 /// Stated error over the formula in the module header, which holds in the mean: behind obstacles close to a lamp it is up to two thirds too small.
 pub(super) const STATED_OVER_MEAN_ERROR: f64 = 1.8;
 /// The same for samples that all agree.

@@ -2,10 +2,11 @@
 
 use super::params::{
     CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, MIN_VISIBLE_FRACTION,
-    SAMPLE_QUANTUM, SMALL_OPENING_RATE,
+    SAMPLE_QUANTUM, SMALL_OPENING_RATE, SMALL_VISIBLE_FRACTION,
 };
 use super::point_light::{LitZones, PointLightOnZone};
 use crate::distribution::{Execution, Message};
+use crate::surroundings::sky_openings::SkyLight;
 use crate::surroundings::zone_rays::voxel_point;
 use rayon::prelude::*;
 use zonal_math::{Vec3, scrambled_sobol};
@@ -65,6 +66,7 @@ impl SampleTally {
 
 /// Sampler of one light on the zones of a scene.
 pub(super) struct ZoneLightSampler<'a> {
+    pub(super) scene: &'a Scene,
     pub(super) zones: &'a Zones,
     pub(super) transport: &'a Transport<'a>,
     pub(super) light: LightSampler<'a>,
@@ -113,6 +115,14 @@ impl DirectLightEstimate {
     pub(super) fn visibility_bits(&self) -> u8 {
         u8::from(self.visible < 1.0) | u8::from(self.visible > 0.0) << 1
     }
+    /// The estimate of a sky through openings.
+    pub(super) fn of_sky(light: &SkyLight) -> DirectLightEstimate {
+        let unoccluded = light.unoccluded;
+        let ratio = light.field.zip_map(unoccluded, |f, u| if u > 0.0 { f / u } else { 0.0 });
+        let error = (light.error / largest(unoccluded).max(f64::MIN_POSITIVE)) as f32;
+        let count = light.rays.min(u16::MAX as usize) as u16;
+        DirectLightEstimate { unoccluded, ratio, visible: 0.5, error, count }
+    }
     /// True if all samples were visible, or none.
     pub(super) fn agrees(&self) -> bool {
         self.visible == 0.0 || self.visible == 1.0
@@ -133,6 +143,7 @@ impl<'a> ZoneLightSampler<'a> {
     ) -> ZoneLightSampler<'a> {
         let sampler = LightSampler::new(scene, light);
         ZoneLightSampler {
+            scene,
             zones,
             transport,
             // The weights of a point light are those of full intensity.
@@ -220,9 +231,13 @@ impl<'a> ZoneLightSampler<'a> {
         let dim =
             if t.visible > 0.0 { t.through2 / t.visible - (t.through / t.visible).powi(2) } else { 0.0 };
         let slow = (effective / FOUR_DIMENSIONAL_SAMPLES).max(1.0).powf(0.75 - FOUR_DIMENSIONAL_RATE);
-        // Small openings of a varying sky are narrower than the strata of the samples.
-        let small =
-            if self.is_varying_sky { s.max(MIN_VISIBLE_FRACTION).powf(-SMALL_OPENING_RATE) } else { 1.0 };
+        // Small openings of a sky are narrower than the strata of the samples.
+        let of_strata = match self.light.light() {
+            Light::Sky { .. } if self.is_varying_sky => s,
+            Light::Sky { .. } => (s / SMALL_VISIBLE_FRACTION).min(1.0),
+            _ => 1.0,
+        };
+        let small = of_strata.max(MIN_VISIBLE_FRACTION).powf(-SMALL_OPENING_RATE);
         let error = (s * (1.0 - s + dim.max(0.0)) + s * s * flux.max(0.0)).sqrt()
             * effective.powf(-0.75)
             * slow
@@ -283,15 +298,7 @@ impl<'a> ZoneLightSampler<'a> {
         most: usize,
         wanted: f64,
     ) -> DirectLightEstimate {
-        let (m, e) = (pilot.count as f64, largest(pilot.unoccluded) * pilot.relative_error(0));
-        // The error falls like m^(−3/4), or like 1/m if all samples agree.
-        let power = if pilot.agrees() { 1.0 } else { 4.0 / 3.0 };
-        let mut count = m * (e / wanted).powf(power);
-        if !pilot.agrees() && count > FOUR_DIMENSIONAL_SAMPLES {
-            let excess = count / FOUR_DIMENSIONAL_SAMPLES;
-            count = FOUR_DIMENSIONAL_SAMPLES * excess.powf(0.75 / FOUR_DIMENSIONAL_RATE);
-        }
-        let count = count.min(most as f64).ceil() as usize;
+        let count = samples_needed(pilot, wanted).min(most as f64).ceil() as usize;
         let samples = count.next_multiple_of(SAMPLE_QUANTUM).clamp(SAMPLE_QUANTUM, most);
         // Behind the samples of the estimate, which may itself be of fresh samples.
         let used = pilot.count as usize;
@@ -327,4 +334,16 @@ impl<'a> ZoneLightSampler<'a> {
         let before = p.plate.centre() + p.normal * (0.25 * grid.cell().max_abs());
         grid.cell_at(before).map(|c| grid.index(c))
     }
+}
+
+/// Number of samples that, by the estimate `pilot`, brings the error of its zone to `wanted`, W/m².
+fn samples_needed(pilot: &DirectLightEstimate, wanted: f64) -> f64 {
+    let (m, e) = (pilot.count as f64, largest(pilot.unoccluded) * pilot.relative_error(0));
+    // The error falls like m^(−3/4), or like 1/m if all samples agree.
+    let power = if pilot.agrees() { 1.0 } else { 4.0 / 3.0 };
+    let count = m * (e / wanted).powf(power);
+    if pilot.agrees() || count <= FOUR_DIMENSIONAL_SAMPLES {
+        return count;
+    }
+    FOUR_DIMENSIONAL_SAMPLES * (count / FOUR_DIMENSIONAL_SAMPLES).powf(0.75 / FOUR_DIMENSIONAL_RATE)
 }
