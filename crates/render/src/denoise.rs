@@ -40,6 +40,10 @@ const PARAMS: DenoiseParams = DenoiseParams {
     max_plane_distance: 0.34,
 };
 
+/// Distance of the farthest patches of a mean over r, and largest square root of a patch's area over the mean one that widens r.
+const REACH: f64 = 3.0;
+const MAX_RELATIVE_SIZE: f64 = 2.0;
+
 /// A patch with its value and noise.
 struct NoisyPatch {
     /// Centre, m.
@@ -62,7 +66,7 @@ pub(crate) fn denoise_patches(patches: &[Patch], incident: &[Bands], error: &[Ba
     }
     // Choose the grid by the mean size, so that a few large patches do not occupy many cells.
     let mean = patches.iter().map(|p| p.area.sqrt()).sum::<f64>() / patches.len() as f64;
-    let cell = 6.0 * PARAMS.filter_radius * mean.max(1e-12);
+    let cell = REACH * PARAMS.filter_radius * mean.max(1e-12);
     let noisy = |i: usize| NoisyPatch {
         at: patches[i].plate.centre(),
         normal: patches[i].normal,
@@ -94,16 +98,19 @@ impl PatchFilter<'_> {
         if own.noise == 0.0 {
             return own.value;
         }
-        let r2 = (PARAMS.filter_radius * own.area.sqrt().min(2.0 * self.mean)).powi(2);
-        let (home, mut total, mut weights) = (cell_of(own.at, self.cell), Bands::ZERO, 0.0);
-        for c in 0..27 {
-            let at = [home[0] + c / 9 - 1, home[1] + c / 3 % 3 - 1, home[2] + c % 3 - 1];
+        let r = PARAMS.filter_radius * own.area.sqrt().min(MAX_RELATIVE_SIZE * self.mean);
+        let r2 = r * r;
+        let (mut total, mut weights) = (Bands::ZERO, 0.0);
+        let [low, high] = [-REACH * r, REACH * r].map(|x| cell_of(own.at + Vec3::splat(x), self.cell));
+        let range = |k: usize| low[k]..=high[k];
+        let around = range(0).flat_map(|x| range(1).flat_map(move |y| range(2).map(move |z| [x, y, z])));
+        for at in around {
             for &j in self.cells.get(&at).map_or(&[][..], Vec::as_slice) {
                 let other = &self.patches[j as usize];
                 let away = other.at - own.at;
                 let d2 = away.length2();
                 let max_height = PARAMS.max_plane_distance;
-                let apart = d2 > 9.0 * r2
+                let apart = d2 > REACH * REACH * r2
                     || own.normal.dot(other.normal) < PARAMS.min_normal_cosine
                     || own.normal.dot(away).powi(2) > max_height * max_height * d2;
                 if apart {
