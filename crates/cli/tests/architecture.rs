@@ -230,7 +230,9 @@ fn the_python_module_and_the_command_of_mpi_are_no_default_members() {
     assert_none(wrong_dependencies("python", &read("python/Cargo.toml")));
     assert_none(wrong_dependencies("mpi", &read("mpi/Cargo.toml")));
     let workspace = read("Cargo.toml");
-    assert!(workspace.contains("members = [\"benches/pairs\", \"crates/*\", \"mpi\", \"python\", \"xtask\"]"));
+    assert!(
+        workspace.contains("members = [\"benches/pairs\", \"crates/*\", \"mpi\", \"python\", \"xtask\"]")
+    );
     assert!(workspace.contains("default-members = [\"crates/*\"]"));
     for folder in ["python/src", "mpi/src"] {
         assert_none(sources(folder).iter().flat_map(|(name, text)| unfinished(name, text)).collect());
