@@ -132,11 +132,11 @@ export function floatsOf(name) {
   return new Float64Array(bytes.buffer.slice(bytes.byteOffset + start, bytes.byteOffset + bytes.length));
 }
 
-/** Mean colours of square blocks. */
+/** Mean colours of the square blocks that lie in the picture as a whole. */
 function blocks(pixels, width, height, side) {
   const out = [];
-  for (let y = 0; y < height; y += side) {
-    for (let x = 0; x < width; x += side) {
+  for (let y = 0; y + side <= height; y += side) {
+    for (let x = 0; x + side <= width; x += side) {
       const sum = [0, 0, 0];
       for (let j = 0; j < side; j++) {
         for (let i = 0; i < side; i++) {
