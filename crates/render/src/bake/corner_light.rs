@@ -16,7 +16,7 @@ use super::vertex_lighting::VertexLighting;
 use crate::surface::patch_field::{TileField, TileTopology};
 use crate::surface::tiles::pane_tiles;
 use rayon::prelude::*;
-use zonal_scene::{Bands, PerBand, Plate, PlateKind, Progress, Solution};
+use zonal_scene::{Bands, Plate, PlateKind, Progress, Solution};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::pane_plates;
 
@@ -35,7 +35,7 @@ pub fn light_at_corners(s: &Solution, progress: &dyn Progress) -> CornerLight {
     let transport = Transport::new(&s.scene);
     let lit = LitScene::of(&s.scene, SunlightMode::Baked);
     let shadow_rays = Transport::new(&lit.scene);
-    let groups: Vec<GroupField> = GroupField::of_solution(s).into_iter().map(GroupField::denoised).collect();
+    let groups = GroupField::denoised_of_solution(s);
     let samples = BakeOptions::default().light_samples;
     let lighting = VertexLighting::new(s, &transport, (&lit, &shadow_rays), &groups, samples);
     progress.begin("corners", s.zones.patches.len() as u64);
@@ -55,9 +55,7 @@ pub fn light_at_corners(s: &Solution, progress: &dyn Progress) -> CornerLight {
 
 /// B and H at a corner of a patch.
 fn light_of_corner(lighting: &VertexLighting, i: usize, uv: [f64; 2]) -> (Bands, Bands) {
-    let mut values: Vec<PerBand<f32>> = Vec::with_capacity(lighting.value_count());
-    lighting.evaluate(i, uv, &mut values);
-    let h: Bands = values.iter().map(|v| v.map_to_bands(f64::from)).sum();
+    let h = lighting.irradiance(i, uv);
     let s = lighting.solution;
     let (patch, f) = (&s.zones.patches[i], &s.fields);
     let surface = &s.scene.surfaces()[patch.surface];

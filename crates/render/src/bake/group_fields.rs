@@ -41,8 +41,13 @@ impl<'a> GroupField<'a> {
         s.groups.iter().map(field).collect()
     }
 
+    /// The groups of a solution with denoised irradiances of the patches.
+    pub(super) fn denoised_of_solution(s: &'a Solution) -> Vec<GroupField<'a>> {
+        GroupField::of_solution(s).into_iter().map(GroupField::denoised).collect()
+    }
+
     /// The same with the irradiance of the patches denoised.
-    pub(super) fn denoised(self) -> GroupField<'a> {
+    fn denoised(self) -> GroupField<'a> {
         let patches = &self.s.zones.patches;
         let denoised = match self.group {
             None => denoise_patches(patches, &self.s.fields.incident, &self.s.fields.error),

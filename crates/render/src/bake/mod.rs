@@ -114,8 +114,7 @@ pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress)
     let lit = LitScene::of(&solution.scene, options.sunlight);
     let shadow_rays = Transport::new(&lit.scene);
     // Separate the light groups and denoise their irradiances.
-    let groups: Vec<GroupField> =
-        GroupField::of_solution(solution).into_iter().map(GroupField::denoised).collect();
+    let groups = GroupField::denoised_of_solution(solution);
     // Mesh the patches, refined where the light varies.
     let lighting =
         VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);

@@ -107,6 +107,13 @@ impl<'a> VertexLighting<'a> {
         }
     }
 
+    /// H at a point of a patch, given by the patch's parameters (u, v), of all groups together, direct light included, W/m².
+    pub(super) fn irradiance(&self, patch: usize, uv: [f64; 2]) -> Bands {
+        let mut values = Vec::with_capacity(self.value_count());
+        self.evaluate(patch, uv, &mut values);
+        values.iter().map(|v| v.map_to_bands(f64::from)).sum()
+    }
+
     /// The point of a patch with the patch's parameters, m.
     pub(super) fn point(&self, patch: usize, [u, v]: [f64; 2]) -> Vec3 {
         self.solution.zones.patches[patch].plate.at(u, v)

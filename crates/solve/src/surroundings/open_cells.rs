@@ -44,15 +44,13 @@ impl OpenCells {
         let first = per_zone.min(FIRST_MARKING_RAYS_PER_ZONE);
         divisions.iter().find_map(|&along| {
             let sides = BoxSides::of(traced.scene, along);
-            let hits = count_hits(traced, sides, (group, 0..first));
+            let mut hits = count_hits(traced, sides, (group, 0..first));
             if hits.iter().filter(|h| **h > 0).count() > MAX_OPEN_CELLS {
                 return None;
             }
-            OpenCells::of_hits(
-                sides,
-                &count_hits(traced, sides, (group, 0..per_zone)),
-                group.len() * per_zone,
-            )
+            let further = count_hits(traced, sides, (group, first..per_zone));
+            hits.iter_mut().zip(further).for_each(|(h, f)| *h = add_hits(*h, f));
+            OpenCells::of_hits(sides, &hits, group.len() * per_zone)
         })
     }
 
@@ -67,6 +65,11 @@ impl OpenCells {
     }
 }
 
+/// Sum of two numbers of pilot rays, at most 2.
+fn add_hits(a: u8, b: u8) -> u8 {
+    (a + b).min(2)
+}
+
 /// Pilot rays of the zones of `list` that leave through each cell of the box, at most 2.
 fn count_hits(traced: TracedScene, sides: BoxSides, (list, rays): (&[usize], Range<usize>)) -> Vec<u8> {
     // Pilot rays come from another sample than the rays of the estimate.
@@ -76,12 +79,11 @@ fn count_hits(traced: TracedScene, sides: BoxSides, (list, rays): (&[usize], Ran
         let (share, back) = traced.trace(ray);
         (!back && share != Bands::ZERO).then(|| sides.exit_cell(ray.0, ray.1))
     };
-    let add = |a: u8, b: u8| (a + b).min(2);
     let of_zone = |mut hits: Vec<u8>, &i: &usize| {
-        rays.clone().filter_map(|k| exit_cell(i, k)).for_each(|c| hits[c] = add(hits[c], 1));
+        rays.clone().filter_map(|k| exit_cell(i, k)).for_each(|c| hits[c] = add_hits(hits[c], 1));
         hits
     };
     let none = || vec![0; sides.cells().len()];
-    let sum = |a: Vec<u8>, b: Vec<u8>| a.iter().zip(b).map(|(a, b)| add(*a, b)).collect();
+    let sum = |a: Vec<u8>, b: Vec<u8>| a.iter().zip(b).map(|(a, b)| add_hits(*a, b)).collect();
     list.par_iter().fold(none, of_zone).reduce(none, sum)
 }

@@ -37,7 +37,7 @@ const MAX_GROUPS: usize = 1024;
 /// Bound of the light of a zone without occlusion over that of a sky of the mean radiance: it faces the brighter half.
 const MAX_UNOCCLUDED_OVER_MEAN: f64 = 2.0;
 /// Seed of the rays.
-const SEED: u64 = 0x5b7a_91d3_0c4e_e6f1;
+const OPENING_RAY_SEED: u64 = 0x5b7a_91d3_0c4e_e6f1;
 
 /// Minimum of the largest number of rays of a zone with which openings are sampled.
 pub(crate) const MIN_SKY_RAYS: usize = MIN_RAYS_FOR_OPENINGS;
@@ -75,7 +75,7 @@ impl<'a> SkyOpenings<'a> {
         if peak.zip_map(mean, |p, m| p - MAX_PEAK_OVER_MEAN * m).max_element() > 0.0 {
             return None;
         }
-        let traced = TracedScene { scene, zones, transport, seed: SEED, sky: Some(light) };
+        let traced = TracedScene { scene, zones, transport, seed: OPENING_RAY_SEED, sky: Some(light) };
         let (groups, group_of) = groups(zones, needs);
         let mark = |group: &ZoneGroup| {
             // The rays must suffice to say that they missed little.

@@ -80,6 +80,11 @@ struct MtlOptics {
 }
 
 impl MtlOptics {
+    /// True for the models of glass.
+    fn is_glass(&self) -> bool {
+        matches!(self.model, 4 | 6 | 7 | 9)
+    }
+
     /// The transmittance of the material; `None` if it is opaque.
     fn transmittance(&self) -> Option<Bands> {
         let of_dissolve = match (self.dissolve, self.transparency) {
@@ -91,7 +96,7 @@ impl MtlOptics {
         if of_dissolve > 0.0 && of_dissolve <= 1.0 {
             return Some(Bands::splat(of_dissolve));
         }
-        let filter = self.filter.filter(|_| matches!(self.model, 4 | 6 | 7 | 9))?;
+        let filter = self.filter.filter(|_| self.is_glass())?;
         Some(filter.map(|x| x.min(1.0)))
     }
 
@@ -101,9 +106,9 @@ impl MtlOptics {
             m.glass = Some(GlassProperties {
                 thickness: Some(PANE_THICKNESS),
                 attenuation: GlassAttenuation::Transmittance(transmittance.map(|t| t.max(MIN_TRANSMITTANCE))),
-                albedo: match self.model {
-                    4 | 6 | 7 | 9 => Bands::ZERO,
-                    _ => m.reflectance.unwrap_or_default(),
+                albedo: match self.is_glass() {
+                    true => Bands::ZERO,
+                    false => m.reflectance.unwrap_or_default(),
                 },
             });
         }

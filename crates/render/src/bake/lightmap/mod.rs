@@ -93,8 +93,7 @@ pub fn bake_lightmap(
     let transport = Transport::new(&solution.scene);
     let lit = LitScene::of(&solution.scene, SunlightMode::Baked);
     let shadow_rays = Transport::new(&lit.scene);
-    let groups: Vec<GroupField> =
-        GroupField::of_solution(solution).into_iter().map(GroupField::denoised).collect();
+    let groups = GroupField::denoised_of_solution(solution);
     let lighting =
         VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);
     // Evaluate the texels chart by chart.

@@ -9,7 +9,7 @@ use super::packing::{AtlasRectangle, PackedAtlas};
 use crate::bake::vertex_lighting::VertexLighting;
 use rayon::prelude::*;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, PerBand, Plate, PlateKind, Progress};
+use zonal_scene::{Bands, Plate, PlateKind, Progress};
 use zonal_transport::patch_locator::{PatchLocator, clamped_parameters, facet_side_locator};
 
 /// Parameters by which a point may lie outside of a facet and still count as on it.
@@ -128,9 +128,7 @@ fn light_at(lighting: &VertexLighting, locator: &PatchLocator, source: TexelSour
     let patch = locator.locate(source.side, source.uv)? as usize;
     let plate = &s.scene.facets()[source.side / 2].plate;
     let uv = clamped_parameters(&s.zones.patches[patch].plate, plate.at(source.uv[0], source.uv[1]));
-    let mut values: Vec<PerBand<f32>> = Vec::with_capacity(lighting.value_count());
-    lighting.evaluate(patch, uv, &mut values);
-    Some(values.iter().map(|v| v.map_to_bands(f64::from)).sum())
+    Some(lighting.irradiance(patch, uv))
 }
 
 /// Gives every texel without a value the mean of its known neighbours of the eight, ring by ring.
