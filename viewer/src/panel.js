@@ -5,8 +5,8 @@ import { MIN_STOPS, count, fromSlider, number, percent, relativeError, stops, ti
 
 const $ = (id) => document.getElementById(id);
 
-/** The stage of the first data of a solve. */
-const FIRST_STAGE = 'direct light';
+/** The stages of a solve without exchange of light. */
+const FIRST_STAGES = ['sunlight', 'direct light'];
 
 export const NAMES = { irradiance: 'Irradiance', radiosity: 'Radiosity', error: 'Error estimate of the irradiance' };
 const BAND_NAMES = { mean: 'mean of bands', luminance: 'luminance', red: 'red band', green: 'green band', blue: 'blue band' };
@@ -96,7 +96,7 @@ export class Panel {
     row('RMS error of H', errors('patches'));
     if (counts.voxels || counts.panes) row('RMS error of G', errors('volumes'));
     row('Grade of factors', report.grade);
-    if (report.stage !== FIRST_STAGE) row('Energy residual', percent(Math.max(...report.residual.map(Math.abs))));
+    if (!FIRST_STAGES.includes(report.stage)) row('Energy residual', percent(Math.max(...report.residual.map(Math.abs))));
     for (const { severity, text, advice } of report.notes) {
       const item = Object.assign(document.createElement('li'), { className: severity, textContent: text });
       if (advice) item.append(Object.assign(document.createElement('p'), { textContent: advice }));

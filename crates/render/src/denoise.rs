@@ -12,11 +12,11 @@
 //! `noise_share_of_estimate` and `min_relative_error`. Differences above the noise (shadows, other rooms) remain, and values with a
 //! relative error below e_min are not changed. Cost: the patches within 3r of each patch.
 
-use crate::surface::point_grid::cell_of;
 use rayon::prelude::*;
-use std::collections::HashMap;
 use zonal_math::Vec3;
+use zonal_math::simd::{self, LANES, dispatch};
 use zonal_scene::{Bands, Patch};
+use zonal_transport::point_grids::PointGrids;
 
 /// Widths and thresholds of the filter.
 struct DenoiseParams {
@@ -44,82 +44,110 @@ const PARAMS: DenoiseParams = DenoiseParams {
 const REACH: f64 = 3.0;
 const MAX_RELATIVE_SIZE: f64 = 2.0;
 
-/// A patch with its value and noise.
-struct NoisyPatch {
-    /// Centre, m.
-    at: Vec3,
-    normal: Vec3,
-    /// m².
-    area: f64,
-    /// W/m².
-    value: Bands,
-    /// W/m², all bands together.
-    noise: f64,
+/// Irradiances of the patches, and their errors, W/m².
+#[derive(Clone, Copy)]
+pub(crate) struct NoisyField<'a> {
+    pub incident: &'a [Bands],
+    pub error: &'a [Bands],
 }
 
-/// The irradiance of the patches, W/m², filtered by the noise level that `error` implies.
-pub(crate) fn denoise_patches(patches: &[Patch], incident: &[Bands], error: &[Bands]) -> Vec<Bands> {
-    let excess = |i: usize| (error[i].sum() - PARAMS.min_relative_error * incident[i].sum()).max(0.0);
-    let noise: Vec<f64> = (0..patches.len()).map(|i| PARAMS.noise_share_of_estimate * excess(i)).collect();
-    if noise.iter().all(|x| *x == 0.0) {
-        return incident[..patches.len()].to_vec();
+impl NoisyField<'_> {
+    /// The part of the error of every patch that counts as noise, all bands together, W/m².
+    fn noise(&self, patches: usize) -> Vec<f64> {
+        let excess = |i: usize| self.error[i].sum() - PARAMS.min_relative_error * self.incident[i].sum();
+        (0..patches).map(|i| PARAMS.noise_share_of_estimate * excess(i).max(0.0)).collect()
     }
-    // Choose the grid by the mean size, so that a few large patches do not occupy many cells.
-    let mean = patches.iter().map(|p| p.area.sqrt()).sum::<f64>() / patches.len() as f64;
-    let cell = REACH * PARAMS.filter_radius * mean.max(1e-12);
-    let noisy = |i: usize| NoisyPatch {
-        at: patches[i].plate.centre(),
-        normal: patches[i].normal,
-        area: patches[i].area,
-        value: incident[i],
-        noise: noise[i],
-    };
-    let noisy: Vec<NoisyPatch> = (0..patches.len()).into_par_iter().map(noisy).collect();
-    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-    noisy.iter().enumerate().for_each(|(i, p)| cells.entry(cell_of(p.at, cell)).or_default().push(i as u32));
-    let filter = PatchFilter { patches: &noisy, cells, cell, mean };
-    noisy.par_iter().map(|own| filter.apply(own)).collect()
 }
 
-/// The patches in a hash grid.
+/// The irradiances of the patches, W/m², each field filtered by the noise level that its errors imply.
+pub(crate) fn denoise_patches(patches: &[Patch], fields: &[NoisyField]) -> Vec<Vec<Bands>> {
+    let noises: Vec<Vec<f64>> = fields.iter().map(|f| f.noise(patches.len())).collect();
+    if noises.iter().flatten().all(|x| *x == 0.0) {
+        return fields.iter().map(|f| f.incident[..patches.len()].to_vec()).collect();
+    }
+    let mean = patches.iter().map(|p| p.area.sqrt()).sum::<f64>() / patches.len() as f64;
+    let centres: Vec<Vec3> = patches.iter().map(|p| p.plate.centre()).collect();
+    let largest_radius = REACH * PARAMS.filter_radius * MAX_RELATIVE_SIZE * mean;
+    let grids = PointGrids::new(&centres, largest_radius);
+    let filter = PatchFilter { patches, fields, noises: &noises, centres: &centres, grids, mean };
+    let mut filtered = vec![Bands::ZERO; patches.len() * fields.len()];
+    filtered
+        .par_chunks_mut(fields.len())
+        .enumerate()
+        .for_each_init(Vec::new, |near, (i, out)| filter.apply(i, near, out));
+    (0..fields.len()).map(|f| filtered.iter().skip(f).step_by(fields.len()).copied().collect()).collect()
+}
+
+/// A patch near another.
+struct NearPatch {
+    index: u32,
+    /// −d²/2r².
+    exponent: f64,
+}
+
+/// The patches in hash grids, with the fields on them.
 struct PatchFilter<'a> {
-    patches: &'a [NoisyPatch],
-    /// The patches of each cell.
-    cells: HashMap<[i64; 3], Vec<u32>>,
-    /// Edge of a cell, m.
-    cell: f64,
+    patches: &'a [Patch],
+    fields: &'a [NoisyField<'a>],
+    /// Of each field the noise of every patch, W/m².
+    noises: &'a [Vec<f64>],
+    /// Centres of the patches, m.
+    centres: &'a [Vec3],
+    grids: PointGrids,
     /// Mean square root of the patches' areas, m.
     mean: f64,
 }
 
 impl PatchFilter<'_> {
-    /// The filtered value of a patch.
-    fn apply(&self, own: &NoisyPatch) -> Bands {
-        if own.noise == 0.0 {
-            return own.value;
+    /// The filtered values of patch `i`, a field; `near` is scratch memory.
+    fn apply(&self, i: usize, near: &mut Vec<NearPatch>, out: &mut [Bands]) {
+        near.clear();
+        if self.noises.iter().any(|noise| noise[i] > 0.0) {
+            self.find_near(i, near);
         }
+        for ((out, field), noise) in out.iter_mut().zip(self.fields).zip(self.noises) {
+            *out = match noise[i] > 0.0 {
+                true => dispatch(|| self.weighted_mean(i, near, (field.incident, noise))),
+                false => field.incident[i],
+            };
+        }
+    }
+
+    /// The patches within the filter's radius of patch `i` that face nearly the same way or follow round a column.
+    fn find_near(&self, i: usize, near: &mut Vec<NearPatch>) {
+        let (own, at) = (&self.patches[i], self.centres[i]);
         let r = PARAMS.filter_radius * own.area.sqrt().min(MAX_RELATIVE_SIZE * self.mean);
-        let r2 = r * r;
+        let (reach2, scale) = (REACH * REACH * r * r, -0.5 / (r * r));
+        let max_height2 = PARAMS.max_plane_distance * PARAMS.max_plane_distance;
+        self.grids.for_each_near(at, REACH * r, |j| {
+            let away = self.centres[j] - at;
+            let d2 = away.length2();
+            if d2 > reach2 || own.normal.dot(away).powi(2) > max_height2 * d2 {
+                return;
+            }
+            if own.normal.dot(self.patches[j].normal) >= PARAMS.min_normal_cosine {
+                near.push(NearPatch { index: j as u32, exponent: scale * d2 });
+            }
+        });
+    }
+
+    /// The mean of a field over the patches near patch `i`, by weights.
+    #[inline(always)]
+    fn weighted_mean(&self, i: usize, near: &[NearPatch], (value, noise): (&[Bands], &[f64])) -> Bands {
+        let (own, own_variance) = (value[i], noise[i] * noise[i]);
         let (mut total, mut weights) = (Bands::ZERO, 0.0);
-        let [low, high] = [-REACH * r, REACH * r].map(|x| cell_of(own.at + Vec3::splat(x), self.cell));
-        let range = |k: usize| low[k]..=high[k];
-        let around = range(0).flat_map(|x| range(1).flat_map(move |y| range(2).map(move |z| [x, y, z])));
-        for at in around {
-            for &j in self.cells.get(&at).map_or(&[][..], Vec::as_slice) {
-                let other = &self.patches[j as usize];
-                let away = other.at - own.at;
-                let d2 = away.length2();
-                let max_height = PARAMS.max_plane_distance;
-                let apart = d2 > REACH * REACH * r2
-                    || own.normal.dot(other.normal) < PARAMS.min_normal_cosine
-                    || own.normal.dot(away).powi(2) > max_height * max_height * d2;
-                if apart {
-                    continue;
-                }
-                let difference = (own.value - other.value).abs().sum();
-                let variance = own.noise.powi(2) + other.noise.powi(2);
-                let w = other.area * (-0.5 * (d2 / r2 + difference * difference / variance)).exp();
-                total += w * other.value;
+        for chunk in near.chunks(LANES) {
+            let mut exponents = [0.0; LANES];
+            for (exponent, other) in exponents.iter_mut().zip(chunk) {
+                let j = other.index as usize;
+                let difference = (own - value[j]).abs().sum();
+                let variance = own_variance + noise[j] * noise[j];
+                *exponent = other.exponent - 0.5 * (difference * difference) / variance;
+            }
+            for (w, other) in simd::exp(exponents).into_iter().zip(chunk) {
+                let j = other.index as usize;
+                let w = w * self.patches[j].area;
+                total += w * value[j];
                 weights += w;
             }
         }
@@ -159,10 +187,14 @@ mod tests {
         (patches, value, error, truth)
     }
 
+    fn denoise_one(patches: &[Patch], incident: &[Bands], error: &[Bands]) -> Vec<Bands> {
+        denoise_patches(patches, &[NoisyField { incident, error }]).swap_remove(0)
+    }
+
     #[test]
     fn denoising_halves_noise_and_keeps_shadow_edges() {
         let (patches, value, error, truth) = floor(0.3);
-        let denoised = denoise_patches(&patches, &value, &error);
+        let denoised = denoise_one(&patches, &value, &error);
         let rms_error = |v: &[Bands]| {
             let square = v.iter().zip(&truth).map(|(v, t)| (v.first() / t - 1.0).powi(2)).sum::<f64>();
             (square / truth.len() as f64).sqrt()
@@ -179,8 +211,21 @@ mod tests {
     }
 
     #[test]
+    fn fields_are_filtered_apart() {
+        let (patches, value, error, truth) = floor(0.3);
+        let zero = vec![Bands::ZERO; patches.len()];
+        let truth: Vec<Bands> = truth.into_iter().map(Bands::splat).collect();
+        let fields = [(&value, &error), (&truth, &zero), (&truth, &error)];
+        let fields = fields.map(|(incident, error)| NoisyField { incident, error });
+        let together = denoise_patches(&patches, &fields);
+        let alone = |f: usize| denoise_patches(&patches, &fields[f..=f]).swap_remove(0);
+        (0..3).for_each(|f| assert_eq!(together[f], alone(f), "{f}"));
+        assert_eq!(together[1], truth);
+    }
+
+    #[test]
     fn values_with_small_errors_are_unchanged() {
         let (patches, value, error, _) = floor(PARAMS.min_relative_error);
-        assert_eq!(denoise_patches(&patches, &value, &error), value);
+        assert_eq!(denoise_one(&patches, &value, &error), value);
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! It is the right-hand side of the zonal equations as a solution: lights by shadow rays, and the radiance of the surroundings in `incident`. No engine is
 //! built. The light that zones exchange is missing, so that the errors of `incident` are unknown: infinite. Cost: the shadow rays of all lights, and the rays
-//! to the surroundings if they have a radiance.
+//! to the surroundings if they have a radiance. Still earlier there are zones without that light, B_i = E_i, for a viewer that draws suns itself.
 
 use crate::direct_light::light_field::{DirectLight, LightField};
 use crate::light_groups::{self, SourceGroup};
@@ -24,20 +24,46 @@ use zonal_scene::{
 };
 use zonal_transport::Transport;
 
-/// Name of the engine in the report of a solution of direct light.
+/// Name of the engine in the report of a solution of direct light, and of one without it.
 const ENGINE: &str = "direct light";
+const ENGINE_OF_NO_LIGHT: &str = "emission";
 
 /// The direct light of a scene in light mode, and the light that reaches its zones from the surroundings, without interreflection.
 ///
 /// # Errors
 /// If the scene is in thermal mode, cannot be cut into zones, or if the observer interrupts.
 pub fn solve_direct_light(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
+    solve_first_light(scene, settings, FirstLight::Direct)
+}
+
+/// The zones of a scene in light mode with their emission, before any light on them is known.
+///
+/// # Errors
+/// As [`solve_direct_light`].
+pub fn solve_without_light(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
+    solve_first_light(scene, settings, FirstLight::None)
+}
+
+/// The light on the zones of a first solution.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum FirstLight {
+    /// None.
+    None,
+    /// That of lights by shadow rays, and of the surroundings.
+    Direct,
+}
+
+fn solve_first_light(
+    scene: Scene,
+    settings: &SolveSettings,
+    light: FirstLight,
+) -> Result<Solution, SceneError> {
     if scene.thermal().is_some() {
         return Err(SceneError::new("mode", "direct light alone is a solution in light mode only"));
     }
     let one = |(t, triple): (usize, &Scene)| {
         let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
-        solve_triple(triple.first_triple(), &SolveSettings { checkpoints: &checkpoints, ..*settings })
+        solve_triple(triple.first_triple(), &settings.of_triple(t, &checkpoints), light)
     };
     let solve_all = || scene.triples().enumerate().map(one).collect::<Result<Vec<_>, _>>();
     let mut solutions = solve_all()?;
@@ -48,10 +74,10 @@ pub fn solve_direct_light(scene: Scene, settings: &SolveSettings) -> Result<Solu
 }
 
 /// The solution of one triple of bands.
-fn solve_triple(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
+fn solve_triple(scene: Scene, settings: &SolveSettings, light: FirstLight) -> Result<Solution, SceneError> {
     // Cut the scene into zones.
     let transport = Transport::new(&scene);
-    let mut zones = zone_division::shared_zones(&scene, &transport, settings.communicator)?;
+    let mut zones = zone_division::known_or_shared_zones(&scene, &transport, settings)?;
     let mut warnings = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
     thermal::apply_boundary_conditions(&scene, std::slice::from_mut(&mut zones));
     // Compute the light of the scene, or of its even extension.
@@ -59,19 +85,25 @@ fn solve_triple(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scen
         Some(m) => {
             let images = Transport::new(&m.extension.scene);
             let extended = ZonedScene { scene: &m.extension.scene, zones: &m.zones, transport: &images };
-            let (fields, groups) = extended.direct_fields(Some(&m), settings)?;
+            let (fields, groups) = extended.first_fields(Some(&m), settings, light)?;
             (m.fields_of_part(fields), m.groups_of_part(groups))
         }
         None => {
             let whole = ZonedScene { scene: &scene, zones: &zones, transport: &transport };
-            whole.direct_fields(None, settings)?
+            whole.first_fields(None, settings, light)?
         }
     };
-    let text = "direct light and the light of the surroundings alone: the light that surfaces and medium exchange is being computed";
+    let (engine, text) = match light {
+        FirstLight::Direct => (
+            ENGINE,
+            "direct light and the light of the surroundings alone: the light that surfaces and medium exchange is being computed",
+        ),
+        FirstLight::None => (ENGINE_OF_NO_LIGHT, "emission alone: the light on the zones is being computed"),
+    };
     warnings.push(Diagnostic::note("direct-light", text));
     let unknown = Bands::splat(f64::INFINITY);
     let report = Report {
-        engine: ENGINE.into(),
+        engine: engine.into(),
         reason: "a preview before the exchange of light is known".into(),
         status: PerBand::splat(SolveStatus::FixedOrder),
         estimate: ErrorEstimate { patches: unknown, volumes: unknown, grade: Grade::Statistical },
@@ -100,15 +132,19 @@ struct ZonedScene<'a> {
 }
 
 impl ZonedScene<'_> {
-    /// The fields of direct light and of the surroundings, and those of each light group; on an even extension averaged over the images.
-    fn direct_fields(
+    /// The fields of direct light and of the surroundings where they are wanted, and those of each light group; on an even extension averaged over the images.
+    fn first_fields(
         &self,
         mirrored: Option<&MirroredSolve>,
         settings: &SolveSettings,
+        first_light: FirstLight,
     ) -> Result<(Fields, Vec<LightGroup>), SceneError> {
         let (scene, zones, n) = (self.scene, self.zones, self.zones.len());
         // Trace shadow rays to all lights.
         let light = |l: usize| -> Result<LightField, SceneError> {
+            if first_light == FirstLight::None {
+                return Ok(LightField::default());
+            }
             let light = illuminate_stage(scene, zones, self.transport, l, settings)?;
             Ok(match mirrored {
                 Some(m) => m.even_light(l, light),
@@ -118,7 +154,10 @@ impl ZonedScene<'_> {
         let lights = (0..scene.lights().len()).map(light).collect::<Result<Vec<_>, _>>()?;
         let direct = DirectLight { lights };
         // Measure the light of the surroundings.
-        let (incoming, error) = self.incoming(mirrored, settings)?;
+        let (incoming, error) = match first_light {
+            FirstLight::Direct => self.incoming(mirrored, settings)?,
+            FirstLight::None => (vec![Bands::ZERO; n], Vec::new()),
+        };
         let (sources, _) = light_groups::select_groups(scene, zones);
         let groups = sources.iter().map(|s| self.group(s, &direct, &incoming)).collect();
         // Sum.

@@ -71,7 +71,7 @@ mod zonal_solution;
 pub mod zone_division;
 mod zone_power;
 
-pub use direct_solution::solve_direct_light;
+pub use direct_solution::{solve_direct_light, solve_without_light};
 pub use operator::ExchangeOperator;
 pub use pipeline::{solve, solve_with_settings, solve_zones};
 pub use settings::SolveSettings;

@@ -68,9 +68,7 @@ fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scene
     // The bands of light are independent: their triples are solved one after the other.
     let one = |(t, triple): (usize, &Scene)| {
         let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
-        let initial_groups = if t == 0 { settings.initial_groups } else { &[] };
-        let settings = SolveSettings { checkpoints: &checkpoints, initial_groups, ..*settings };
-        solve_triples(triple.first_triple(), &settings)
+        solve_triples(triple.first_triple(), &settings.of_triple(t, &checkpoints))
     };
     let mut solutions = scene.triples().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
     light_groups::unify_groups(&mut solutions)?;
@@ -83,7 +81,7 @@ fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scene
 fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
     // Divide the scene into zones.
     let transport = Transport::new(&scene);
-    let zones = zone_division::shared_zones(&scene, &transport, settings.communicator)?;
+    let zones = zone_division::known_or_shared_zones(&scene, &transport, settings)?;
     let excluded = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
     let zones = zone_division::divide(&scene, &transport, zones, settings)?;
     // Solve for the fields.
@@ -397,6 +395,7 @@ fn context_of<'a>(
         checkpoints: settings.checkpoints,
         progress: settings.progress,
         communicator: settings.communicator,
+        final_gather: settings.final_gather,
     }
 }
 

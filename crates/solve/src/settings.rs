@@ -2,7 +2,7 @@
 
 use crate::distribution::{Communicator, Execution, SingleProcess};
 use zonal_exchange::pair::PairSettings;
-use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress, SceneError};
+use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress, SceneError, Zones};
 
 /// Default memory limit of a solve, bytes.
 pub const DEFAULT_MEMORY_LIMIT: u64 = 12 << 30;
@@ -22,6 +22,10 @@ pub struct SolveSettings<'a> {
     pub communicator: &'a dyn Communicator,
     /// Light groups of an earlier solution on the same zones for a warm start; empty for a cold start.
     pub initial_groups: &'a [LightGroup],
+    /// The zones of the scene, or of its first three bands, where an earlier solve has cut them.
+    pub zones: Option<&'a Zones>,
+    /// False ends the hierarchical engine with the incident radiation of its stored rays: a preview with more noise, whose error is stated, in a fraction of the time.
+    pub final_gather: bool,
 }
 
 impl<'a> SolveSettings<'a> {
@@ -34,7 +38,18 @@ impl<'a> SolveSettings<'a> {
             progress,
             communicator: &SingleProcess,
             initial_groups: &[],
+            zones: None,
+            final_gather: true,
         }
+    }
+
+    /// The settings of triple `t` of bands that are solved apart: zones and solution of an earlier solve serve the first.
+    pub(crate) fn of_triple<'b>(&self, t: usize, checkpoints: &'b dyn CheckpointStore) -> SolveSettings<'b>
+    where
+        'a: 'b,
+    {
+        let own = SolveSettings { checkpoints, ..*self };
+        if t == 0 { own } else { SolveSettings { initial_groups: &[], zones: None, ..own } }
     }
 
     /// The processes and the observer.

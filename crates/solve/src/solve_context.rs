@@ -36,6 +36,8 @@ pub struct SolveContext<'a> {
     pub progress: &'a dyn Progress,
     /// The processes that share the work.
     pub communicator: &'a dyn Communicator,
+    /// Whether the hierarchical engine gathers the incident radiation of its solution ([`crate::SolveSettings::final_gather`]).
+    pub final_gather: bool,
 }
 
 impl<'a> SolveContext<'a> {

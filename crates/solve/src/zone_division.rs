@@ -43,6 +43,21 @@ pub(crate) fn shared_zones(
     build_shared_zones(scene, transport, sharing)
 }
 
+/// The zones of a scene that the settings have, or all that the processes find together.
+///
+/// # Errors
+/// As [`shared_zones`].
+pub(crate) fn known_or_shared_zones(
+    scene: &Scene,
+    transport: &Transport,
+    settings: &SolveSettings,
+) -> Result<Zones, SceneError> {
+    match settings.zones {
+        Some(zones) => Ok(zones.clone()),
+        None => shared_zones(scene, transport, settings.communicator),
+    }
+}
+
 /// The zones of this process, of all zones of a scene.
 ///
 /// # Errors

@@ -77,6 +77,16 @@ fn direct_light_equals_that_of_the_solution() {
 }
 
 #[test]
+fn zones_of_an_earlier_solve_serve_the_next() {
+    let first = first(read(COURT));
+    let settings = SolveSettings { zones: Some(&first.zones), ..SolveSettings::new(4 << 30, &NoProgress) };
+    let (again, alone) =
+        (zonal_solve::solve_with_settings(read(COURT), &settings).unwrap(), solve(read(COURT)));
+    assert_eq!(again.fields, alone.fields);
+    assert_eq!(again.zones.patches, alone.zones.patches);
+}
+
+#[test]
 fn radiosity_is_emission_and_first_reflection() {
     let s = first(read(COURT));
     for i in 0..s.zones.len() {

@@ -5,7 +5,8 @@ use crate::common;
 use common::{read, unit_room};
 use std::sync::LazyLock;
 use zonal_reference::test_cases::sampled_cases;
-use zonal_scene::{Band, Engine, LightGrouping, Scene, Solution, ZoneBasis};
+use zonal_scene::{Band, Engine, LightGrouping, NoProgress, Scene, Solution, ZoneBasis};
+use zonal_solve::{SolveSettings, solve_with_settings};
 
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [6,6,6]\nextinction = 1\nalbedo = 0.8\n";
 const BLOCK: &str =
@@ -23,12 +24,15 @@ fn room(rest: &str) -> Scene {
 static DENSE_BLOCK: LazyLock<Solution> = LazyLock::new(|| solved(&room(BLOCK), Engine::Dense, 0.01, false));
 
 fn solved(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Solution {
+    common::solve(with_engine(scene, engine, tolerance, restore))
+}
+
+fn with_engine(scene: &Scene, engine: Engine, tolerance: f64, restore: bool) -> Scene {
     let mut o = scene.options().clone();
     (o.engine, o.tolerance, o.light_grouping, o.restore_closure) =
         (engine, tolerance, LightGrouping::All, Some(restore));
     o.zone_basis = ZoneBasis::Constant;
-    let scene = scene.clone().with_options(o).unwrap_or_else(|e| panic!("{e}"));
-    common::solve(scene)
+    scene.clone().with_options(o).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// L2 error over a range of zones, the largest of the bands, and the fraction of zones within twice their own estimate.
@@ -92,6 +96,32 @@ fn errors_against_the_spectral_engine_stay_below_tolerance_and_estimate() {
         let scene = read(&unit_room("patch_rule = \"voxels\"", walls, &gas));
         let exact = solved(&scene, Engine::Spectral, 0.01, false);
         tolerances.iter().for_each(|&t| assert_tolerance_holds(name, &scene, &exact, t));
+    }
+}
+
+/// A preview by the stored rays has more noise than a gather, and states it.
+#[test]
+fn stored_rays_without_a_gather_state_their_error() {
+    for (name, rest) in [("block", BLOCK), ("pane", PANE), ("smoke", SMOKE), ("slanted", SLANTED)] {
+        let scene = room(rest);
+        let dense = match name {
+            "block" => DENSE_BLOCK.clone(),
+            _ => solved(&scene, Engine::Dense, 0.01, false),
+        };
+        for tolerance in [0.5, 0.1] {
+            let scene = with_engine(&scene, Engine::Hierarchical, tolerance, true);
+            let settings = SolveSettings { final_gather: false, ..SolveSettings::new(4 << 30, &NoProgress) };
+            let ours = solve_with_settings(scene, &settings).unwrap_or_else(|e| panic!("{e}"));
+            assert!(ours.report.counts.iter().all(|c| !c.0.contains("gather")), "{:?}", ours.report.counts);
+            let (first, last, estimate) =
+                (ours.zones.voxel_offset(), ours.zones.len(), &ours.report.estimate);
+            for (range, stated) in [(0..first, estimate.patches), (first..last, estimate.volumes)] {
+                let (l2, within) = errors(&ours, &dense, range);
+                let stated = stated.iter().fold(0.0f64, |m, e| m.max(*e));
+                assert!(l2 <= stated && stated < 6.0 * l2, "{name} {tolerance}: {l2}, stated {stated}");
+                assert!(within >= 0.95, "{name} {tolerance}: {within} within twice their estimate");
+            }
+        }
     }
 }
 

@@ -17,6 +17,7 @@
 //! | [`lights`] | direct light of suns, skies and emitters at a point |
 //! | [`solid_angle`] | solid angle of a plate in closed form |
 //! | [`patch_locator`] | the patch of a facet that holds a point |
+//! | [`point_grids`] | points near a place, by hash grids |
 //! | `intersect` | watertight ray–plate intersection in double precision |
 //! | `bvh` | bounding volume hierarchy over plates |
 //! | `occluder_culling` | facets that never occlude: the walls of a convex room |
@@ -34,6 +35,7 @@ pub mod lights;
 mod occluder_culling;
 mod optical_depth;
 pub mod patch_locator;
+pub mod point_grids;
 mod shaft_culling;
 pub mod solid_angle;
 mod solids;

@@ -1,4 +1,4 @@
-//! The solves behind a live page: direct light as soon as there are zones, then a draft, then the quality wanted, and again after every change of the files.
+//! The solves behind a live page: sunlight as soon as there are zones, direct light, then a draft, then the quality wanted, and again after every change of the files.
 
 use super::context::{check_uniform_light, option_failure, with_shown_bands};
 use super::init::ModelArgs;
@@ -7,20 +7,23 @@ use super::solving::{solve_and_hash, with_hash};
 use crate::scene_proposal::propose;
 use crate::viewer::live::LivePage;
 use crate::viewer::notes::ShownStage;
-use crate::viewer::package::{PackageDetail, package};
+use crate::viewer::package::{PackageDetail, package_in_steps};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
+use zonal_render::bake::has_separate_suns;
 use zonal_report::{Failure, note, say};
-use zonal_scene::{CheckpointStore, ErrorEstimate, Scene, Solution};
-use zonal_solve::{SolveSettings, solve_direct_light};
+use zonal_scene::{CheckpointStore, ErrorEstimate, NoProgress, Progress, Scene, Solution};
+use zonal_solve::{SolveSettings, solve_direct_light, solve_without_light};
 
 /// Time between two looks at the files.
 const FILE_CHECK_INTERVAL: Duration = Duration::from_millis(300);
-/// Vertices of data before the last over those of the last.
-const FIRST_VERTEX_SHARE: f64 = 0.3;
+/// Vertices of the first data of a solution over those of the last.
+const FIRST_VERTEX_SHARE: f64 = 0.1;
+/// Zones above which sunlight is sent before the light on the zones.
+const MIN_ZONES_OF_SUNLIGHT: usize = 20_000;
 /// First words of the names of the stages of a solve that the solution of direct light leaves to the draft.
 const DIRECT_LIGHT_STAGES: [&str; 2] = ["light-", "surroundings"];
 
@@ -137,24 +140,45 @@ impl LiveInput {
         };
         let draft = of_quality(Quality::Draft)?;
         // Direct light and draft have the same zones and the same shadow rays.
-        let (stages, mut earlier) = (DirectLightStages::default(), Vec::new());
+        let (stages, mut earlier, mut zones) = (DirectLightStages::default(), Vec::new(), None);
         let settings = SolveSettings { checkpoints: &stages, ..SolveSettings::new(self.memory_limit, page) };
         if scene.thermal().is_none() {
             page.begin_solve(ShownStage::DirectLight.name());
+            // The page draws suns without the light on the zones; where these are many, it need not wait for their shadow rays.
+            if has_separate_suns(scene) && scene.voxel_grid().is_none() {
+                let solution = with_hash(solve_without_light(draft.clone(), &settings)?);
+                zones = Some(solution.zones.clone());
+                if solution.zones.len() > MIN_ZONES_OF_SUNLIGHT {
+                    self.publish(page, solution, ShownStage::Sunlight, (&mut earlier, page))?;
+                    earlier.clear();
+                }
+            }
+            let settings = SolveSettings { zones: zones.as_ref(), ..settings };
             let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
-            self.publish(page, solution, ShownStage::DirectLight, &mut earlier)?;
+            zones = Some(solution.zones.clone());
+            self.publish(page, solution, ShownStage::DirectLight, (&mut earlier, page))?;
         }
+        // A draft that another solution follows shows its stored rays without a gather.
         page.begin_solve(Quality::Draft.name());
-        let stage = if is_draft_last { ShownStage::Last(Quality::Draft.name()) } else { ShownStage::Draft };
-        self.publish(page, solve_and_hash(draft, &settings)?, stage, &mut earlier)?;
+        let settings = SolveSettings { final_gather: is_draft_last, zones: zones.as_ref(), ..settings };
+        let draft = solve_and_hash(draft, &settings)?;
         if is_draft_last {
-            return Ok(());
+            return self.publish(page, draft, ShownStage::Last(self.quality.name()), (&mut earlier, page));
         }
-        drop(stages);
+        drop((stages, zones));
+        // Publish the draft while the last solve begins, on threads of its own: those of the solve would keep it waiting.
+        let own_threads = rayon::ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build();
+        let own_threads = own_threads.map_err(|e| Failure::new(format!("no more threads ({e})")))?;
         page.begin_solve(self.quality.name());
         let settings = SolveSettings::new(self.memory_limit, page);
-        let solution = solve_and_hash(of_quality(self.quality)?, &settings)?;
-        self.publish(page, solution, ShownStage::Last(self.quality.name()), &mut earlier)
+        let (published, solution) = std::thread::scope(|scope| {
+            let publish = || self.publish(page, draft, ShownStage::Draft, (&mut earlier, &NoProgress));
+            let publishing = scope.spawn(|| own_threads.install(publish));
+            let solution = of_quality(self.quality).and_then(|scene| solve_and_hash(scene, &settings));
+            (publishing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), solution)
+        });
+        published?;
+        self.publish(page, solution?, ShownStage::Last(self.quality.name()), (&mut earlier, page))
     }
 
     /// Publishes a solution, and reports it; `earlier` has the error estimates of those before, and gets its own.
@@ -163,23 +187,32 @@ impl LiveInput {
         page: &LivePage,
         solution: Solution,
         stage: ShownStage,
-        earlier: &mut Vec<ErrorEstimate>,
+        (earlier, progress): (&mut Vec<ErrorEstimate>, &dyn Progress),
     ) -> Result<(), Failure> {
         let solution = with_shown_bands(solution, self.first_band)?;
         check_uniform_light(&self.path, &solution)?;
-        let vertex_share = if stage.is_last() { 1.0 } else { FIRST_VERTEX_SHARE };
-        let max_vertices = (vertex_share * self.detail.max_vertices as f64) as usize;
+        let all = self.detail.max_vertices;
+        let few = (FIRST_VERTEX_SHARE * all as f64) as usize;
+        let max_vertices = if stage.is_last() { all } else { few };
         let detail = PackageDetail { max_vertices, stage, earlier: earlier.clone() };
-        let bytes = package(&solution, &detail, page)?;
+        let mut refined = false;
+        // The last solution is sent before its mesh is refined, too.
+        package_in_steps(&solution, &detail, (&[few], progress), |bytes, _| {
+            let (size, zones) = (bytes.len(), solution.zones.len());
+            let version = page.publish(bytes);
+            if self.json {
+                let line = serde_json::json!({
+                    "version": version, "quality": stage.name(), "zones": zones, "bytes": size, "refined": refined,
+                });
+                say(&line.to_string())?;
+            } else {
+                let mesh = if refined { ", refined mesh" } else { "" };
+                say(&format!("{}: {zones} zones, {:.1} MB{mesh}", stage.name(), size as f64 / 1e6))?;
+            }
+            refined = true;
+            Ok(())
+        })?;
         earlier.push(solution.report.estimate.clone());
-        let (size, zones) = (bytes.len(), solution.zones.len());
-        let version = page.publish(bytes);
-        if self.json {
-            let line = serde_json::json!({ "version": version, "quality": stage.name(), "zones": zones, "bytes": size });
-            say(&line.to_string())?;
-        } else {
-            say(&format!("{}: {zones} zones, {:.1} MB", stage.name(), size as f64 / 1e6))?;
-        }
         Ok(())
     }
 }
@@ -188,7 +221,7 @@ impl LiveInput {
 mod tests {
     use super::*;
     use std::collections::BTreeSet;
-    use zonal_scene::{Medium, Mesh, NoProgress, Sun};
+    use zonal_scene::{Medium, Mesh, Sun};
 
     #[test]
     fn direct_light_leaves_its_shadow_rays_to_the_draft() {

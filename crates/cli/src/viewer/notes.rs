@@ -9,6 +9,8 @@ use zonal_scene::{Diagnostic, Report, Severity};
 /// The place of a solution in the series that a live page shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ShownStage {
+    /// Emission and the suns that the page draws; direct light follows.
+    Sunlight,
     /// Direct light alone; a draft follows.
     DirectLight,
     /// A draft that a better solution follows.
@@ -25,6 +27,7 @@ impl ShownStage {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            ShownStage::Sunlight => "sunlight",
             ShownStage::DirectLight => "direct light",
             ShownStage::Draft => "draft",
             ShownStage::Only => "solution",

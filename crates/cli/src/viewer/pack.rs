@@ -11,6 +11,7 @@
 //! Types: `u8`, `u16`, `u32`, `f32`, and `f16` (IEEE halves as u16). The checksum of gzip covers the whole file.
 
 use flate2::{Compression, write::GzEncoder};
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 use std::io::Write;
 
@@ -30,41 +31,52 @@ impl Pack {
     pub fn set(&mut self, key: &str, value: Value) {
         self.header.insert(key.into(), value);
     }
-    fn add(&mut self, name: &str, kind: &str, length: usize, bytes: impl Iterator<Item = u8>) {
+    fn add(&mut self, name: &str, kind: &str, length: usize, bytes: &[u8]) {
         self.arrays
             .insert(name.into(), json!({ "type": kind, "offset": self.bytes.len(), "length": length }));
-        self.bytes.extend(bytes);
+        self.bytes.extend_from_slice(bytes);
         self.bytes.resize(self.bytes.len().next_multiple_of(8), 0);
+    }
+    /// Adds values by their bytes.
+    fn add_values<T: Copy + Sync, const N: usize>(
+        &mut self,
+        name: &str,
+        kind: &str,
+        values: &[T],
+        bytes: impl Fn(T) -> [u8; N] + Sync,
+    ) {
+        let all: Vec<[u8; N]> = values.par_iter().map(|v| bytes(*v)).collect();
+        self.add(name, kind, values.len(), all.as_flattened());
     }
     /// Adds bytes.
     pub fn u8(&mut self, name: &str, values: &[u8]) {
-        self.add(name, "u8", values.len(), values.iter().copied());
+        self.add(name, "u8", values.len(), values);
     }
     /// Adds 16-bit integers.
     pub fn u16(&mut self, name: &str, values: &[u16]) {
-        self.add(name, "u16", values.len(), values.iter().flat_map(|v| v.to_le_bytes()));
+        self.add_values(name, "u16", values, u16::to_le_bytes);
     }
     /// Adds 32-bit integers.
     pub fn u32(&mut self, name: &str, values: &[u32]) {
-        self.add(name, "u32", values.len(), values.iter().flat_map(|v| v.to_le_bytes()));
+        self.add_values(name, "u32", values, u32::to_le_bytes);
     }
     /// Adds 32-bit floats.
     pub fn f32(&mut self, name: &str, values: &[f32]) {
-        self.add(name, "f32", values.len(), values.iter().flat_map(|v| v.to_le_bytes()));
+        self.add_values(name, "f32", values, f32::to_le_bytes);
     }
     /// Adds 16-bit floats of values / `scale`.
     pub fn f16(&mut self, name: &str, values: &[f32], scale: f32) {
-        self.add(name, "f16", values.len(), values.iter().flat_map(|v| half(v / scale).to_le_bytes()));
+        self.add_values(name, "f16", values, |v: f32| half(v / scale).to_le_bytes());
     }
-    /// The compressed file.
+    /// The compressed file; `effort` is 1 for speed to 9 for size.
     ///
     /// # Errors
     /// If the compression fails.
-    pub fn finish(mut self) -> std::io::Result<Vec<u8>> {
+    pub fn finish(mut self, effort: u32) -> std::io::Result<Vec<u8>> {
         self.header.insert("arrays".into(), Value::Object(self.arrays));
         let mut head = Value::Object(self.header).to_string().into_bytes();
         head.resize(head.len().next_multiple_of(8), b' ');
-        let mut out = GzEncoder::new(Vec::new(), Compression::new(5));
+        let mut out = GzEncoder::new(Vec::new(), Compression::new(effort));
         out.write_all(MAGIC)?;
         out.write_all(&(head.len() as u32).to_le_bytes())?;
         out.write_all(&[0; 4])?;
@@ -129,7 +141,7 @@ mod tests {
         p.f32("floats", &[1.5, -2.0]);
         p.f16("halves", &[3.0, 1.0], 2.0);
         let mut bytes = Vec::new();
-        flate2::read::GzDecoder::new(&p.finish().unwrap()[..]).read_to_end(&mut bytes).unwrap();
+        flate2::read::GzDecoder::new(&p.finish(1).unwrap()[..]).read_to_end(&mut bytes).unwrap();
         assert_eq!(&bytes[..8], MAGIC);
         let n = u32::from_le_bytes(bytes[8..12].try_into().unwrap()) as usize;
         let head: Value = serde_json::from_slice(&bytes[16..16 + n]).unwrap();

@@ -24,13 +24,17 @@ use zonal_io::output::encode_texture_png;
 use zonal_math::Vec3;
 use zonal_render::bake::volume_grid::{VolumeGrid, VolumeGridOptions, bake_volume_grid};
 use zonal_render::bake::{
-    BakeOptions, BakedSolution, BakedSun, PaneMesh, SunDepths, SunlightMode, SurfaceMesh, bake,
+    BakeOptions, BakedSolution, BakedSun, PaneMesh, SunDepths, SunlightMode, SurfaceMesh, bake_in_steps,
 };
 use zonal_report::Failure;
 use zonal_scene::{Bands, ErrorEstimate, Light, LightGroup, LightGroupKind, Progress, Solution};
 
 /// Largest side of a texture, pixels; larger ones are halved.
 const MAX_TEXTURE_SIDE: usize = 2048;
+
+/// Effort of compression of data for a file or a solution that is there, and of those that a page on the same machine waits for.
+const FILE_EFFORT: u32 = 5;
+const LIVE_EFFORT: u32 = 1;
 
 /// Diagonal of the scene over the smallest edge that is halved.
 const DIAGONAL_OVER_MIN_EDGE: f64 = 3000.0;
@@ -59,6 +63,25 @@ impl Default for PackageDetail {
 /// # Errors
 /// If the scene has more than 65,536 surfaces or panes, or a texture without pixels.
 pub fn package(s: &Solution, detail: &PackageDetail, progress: &dyn Progress) -> Result<Vec<u8>, Failure> {
+    let mut last = Vec::new();
+    package_in_steps(s, detail, (&[], progress), |bytes, _| {
+        last = bytes;
+        Ok(())
+    })?;
+    Ok(last)
+}
+
+/// Bakes a solution into data files on finer and finer meshes: with about as many vertices as each of `steps` allows, and last with all ([`bake_in_steps`]). `publish` gets
+/// each file, and whether it is the last.
+///
+/// # Errors
+/// As [`package`], and those of `publish`.
+pub fn package_in_steps(
+    s: &Solution,
+    detail: &PackageDetail,
+    (steps, progress): (&[usize], &dyn Progress),
+    mut publish: impl FnMut(Vec<u8>, bool) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let too_many =
         |parts: &str| Failure::new(format!("the viewer shows at most 65,536 {parts}; join some of them"));
     if s.scene.surfaces().len() > 1 << 16 {
@@ -67,34 +90,44 @@ pub fn package(s: &Solution, detail: &PackageDetail, progress: &dyn Progress) ->
     if s.scene.panes().len() > 1 << 16 {
         return Err(too_many("panes"));
     }
-    let min_edge = Some(s.scene.diagonal() / DIAGONAL_OVER_MIN_EDGE);
     let options = BakeOptions {
         max_vertices: detail.max_vertices,
         tolerance: BAKE_TOLERANCE,
-        min_edge,
+        min_edge: Some(s.scene.diagonal() / DIAGONAL_OVER_MIN_EDGE),
         sunlight: SunlightMode::Separate,
         ..BakeOptions::default()
     };
-    let baked = bake(s, &options, progress);
     let volume = VolumeGridOptions { sunlight: SunlightMode::Separate, ..VolumeGridOptions::default() };
     let medium = bake_volume_grid(s, &volume, progress);
+    bake_in_steps(s, &options, (steps, progress), |baked, is_last| {
+        publish(pack(s, detail, (&baked, medium.as_ref()))?, is_last)
+    })
+}
+
+/// The compressed data file of a solution.
+fn pack(
+    s: &Solution,
+    detail: &PackageDetail,
+    (baked, medium): (&BakedSolution, Option<&VolumeGrid>),
+) -> Result<Vec<u8>, Failure> {
     let (low, high) = s.scene.bounds();
     let origin = (low + high) * 0.5;
     let mut pack = Pack::default();
     let mut scales = vec![json!({}); baked.groups.len()];
-    add_header(&mut pack, s, (&baked, detail), origin);
+    add_header(&mut pack, s, (baked, detail), origin);
     add_mesh(&mut pack, &baked.surfaces, origin, &mut scales);
     add_zones(&mut pack, s);
     add_panes(&mut pack, s, &baked.panes, origin, &mut scales);
-    add_volume(&mut pack, medium.as_ref(), origin, &mut scales);
+    add_volume(&mut pack, medium, origin, &mut scales);
     add_suns(&mut pack, &baked.suns);
-    pack.set("groups", light_groups(s, &baked, &scales));
+    pack.set("groups", light_groups(s, baked, &scales));
     for (i, t) in s.scene.textures().iter().enumerate() {
         let bytes =
             encode_texture_png(t, MAX_TEXTURE_SIDE).ok_or_else(|| Failure::new("a texture has no pixels"))?;
         pack.u8(&format!("texture{i}"), &bytes);
     }
-    pack.finish().map_err(|e| Failure::new(format!("the solution cannot be packed ({e})")))
+    let effort = if detail.stage == ShownStage::Only { FILE_EFFORT } else { LIVE_EFFORT };
+    pack.finish(effort).map_err(|e| Failure::new(format!("the solution cannot be packed ({e})")))
 }
 
 fn array(v: Vec3) -> Value {

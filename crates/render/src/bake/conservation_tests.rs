@@ -376,3 +376,44 @@ fn medium_without_separate_sunlight_keeps_the_rest() {
         assert!(lit && (points > 0 || (sun - zones).abs() < 1e-6), "{sun} {zones}");
     }
 }
+
+#[test]
+fn steps_refine_one_mesh_and_end_with_the_last_or_an_error() {
+    let s = room();
+    let options = BakeOptions { tolerance: 0.02, max_vertices: 6000, ..BakeOptions::default() };
+    let steps = |options: &BakeOptions, steps: &[usize]| {
+        let mut out = Vec::new();
+        let keep = |baked: BakedSolution, is_last: bool| -> Result<(), Infallible> {
+            out.push((baked, is_last));
+            Ok(())
+        };
+        assert!(bake_in_steps(&s, options, (steps, &NoProgress), keep).is_ok());
+        out
+    };
+    let all = steps(&options, &[500, 2000]);
+    assert!(all.iter().map(|x| x.1).eq([false, false, true]));
+    let counts: Vec<usize> = all.iter().map(|x| x.0.surfaces.positions.len()).collect();
+    assert!(counts[0] < 700 && (1500..2400).contains(&counts[1]) && counts[2] > 4000, "{counts:?}");
+    let patches = s.zones.patches.len();
+    let ones = |mesh: &SurfaceMesh| vec![[1.0f32; 3]; mesh.positions.len()];
+    for (baked, _) in &all {
+        let mesh = &baked.surfaces;
+        let areas = per_zone(mesh, &ones(mesh), patches);
+        assert!(areas.iter().zip(&s.zones.patches).all(|(a, p)| (a / p.area - 1.0).abs() < 1e-4));
+        assert_eq!((&baked.panes, &baked.suns), (&all[2].0.panes, &all[2].0.suns));
+    }
+    // Without steps, or with steps that leave nothing to refine, there is the mesh of `bake`.
+    assert_eq!(steps(&options, &[]), [(baked(&s, &options), true)]);
+    let coarse = BakeOptions { tolerance: 10.0, ..options };
+    assert_eq!(steps(&coarse, &[5000]), [(baked(&s, &coarse), true)]);
+    let mut calls = 0;
+    let fail = |_, _| {
+        calls += 1;
+        Err("stop")
+    };
+    assert_eq!(
+        bake_in_steps(&s, &BakeOptions { tolerance: 0.02, ..coarse }, (&[500], &NoProgress), fail),
+        Err("stop")
+    );
+    assert_eq!(calls, 1);
+}

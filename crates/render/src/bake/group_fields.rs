@@ -3,9 +3,9 @@
 //! B_g = E_g + response · (G_g + G_dir,g), with ρ or Ω/4 for `response`; a solution without groups has one field of everything. H of
 //! patches may be denoised, as in pictures.
 
-use crate::denoise::denoise_patches;
+use crate::denoise::{NoisyField, denoise_patches};
 use zonal_scene::light_group::ALL_LIGHTS_GROUP;
-use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Scene, Solution, ZoneValues};
+use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Scene, Solution};
 
 /// One group of a solution.
 pub(super) struct GroupField<'a> {
@@ -43,21 +43,20 @@ impl<'a> GroupField<'a> {
 
     /// The groups of a solution with denoised irradiances of the patches.
     pub(super) fn denoised_of_solution(s: &'a Solution) -> Vec<GroupField<'a>> {
-        GroupField::of_solution(s).into_iter().map(GroupField::denoised).collect()
-    }
-
-    /// The same with the irradiance of the patches denoised.
-    fn denoised(self) -> GroupField<'a> {
-        let patches = &self.s.zones.patches;
-        let denoised = match self.group {
-            None => denoise_patches(patches, &self.s.fields.incident, &self.s.fields.error),
-            Some(g) => {
-                let all = |v: &ZoneValues| (0..patches.len()).map(|i| v.at(i) * g.incident_scale).collect();
-                let (incident, error): (Vec<Bands>, Vec<Bands>) = (all(&g.incident), all(&g.error));
-                denoise_patches(patches, &incident, &error)
-            }
+        let groups = GroupField::of_solution(s);
+        let patches = &s.zones.patches;
+        let of_group = |g: &GroupField| match g.group {
+            None => [s.fields.incident.clone(), s.fields.error.clone()],
+            Some(g) => [&g.incident, &g.error].map(|values| {
+                let at = |i: usize| values.at(i) * g.incident_scale;
+                (0..patches.len()).map(at).collect()
+            }),
         };
-        GroupField { denoised, ..self }
+        let fields: Vec<[Vec<Bands>; 2]> = groups.iter().map(of_group).collect();
+        let fields: Vec<NoisyField> =
+            fields.iter().map(|[incident, error]| NoisyField { incident, error }).collect();
+        let all = groups.into_iter().zip(denoise_patches(patches, &fields));
+        all.map(|(group, denoised)| GroupField { denoised, ..group }).collect()
     }
 
     /// H or G of a zone without direct light, W/m²; of a side of a transmitting sheet the mean of both sides ([`zonal_scene::Zones::mixed`]).

@@ -57,8 +57,11 @@ pub use baked::{
     BakeOptions, BakedMedium, BakedSolution, BakedSun, PaneMesh, SunDepths, SunlightMode, SurfaceMesh,
 };
 
+pub use separate_suns::has_separate_suns;
+
 use group_fields::GroupField;
 use lit_scene::LitScene;
+use std::convert::Infallible;
 use vertex_lighting::VertexLighting;
 use zonal_scene::{Progress, Solution};
 use zonal_transport::Transport;
@@ -110,25 +113,58 @@ use zonal_transport::Transport;
 /// assert!(baked.surfaces.emission.iter().all(|e| *e == [1.0; 3]));
 /// ```
 pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress) -> BakedSolution {
+    let mut last = None;
+    let result: Result<(), Infallible> = bake_in_steps(solution, options, (&[], progress), |baked, _| {
+        last = Some(baked);
+        Ok(())
+    });
+    match (result, last) {
+        (Ok(()), Some(baked)) => baked,
+        _ => unreachable!("the last step is always made"),
+    }
+}
+
+/// Bakes a solution on meshes that become finer: with about as many vertices as each of `steps` allows, where more would refine the mesh, and last with all that the options
+/// allow. `publish` gets each result, and whether it is the last; its first error ends the bake and is returned. The last mesh may differ from that of [`bake`],
+/// since a step with few vertices splits other cells first.
+///
+/// # Errors
+/// Those of `publish`.
+pub fn bake_in_steps<E>(
+    solution: &Solution,
+    options: &BakeOptions,
+    (steps, progress): (&[usize], &dyn Progress),
+    mut publish: impl FnMut(BakedSolution, bool) -> Result<(), E>,
+) -> Result<(), E> {
     let transport = Transport::new(&solution.scene);
     let lit = LitScene::of(&solution.scene, options.sunlight);
     let shadow_rays = Transport::new(&lit.scene);
     // Separate the light groups and denoise their irradiances.
     let groups = GroupField::denoised_of_solution(solution);
-    // Mesh the patches, refined where the light varies.
-    let lighting =
-        VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);
-    let surfaces = triangulation::mesh_patches(&lighting, &groups, options, progress);
-    // Add panes and medium.
+    // Prepare panes and medium.
     let owner = |s| groups.iter().position(|g| g.owns_surface(&solution.scene, s)).map(|g| g as u32);
-    BakedSolution {
+    let mut baked = BakedSolution {
         groups: groups.iter().map(|g| g.name.to_string()).collect(),
         emission_groups: (0..solution.scene.surfaces().len()).map(owner).collect(),
-        surfaces,
+        surfaces: SurfaceMesh::default(),
         panes: panes::mesh_panes(solution, &groups),
         medium: medium_cells::average_cells(solution, &groups),
         suns: separate_suns::bake_suns(&solution.scene, &transport, &groups, lit.is_separate()),
+    };
+    // Mesh the patches, refined where the light varies.
+    let lighting =
+        VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);
+    let mut trees = refinement::plant(&lighting, &groups, options, progress);
+    for max_vertices in steps.iter().copied().filter(|n| *n < options.max_vertices) {
+        refinement::refine(&mut trees, (&lighting, &groups), options, max_vertices);
+        if refinement::can_refine(&trees, &lighting, options) {
+            let surfaces = triangulation::mesh_patches(&lighting, &groups, trees.clone());
+            publish(BakedSolution { surfaces, ..baked.clone() }, false)?;
+        }
     }
+    refinement::refine(&mut trees, (&lighting, &groups), options, options.max_vertices);
+    baked.surfaces = triangulation::mesh_patches(&lighting, &groups, trees);
+    publish(baked, true)
 }
 
 #[cfg(test)]

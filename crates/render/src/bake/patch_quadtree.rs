@@ -29,6 +29,7 @@ pub(super) struct QuadtreeCell {
 }
 
 /// A patch in cells, with the light at its points.
+#[derive(Clone)]
 pub(super) struct PatchQuadtree {
     pub patch: usize,
     pub kind: PlateKind,

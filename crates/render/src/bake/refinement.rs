@@ -25,30 +25,54 @@ struct SplitCandidate {
     cell: u32,
 }
 
-/// One tree a patch, refined.
-pub(super) fn refine(
+/// One tree a patch, unrefined.
+pub(super) fn plant(
     lighting: &VertexLighting,
     groups: &[GroupField],
     options: &BakeOptions,
     progress: &dyn Progress,
 ) -> Vec<PatchQuadtree> {
     let patches = &lighting.solution.zones.patches;
-    let min_edge = options.min_edge.unwrap_or(1e-3 * lighting.solution.scene.diagonal()).max(1e-9);
     progress.begin("bake", patches.len() as u64);
-    let mut trees: Vec<PatchQuadtree> = (0..patches.len())
-        .into_par_iter()
-        .map(|i| {
-            let mut tree = PatchQuadtree::new(i, patches[i].plate.kind);
-            evaluate_cells(&mut tree, lighting, groups, options.tolerance);
-            progress.advance(1);
-            tree
-        })
-        .collect();
+    let trees = (0..patches.len()).into_par_iter().map(|i| {
+        let mut tree = PatchQuadtree::new(i, patches[i].plate.kind);
+        evaluate_cells(&mut tree, lighting, groups, options.tolerance);
+        progress.advance(1);
+        tree
+    });
+    let trees = trees.collect();
+    progress.end();
+    trees
+}
+
+/// The cells to split next, as far as there are vertices.
+fn next_splits(
+    trees: &[PatchQuadtree],
+    lighting: &VertexLighting,
+    options: &BakeOptions,
+    max_vertices: usize,
+) -> Vec<SplitCandidate> {
+    let min_edge = options.min_edge.unwrap_or(1e-3 * lighting.solution.scene.diagonal()).max(1e-9);
+    let candidates = find_candidates(trees, &lighting.solution.zones.patches, options.tolerance, min_edge);
+    select_within_budget(candidates, trees, max_vertices)
+}
+
+/// True where trees can be refined within the vertices that the options allow.
+pub(super) fn can_refine(trees: &[PatchQuadtree], lighting: &VertexLighting, options: &BakeOptions) -> bool {
+    !next_splits(trees, lighting, options, options.max_vertices).is_empty()
+}
+
+/// Refines the trees up to `max_vertices`.
+pub(super) fn refine(
+    trees: &mut [PatchQuadtree],
+    (lighting, groups): (&VertexLighting, &[GroupField]),
+    options: &BakeOptions,
+    max_vertices: usize,
+) {
     loop {
-        let candidates = find_candidates(&trees, patches, options.tolerance, min_edge);
-        let splits = select_within_budget(candidates, &trees, options.max_vertices);
+        let splits = next_splits(trees, lighting, options, max_vertices);
         if splits.is_empty() {
-            break;
+            return;
         }
         let mut cells: Vec<Vec<u32>> = vec![Vec::new(); trees.len()];
         splits.iter().for_each(|w| cells[w.tree as usize].push(w.cell));
@@ -58,8 +82,6 @@ pub(super) fn refine(
             evaluate_cells(tree, lighting, groups, options.tolerance);
         });
     }
-    progress.end();
-    trees
 }
 
 /// Evaluates the interpolation error of the new cells of a patch.

@@ -42,6 +42,12 @@ pub(super) fn separate_suns(scene: &Scene, mode: SunlightMode) -> Vec<bool> {
     scene.lights().iter().map(is_separate).collect()
 }
 
+/// True for a scene with suns whose direct light is left to viewers by [`SunlightMode::Separate`].
+#[must_use]
+pub fn has_separate_suns(scene: &Scene) -> bool {
+    separate_suns(scene, SunlightMode::Separate).contains(&true)
+}
+
 /// The separate suns with their optical depths.
 pub(super) fn bake_suns(
     scene: &Scene,

@@ -4,17 +4,16 @@
 //! other is a fan about its centre. Patches of one side of a facet share the vertices on their common border where their light
 //! agrees there.
 
-use super::baked::{BakeOptions, SurfaceMesh, single_vector};
+use super::baked::{SurfaceMesh, single_vector};
 use super::edge_matching::match_edges;
 use super::group_fields::GroupField;
 use super::patch_quadtree::{LatticePoint, PatchQuadtree, QuadtreeCell, centre, corners};
-use super::refinement::refine;
-use super::vertex_lighting::{VertexLighting, interpolated};
+use super::vertex_lighting::{VertexLighting, field_unless_zero, interpolated};
 use crate::image::to_single_precision;
 use crate::surface::patch_field::TileField;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use zonal_scene::{Band, Bands, PerBand, PlateKind, Progress};
+use zonal_scene::{Band, Bands, PerBand, PlateKind};
 
 /// Relative difference of the light below which two vertices at one position are merged.
 const MAX_MERGED_DIFFERENCE: f32 = 0.02;
@@ -35,14 +34,12 @@ struct SheetMesh {
     zones: Vec<u32>,
 }
 
-/// The mesh of all patches.
+/// The mesh of all patches, from their trees.
 pub(super) fn mesh_patches(
     lighting: &VertexLighting,
     groups: &[GroupField],
-    options: &BakeOptions,
-    progress: &dyn Progress,
+    mut trees: Vec<PatchQuadtree>,
 ) -> SurfaceMesh {
-    let mut trees = refine(lighting, groups, options, progress);
     match_edges(lighting, &mut trees);
     // Group the patches by sheet.
     let tiles = lighting.topology.tiles();
@@ -199,13 +196,17 @@ fn group_direct(
     match slot {
         Some(k) => (0..vertices.len()).map(|i| values[i * n + k].into_rgb()).collect(),
         None if group.is_smooth() => {
-            let field = TileField::new((0..patches).map(|i| group.direct(i)).collect());
-            let at =
-                |v: &PatchVertex| field.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
-            vertices.par_iter().map(|v| to_single_precision(at(v))).collect()
+            let field = field_unless_zero((0..patches).map(|i| group.direct(i)).collect());
+            vertices.par_iter().map(|v| to_single_precision(at_vertex(&field, lighting, v))).collect()
         }
         None => Vec::new(),
     }
+}
+
+/// A field, zero where there is none, at a vertex.
+fn at_vertex(field: &Option<TileField>, lighting: &VertexLighting, v: &PatchVertex) -> Bands {
+    let at = |f: &TileField| f.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
+    field.as_ref().map(at).unwrap_or_default()
 }
 
 /// H + H_dir of one group at the vertices.
@@ -217,9 +218,9 @@ fn group_irradiance(
 ) -> Vec<[f32; 3]> {
     let patches = lighting.solution.zones.patches.len();
     let means: Vec<Bands> = (0..patches).into_par_iter().map(|i| interpolated(group, i)).collect();
-    let (field, n) = (TileField::new(means), lighting.value_count());
+    let (field, n) = (field_unless_zero(means), lighting.value_count());
     let one = |(i, v): (usize, &PatchVertex)| {
-        let h = field.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
+        let h = at_vertex(&field, lighting, v);
         let direct = slot.map_or(PerBand::default(), |k| values[i * n + k]);
         PerBand::from_fn(|b| h[b] as f32 + direct[b]).into_rgb()
     };

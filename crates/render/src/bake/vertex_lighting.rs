@@ -25,8 +25,8 @@ pub(super) struct VertexLighting<'a> {
     pub solution: &'a Solution,
     /// Shadow rays in the scene with the images of mirrors.
     transport: &'a Transport<'a>,
-    /// H_ind of all groups together.
-    indirect: TileField,
+    /// H_ind of all groups together; `None` where it is zero.
+    indirect: Option<TileField>,
     /// The index of the value to which each light adds, the light and its number of samples.
     light_samplers: Vec<(usize, LightSampler<'a>, usize)>,
     /// For each group the index of its direct light among the values, where it is sampled.
@@ -70,7 +70,7 @@ impl<'a> VertexLighting<'a> {
             topology,
             solution: s,
             transport: shadow_rays,
-            indirect: TileField::new(values),
+            indirect: field_unless_zero(values),
             light_samplers,
             slots,
             means,
@@ -86,7 +86,8 @@ impl<'a> VertexLighting<'a> {
     /// Appends the values at a point of a patch, given by the patch's parameters (u, v).
     pub(super) fn evaluate(&self, patch: usize, uv: [f64; 2], out: &mut Vec<PerBand<f32>>) {
         let first = out.len();
-        out.push(self.indirect.at(&self.topology, patch, uv).map_to(|x| x as f32));
+        let indirect = self.indirect.as_ref().map(|field| field.at(&self.topology, patch, uv));
+        out.push(indirect.unwrap_or_default().map_to(|x| x as f32));
         out.resize(first + self.value_count(), PerBand::default());
         let p = &self.solution.zones.patches[patch];
         let point = self.point(patch, uv);
@@ -129,6 +130,11 @@ impl<'a> VertexLighting<'a> {
         }
         out
     }
+}
+
+/// The field with these means, one a patch; `None` where all are zero.
+pub(super) fn field_unless_zero(values: Vec<Bands>) -> Option<TileField> {
+    values.iter().any(|v| *v != Bands::ZERO).then(|| TileField::new(values))
 }
 
 /// The part of a group that is interpolated on a patch, W/m².

@@ -15,7 +15,7 @@ use super::medium_segment::{CameraRayEnd, MediumSegment};
 use super::node_lattice::Viewpoint;
 use super::ray_sampler::RaySampler;
 use super::sky_field::{SkyField, StoredSkies, is_sky};
-use crate::denoise::denoise_patches;
+use crate::denoise::{NoisyField, denoise_patches};
 use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
@@ -71,7 +71,8 @@ impl<'a> Integrator<'a> {
         }
         let samplers: Vec<LightSampler> =
             scene.lights().iter().map(|l| LightSampler::new(scene, l)).collect();
-        let incident = denoise_patches(&s.zones.patches, &s.fields.incident, &s.fields.error);
+        let field = NoisyField { incident: &s.fields.incident, error: &s.fields.error };
+        let incident = denoise_patches(&s.zones.patches, &[field]).swap_remove(0);
         Integrator {
             solution: s,
             transport,

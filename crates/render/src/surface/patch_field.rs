@@ -198,7 +198,7 @@ pub(crate) struct TileTopology<'a> {
     tiles: Vec<PlateTile>,
     transport: Option<&'a Transport<'a>>,
     grid: TileGrid,
-    touching: LazyValues<NodeTiles>,
+    nodes: LazyValues<Vec<TileNode>>,
 }
 
 /// One field on the tiles of a topology.
@@ -214,14 +214,19 @@ pub(crate) struct TileField {
 /// The gradients of a tile, and the smallest and largest value among it and its neighbours, band by band.
 type TileFit = (BandGradients, PerBand<(f64, f64)>);
 
-/// The tiles that touch each node of one tile, with the angle each subtends there.
-type NodeTiles = Vec<Vec<(u32, f64)>>;
+/// A node of one tile.
+struct TileNode {
+    /// The tiles that touch it, with the angle each subtends there.
+    touching: Vec<(u32, f64)>,
+    /// The larger neighbour inside whose edge it hangs, with the neighbour's parameters there.
+    host: Option<(u32, [f64; 2])>,
+}
 
 impl<'a> TileTopology<'a> {
     /// The topology of the tiles; walls come from `transport`, if given.
     pub(crate) fn new(tiles: Vec<PlateTile>, transport: Option<&'a Transport<'a>>) -> TileTopology<'a> {
-        let (grid, touching) = (TileGrid::new(&tiles), LazyValues::new(tiles.len()));
-        TileTopology { tiles, transport, grid, touching }
+        let (grid, nodes) = (TileGrid::new(&tiles), LazyValues::new(tiles.len()));
+        TileTopology { tiles, transport, grid, nodes }
     }
 
     /// The tiles.
@@ -229,11 +234,11 @@ impl<'a> TileTopology<'a> {
         &self.tiles
     }
 
-    fn touching(&self, i: usize) -> &NodeTiles {
-        self.touching.get(i, || self.find_touching(i))
+    fn nodes(&self, i: usize) -> &[TileNode] {
+        self.nodes.get(i, || self.find_nodes(i))
     }
 
-    fn find_touching(&self, i: usize) -> NodeTiles {
+    fn find_nodes(&self, i: usize) -> Vec<TileNode> {
         let tile = &self.tiles[i];
         let mut known: Vec<(u32, bool)> = vec![(i as u32, true)];
         let mut list = Vec::new();
@@ -253,9 +258,23 @@ impl<'a> TileTopology<'a> {
                     here.push((j, angle));
                 }
             }
-            list.push(here);
+            list.push(TileNode { host: self.host_of(i, p, &here), touching: here });
         }
         list
+    }
+
+    /// The first of the tiles touching a node of tile `i` at `p` that is larger and has no node there.
+    fn host_of(&self, i: usize, p: Vec3, touching: &[(u32, f64)]) -> Option<(u32, [f64; 2])> {
+        let plate = &self.tiles[i].plate;
+        let is_host = |j: usize| {
+            let other = &self.tiles[j].plate;
+            let tol = 1e-6 * other.diameter();
+            j != i
+                && other.area() > plate.area()
+                && node_parameters(other.kind).iter().all(|&[a, b]| (other.at(a, b) - p).length() > tol)
+        };
+        let host = touching.iter().map(|t| t.0).find(|j| is_host(*j as usize))?;
+        Some((host, clamped_parameters(&self.tiles[host as usize].plate, p)))
     }
 
     /// True where two tiles that touch belong to one smooth sheet with no wall between.
@@ -298,8 +317,8 @@ impl TileField {
     }
 
     fn fit_gradients(&self, topology: &TileTopology, i: usize) -> TileFit {
-        let touching = topology.touching(i);
-        let mut ids: Vec<u32> = touching.iter().flatten().map(|t| t.0).collect();
+        let nodes = topology.nodes(i).iter();
+        let mut ids: Vec<u32> = nodes.flat_map(|n| &n.touching).map(|t| t.0).collect();
         ids.sort_unstable();
         ids.dedup();
         let (tile, mut fits) = (&topology.tiles[i], PerBand::<GradientFit>::default());
@@ -314,12 +333,12 @@ impl TileField {
     }
 
     fn node_values(&self, topology: &TileTopology, i: usize) -> [Bands; 8] {
-        let touching = topology.touching(i);
+        let nodes = topology.nodes(i);
         let mut out = [Bands::ZERO; 8];
         let plate = &topology.tiles[i].plate;
         for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
             let touch = |b: Band| {
-                touching[k].iter().map(move |&(j, angle)| {
+                nodes[k].touching.iter().map(move |&(j, angle)| {
                     let fit = self.fit(topology, j as usize);
                     NodeZone {
                         weight: angle,
@@ -338,27 +357,12 @@ impl TileField {
 
     /// Hanging nodes take the value of the neighbour whose edge contains them.
     fn constrain_hanging_nodes(&self, topology: &TileTopology, i: usize) -> [Bands; 8] {
-        let touching = topology.touching(i);
         let mut out = *self.free_nodes(topology, i);
-        let plate = &topology.tiles[i].plate;
-        for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
-            let p = plate.at(u, v);
-            let host = touching[k].iter().map(|t| t.0 as usize).find(|&j| {
-                let other = &topology.tiles[j].plate;
-                let tol = 1e-6 * other.diameter();
-                j != i
-                    && other.area() > plate.area()
-                    && node_parameters(other.kind).iter().all(|&[a, b]| (other.at(a, b) - p).length() > tol)
-            });
-            if let Some(j) = host {
-                let [a, b] = clamped_parameters(&topology.tiles[j].plate, p);
-                out[k] = interpolate(
-                    topology.tiles[j].plate.kind,
-                    self.free_nodes(topology, j),
-                    self.values[j],
-                    a,
-                    b,
-                );
+        for (out, node) in out.iter_mut().zip(topology.nodes(i)) {
+            if let Some((host, [u, v])) = node.host {
+                let j = host as usize;
+                let kind = topology.tiles[j].plate.kind;
+                *out = interpolate(kind, self.free_nodes(topology, j), self.values[j], u, v);
             }
         }
         out

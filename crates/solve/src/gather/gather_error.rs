@@ -16,9 +16,12 @@
 //!
 //! with s̄² the mean of s² over the group: a zone whose few samples all agree has a share w of the group's variance.
 
-use super::zone_groups::ZONES_PER_GROUP;
+use super::zone_groups::{ZONES_PER_GROUP, ZoneGroups};
 use rayon::prelude::*;
 use zonal_scene::Bands;
+
+/// Stated error over the estimated standard error.
+pub(super) const STATED_ERROR_FACTOR: f64 = 1.6;
 
 /// How errors are pooled.
 struct PoolingParams {
@@ -86,6 +89,30 @@ pub(crate) fn inherited_errors(noise: &[Bands], value: &[Bands]) -> Vec<Bands> {
             *e = (0.5 * own + 0.5 * relative * (v * v)).sqrt();
         }
     });
+    out
+}
+
+/// Errors of incident radiation that is not gathered, as a gather would state them: from the standard error `of_rays` of every zone by its own rays, and the incident
+/// radiation `noise` of one realization of the noise of the radiosities, of which each value `own` has its share of `all`.
+pub(crate) fn stated_errors(
+    groups: &ZoneGroups,
+    of_rays: &[Bands],
+    noise: &[Bands],
+    [own, all]: [&[Bands]; 2],
+) -> Vec<Bands> {
+    let mut out = vec![Bands::ZERO; of_rays.len()];
+    for kind in 0..3 {
+        let order = groups.order_of_kind(kind);
+        let list = |v: &[Bands]| -> Vec<Bands> { order.iter().map(|i| v[*i as usize]).collect() };
+        let squares = list(of_rays).into_iter().map(|e| e * e);
+        let variances: Vec<ZoneVariances> =
+            squares.map(|s| ZoneVariances { of_halves: s, of_samples: s }).collect();
+        let inherited = inherited_errors(&list(noise), &list(all));
+        for ((i, e), inherited) in order.iter().zip(standard_errors(&variances)).zip(inherited) {
+            let i = *i as usize;
+            out[i] = STATED_ERROR_FACTOR * e.hypot(inherited * own[i].zip_map(all[i], ratio));
+        }
+    }
     out
 }
 

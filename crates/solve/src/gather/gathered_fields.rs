@@ -4,7 +4,7 @@
 //! not: with its own mean R, the smoothed value S and its standard error σ, the change S − R is limited to ±2 σ.
 
 use super::escape_rays::EscapeControl;
-use super::gather_error::{ZoneVariances, inherited_errors, ratio, standard_errors};
+use super::gather_error::{STATED_ERROR_FACTOR, ZoneVariances, inherited_errors, ratio, standard_errors};
 use super::gather_sums::GatherSums;
 use super::gather_task::{GatherTask, ranges_of_kinds};
 use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
@@ -14,8 +14,6 @@ use rayon::prelude::*;
 use std::ops::Range;
 use zonal_scene::{Band, Bands};
 
-/// Stated error over the estimated standard error.
-const STATED_ERROR_FACTOR: f64 = 1.6;
 /// Change by smoothing over the standard error of a zone by its own samples above which it is limited.
 const MAX_CREDIBLE_CHANGE: f64 = 2.0;
 

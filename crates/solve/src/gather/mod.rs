@@ -24,7 +24,7 @@
 mod escape_rays;
 mod expected_path;
 pub(crate) mod final_gather;
-mod gather_error;
+pub(crate) mod gather_error;
 mod gather_sums;
 pub(crate) mod gather_task;
 mod gathered_fields;

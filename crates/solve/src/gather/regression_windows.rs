@@ -6,11 +6,11 @@
 
 use crate::unobstructed_cells::UnobstructedCells;
 use rayon::prelude::*;
-use std::collections::HashMap;
 use std::ops::Range;
 use zonal_math::Vec3;
 use zonal_scene::{Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
+use zonal_transport::point_grids::PointGrids;
 
 /// Sizes of the windows.
 struct WindowParams {
@@ -37,8 +37,6 @@ const WINDOW_PARAMS: WindowParams = WindowParams {
     max_height_over_distance: 0.12,
 };
 
-/// Grids of patches; the cells of each are half as large as those of the one before.
-const GRID_LEVELS: usize = 8;
 /// Volume zones of one task.
 const ZONES_PER_TASK: usize = 1024;
 /// Ridge added to the covariance of patches, over its trace: a plane has no extent along its normal.
@@ -82,7 +80,7 @@ pub(crate) struct RegressionWindows<'a> {
     voxels: Option<VoxelAdjacency<'a>>,
     /// Centre and normal of every patch.
     patches: Vec<[Vec3; 2]>,
-    grids: Vec<PatchGrid>,
+    grids: PointGrids,
 }
 
 impl<'a> RegressionWindows<'a> {
@@ -90,13 +88,12 @@ impl<'a> RegressionWindows<'a> {
     pub(crate) fn new(scene: &'a Scene, zones: &'a Zones, transport: &Transport) -> RegressionWindows<'a> {
         let patches: Vec<[Vec3; 2]> = zones.patches.iter().map(|p| [p.plate.centre(), p.normal]).collect();
         let largest = zones.patches.iter().fold(0.0f64, |m, p| m.max(p.area)).sqrt();
+        let centres: Vec<Vec3> = patches.iter().map(|p| p[0]).collect();
         let radii = &WINDOW_PARAMS.patch_radii;
-        let cell = |l: usize| radii[radii.len() - 1] * largest / (1u32 << l) as f64;
-        let levels = if patches.is_empty() { 0 } else { GRID_LEVELS };
         RegressionWindows {
             zones,
             voxels: scene.voxel_grid().map(|grid| VoxelAdjacency::new(grid, zones, transport)),
-            grids: (0..levels).into_par_iter().map(|l| PatchGrid::new(&patches, cell(l))).collect(),
+            grids: PointGrids::new(&centres, radii[radii.len() - 1] * largest),
             patches,
         }
     }
@@ -121,58 +118,24 @@ impl<'a> RegressionWindows<'a> {
     /// Patches in the plane of patch `i` within `radius` of its own size.
     fn similar_patches(&self, i: usize, radius: f64) -> Vec<WindowMember> {
         let ([x, normal], r) = (self.patches[i], radius * self.zones.patches[i].area.sqrt());
-        let finest = self.grids.iter().rposition(|g| g.cell >= r);
-        let Some(grid) = finest.map(|l| &self.grids[l]) else { return Vec::new() };
-        let home = grid_key(x, grid.cell);
         let mut out: Vec<(f64, WindowMember)> = Vec::new();
-        for c in 0..27 {
-            let cell = [home[0] + c / 9 - 1, home[1] + c / 3 % 3 - 1, home[2] + c % 3 - 1];
-            let Some(&(a, b)) = grid.ranges.get(&cell) else { continue };
-            for &j in &grid.order[a as usize..b as usize] {
-                let [centre, other_normal] = self.patches[j as usize];
-                let offset = centre - x;
-                let d2 = offset.length2();
-                let level = normal.dot(offset).abs() <= WINDOW_PARAMS.max_height_over_distance * d2.sqrt();
-                if d2 <= r * r && level && normal.dot(other_normal) > WINDOW_PARAMS.min_normal_cosine {
-                    out.push((d2, WindowMember { zone: j, offset }));
-                }
+        self.grids.for_each_near(x, r, |j| {
+            let [centre, other_normal] = self.patches[j];
+            let offset = centre - x;
+            let d2 = offset.length2();
+            if d2 > r * r || normal.dot(other_normal) <= WINDOW_PARAMS.min_normal_cosine {
+                return;
             }
-        }
+            if normal.dot(offset).abs() <= WINDOW_PARAMS.max_height_over_distance * d2.sqrt() {
+                out.push((d2, WindowMember { zone: j as u32, offset }));
+            }
+        });
         if out.len() > WINDOW_PARAMS.max_patches {
             out.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.zone.cmp(&b.1.zone)));
             out.truncate(WINDOW_PARAMS.max_patches);
         }
         out.into_iter().map(|x| x.1).collect()
     }
-}
-
-/// Patches by the cells of a grid.
-struct PatchGrid {
-    /// Edge of a cell, m.
-    cell: f64,
-    /// Range of each occupied cell in `order`.
-    ranges: HashMap<[i32; 3], (u32, u32)>,
-    order: Vec<u32>,
-}
-
-impl PatchGrid {
-    fn new(patches: &[[Vec3; 2]], cell: f64) -> PatchGrid {
-        let mut keyed: Vec<([i32; 3], u32)> =
-            (0..).zip(patches).map(|(i, p)| (grid_key(p[0], cell), i)).collect();
-        keyed.sort_unstable();
-        let mut ranges = HashMap::new();
-        let mut at = 0;
-        for run in keyed.chunk_by(|a, b| a.0 == b.0) {
-            ranges.insert(run[0].0, (at, at + run.len() as u32));
-            at += run.len() as u32;
-        }
-        PatchGrid { cell, ranges, order: keyed.into_iter().map(|x| x.1).collect() }
-    }
-}
-
-/// The cell of a point.
-fn grid_key(p: Vec3, cell: f64) -> [i32; 3] {
-    [0, 1, 2].map(|k| (p[k] / cell).floor().clamp(-1e9, 1e9) as i32)
 }
 
 /// Volume zones and the connections across the faces of their cells.

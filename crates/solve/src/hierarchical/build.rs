@@ -61,6 +61,13 @@ pub(crate) fn build<'a>(
         let operator: Box<dyn ErrorModel + 'a> = Box::new(operator);
         return Ok(BuiltEngine { operator, closure, counts, warnings, solved: None });
     };
+    if !context.final_gather {
+        let incident = operator.stored_power(&strengths, stored, &noise);
+        results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
+        let (operator, solved): (Box<dyn ErrorModel + 'a>, _) =
+            (Box::new(operator), Some((results, incident)));
+        return Ok(BuiltEngine { operator, closure, counts, warnings, solved });
+    }
     let sky = scene.surroundings().radiosity();
     let gathered_sky = gathered_sky(context, surroundings);
     let known = |i: usize| match gathered_sky {

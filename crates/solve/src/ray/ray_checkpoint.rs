@@ -2,7 +2,7 @@
 //!
 //! The ends of rays depend on the geometry, the extinctions and the lights of a scene alone, so a checkpoint also serves a scene with other
 //! reflectances and albedos. The table is cut into stages of at most about [`STAGE_BYTES`], named `views-P-V-KIND-NUMBER` with P rays of a patch
-//! and V of a volume zone; an interrupted solve loses at most one stage. A stage holds the ends (u32), the weights (f32, three a ray, or
+//! and V of a volume zone; stages are traced several at a time, and an interrupted solve loses at most one a thread. A stage holds the ends (u32), the weights (f32, three a ray, or
 //! none), and for each block of zones its path vertices.
 
 use super::path_continuation::{PathVertex, ZONES_PER_BLOCK, vertex_index};

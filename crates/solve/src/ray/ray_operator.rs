@@ -12,6 +12,7 @@ use super::ray_tracer::RayTracer;
 use crate::direct_light::light_field::DirectLight;
 use crate::distribution::Execution;
 use crate::gather::final_gather::{self, Gathered};
+use crate::gather::gather_error::stated_errors;
 use crate::gather::gather_task::GatherTask;
 use crate::gather::regression_windows::RegressionWindows;
 use crate::gather::zone_gather::{GatherField, GatheredSky, Gatherer};
@@ -339,6 +340,31 @@ impl RayOperator<'_> {
     /// H or G of every zone by the stored rays, W/m².
     pub(crate) fn stored_incident(&self, strengths: &[Bands]) -> Vec<Bands> {
         self.table.incident(&self.radiosities(strengths), PathExtent::FirstZone, 1)
+    }
+
+    /// The incident powers of a solution by its stored rays alone, without a gather: `incident` is H or G of every column of strengths, W/m², and `noise` that of the
+    /// radiosities. The stated errors are those of the rays of each zone, and of the radiosities.
+    pub(crate) fn stored_power(
+        &self,
+        columns: &[Vec<Bands>],
+        incident: Vec<Vec<Bands>>,
+        noise: &[PaddedBands],
+    ) -> IncidentPower {
+        let groups = ZoneGroups::new(self.scene, self.zones);
+        let (sum, from_noise) = (total(self.len(), &incident), self.incident_noise(noise));
+        let stated = |strengths: &[Bands], source: &VertexSource, own: &[Bands]| {
+            let of_rays = self.standard_error(&self.radiosities(strengths), source);
+            self.times_measure(stated_errors(&groups, &of_rays, &from_noise, [own, &sum]))
+        };
+        // Where paths do not continue there are no sources at their vertices.
+        let mut all = VertexSource::default();
+        self.sources.iter().for_each(|source| all.add_scaled(source, 1.0));
+        let source = |c: usize| self.sources.get(c).unwrap_or(&all);
+        IncidentPower {
+            error: Some(stated(&total(self.len(), columns), &all, &sum)),
+            column_errors: (0..columns.len()).map(|c| stated(&columns[c], source(c), &incident[c])).collect(),
+            columns: incident.into_iter().map(|f| self.times_measure(f)).collect(),
+        }
     }
 
     /// Replaces what the pane zones send to themselves, in a gather of the solution whose rays give `stored` H or G, W/m², of every column.

@@ -85,19 +85,21 @@ impl KindTracing<'_> {
         self.rays_per_zone[self.kind]
     }
 
-    /// Traces all rays of this rank, stage by stage; `weights` is empty where all are 1. Returns the path vertices by blocks.
+    /// Traces all rays of this rank, several stages at a time: a stage of few zones is a single block. `weights` is empty where all are 1. Returns the path
+    /// vertices by blocks.
     fn trace(&self, ends: &mut [u32], weights: &mut [PerBand<f32>]) -> Vec<Vec<PathVertex>> {
-        let mut vertices = Vec::new();
+        let mut stages = Vec::new();
         let (mut ends, mut weights) = (ends, weights);
         for number in self.stages.own() {
             let rays = self.rays() * self.stages.range(number).len();
-            let (own, rest) = std::mem::take(&mut ends).split_at_mut(rays);
+            let (own, rest) = ends.split_at_mut(rays);
             let (own_weights, rest_of_weights) =
-                std::mem::take(&mut weights).split_at_mut(if self.tracer.grey { 0 } else { rays });
+                weights.split_at_mut(if self.tracer.grey { 0 } else { rays });
             (ends, weights) = (rest, rest_of_weights);
-            vertices.extend(self.trace_stage(number, own, own_weights));
+            stages.push((number, own, own_weights));
         }
-        vertices
+        let traced: Vec<_> = stages.into_par_iter().map(|(n, e, w)| self.trace_stage(n, e, w)).collect();
+        traced.into_iter().flatten().collect()
     }
 
     /// Reads a stage from the checkpoint, or traces and saves it.

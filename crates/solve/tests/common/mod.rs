@@ -219,6 +219,7 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
         checkpoints: &NoCheckpoints,
         progress: &NoProgress,
         communicator: &zonal_solve::distribution::SingleProcess,
+        final_gather: true,
     };
     use_it(&site, &escape);
 }

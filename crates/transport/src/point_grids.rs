@@ -1,0 +1,124 @@
+//! Points in grids of several cell sizes, to find those near a place.
+//!
+//! The cells of each grid are half as large as those of the one before. A search takes the finest grid whose cells are at least half as large as its radius, and
+//! visits three to five cells along each axis. Its cost is that of the points nearby, also where the distances between points vary over the scene. Points are
+//! sorted by cell, so that those of the cells in a line follow one another.
+
+use rayon::prelude::*;
+use zonal_math::Vec3;
+
+/// Number of grids.
+const LEVELS: usize = 8;
+/// Smallest cell over the radius of a search.
+const MIN_CELL_OVER_RADIUS: f64 = 0.5;
+/// Largest coordinate of a cell.
+const MAX_COORDINATE: f64 = 1e9;
+
+/// Points in grids of several cell sizes.
+///
+/// ```
+/// use zonal_math::vec3;
+/// use zonal_transport::point_grids::PointGrids;
+///
+/// let points: Vec<_> = (0..100).map(|i| vec3(f64::from(i), 0.0, 0.0)).collect();
+/// let grids = PointGrids::new(&points, 8.0);
+/// let mut near = Vec::new();
+/// grids.for_each_near(vec3(50.0, 0.0, 0.0), 2.0, |i| near.push(i));
+/// assert!([48, 49, 50, 51, 52].iter().all(|i| near.contains(i)) && near.len() < 8);
+/// ```
+pub struct PointGrids {
+    /// From coarse to fine.
+    grids: Vec<PointGrid>,
+}
+
+/// Points by the cells of one grid.
+struct PointGrid {
+    /// Edge of a cell.
+    cell: f64,
+    /// The occupied cells in order, each with the place in `order` where its points begin.
+    cells: Vec<([i32; 3], u32)>,
+    order: Vec<u32>,
+}
+
+impl PointGrids {
+    /// Sorts points into grids, for searches within at most `largest_radius`.
+    #[must_use]
+    pub fn new(points: &[Vec3], largest_radius: f64) -> PointGrids {
+        let levels = if points.is_empty() { 0 } else { LEVELS };
+        let grid = |level: usize| PointGrid::new(points, largest_radius / (1u32 << level) as f64);
+        PointGrids { grids: (0..levels).into_par_iter().map(grid).collect() }
+    }
+
+    /// Calls `visit` with the index of every point within `radius` of `centre`, and of some that are farther away; `radius` must not exceed that of the grids.
+    pub fn for_each_near(&self, centre: Vec3, radius: f64, mut visit: impl FnMut(usize)) {
+        let fits = |g: &&PointGrid| g.cell >= MIN_CELL_OVER_RADIUS * radius;
+        let Some(grid) = self.grids.iter().rfind(fits) else { return };
+        let [low, high] = [-radius, radius].map(|r| grid.key(centre + Vec3::splat(r)));
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                let points = grid.points_in_line([x, y], [low[2], high[2]]);
+                points.iter().for_each(|i| visit(*i as usize));
+            }
+        }
+    }
+}
+
+impl PointGrid {
+    fn new(points: &[Vec3], cell: f64) -> PointGrid {
+        let mut grid = PointGrid { cell, cells: Vec::new(), order: Vec::new() };
+        let mut keyed: Vec<([i32; 3], u32)> = (0..).zip(points).map(|(i, p)| (grid.key(*p), i)).collect();
+        keyed.sort_unstable();
+        let mut at = 0;
+        for run in keyed.chunk_by(|a, b| a.0 == b.0) {
+            grid.cells.push((run[0].0, at));
+            at += run.len() as u32;
+        }
+        grid.order = keyed.into_iter().map(|x| x.1).collect();
+        grid
+    }
+
+    /// The points of the cells from `low` to `high` along the third axis.
+    fn points_in_line(&self, [x, y]: [i32; 2], [low, high]: [i32; 2]) -> &[u32] {
+        let first = self.cells.partition_point(|c| c.0 < [x, y, low]);
+        let after = self.cells[first..].iter().find(|c| c.0 > [x, y, high]);
+        let start = |c: Option<&([i32; 3], u32)>| c.map_or(self.order.len(), |c| c.1 as usize);
+        &self.order[start(self.cells.get(first))..start(after)]
+    }
+
+    /// The cell of a point.
+    fn key(&self, p: Vec3) -> [i32; 3] {
+        p.array().map(|x| (x / self.cell).floor().clamp(-MAX_COORDINATE, MAX_COORDINATE) as i32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zonal_math::low_discrepancy::r3;
+
+    #[test]
+    fn every_point_within_the_radius_is_visited_once() {
+        // Points of very different distances: dense near the origin.
+        let points: Vec<Vec3> = (0..2000)
+            .map(|i| {
+                let [x, y, z] = r3(i, [0.2, 0.4, 0.6]);
+                Vec3::from_array([x - 0.5, y - 0.5, z - 0.5]) * (4.0 * x.powi(3))
+            })
+            .collect();
+        let grids = PointGrids::new(&points, 1.0);
+        for radius in [1.0, 0.3, 0.04, 0.001] {
+            for centre in points.iter().step_by(97) {
+                let mut visits = vec![0; points.len()];
+                grids.for_each_near(*centre, radius, |i| visits[i] += 1);
+                for (p, n) in points.iter().zip(&visits) {
+                    assert!(*n <= 1 && (*n == 1 || (*p - *centre).length() > radius));
+                }
+                let reach = 3.0 * radius.max(2.0 / (1 << LEVELS) as f64);
+                let far = |(p, n): (&Vec3, &i32)| *n == 1 && (*p - *centre).length() > reach * 3f64.sqrt();
+                assert!(!points.iter().zip(&visits).any(far), "no point far away is visited");
+            }
+        }
+        grids.for_each_near(points[0], 2.5, |_| panic!("the radius is too large"));
+        PointGrids::new(&[], 1.0).for_each_near(Vec3::ZERO, 0.5, |_| panic!("there are no points"));
+    }
+}
