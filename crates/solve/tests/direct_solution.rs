@@ -77,6 +77,25 @@ fn direct_light_equals_that_of_the_solution() {
 }
 
 #[test]
+fn zones_without_light_have_their_emission_alone() {
+    let settings = SolveSettings::new(4 << 30, &NoProgress);
+    let (dark, lit) = (zonal_solve::solve_without_light(read(COURT), &settings).unwrap(), first(read(COURT)));
+    assert_eq!(dark.zones.patches, lit.zones.patches);
+    let names = |s: &Solution| s.groups.iter().map(|g| g.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&dark), names(&lit), "the sliders of the page stay");
+    for i in 0..dark.zones.len() {
+        assert_eq!(dark.fields.radiosity[i], dark.zones.emission(i));
+        assert_eq!((dark.fields.incident[i], dark.fields.direct_light(i)), (Bands::ZERO, Bands::ZERO));
+        assert!(
+            dark.fields.total_error(i).into_iter().all(f64::is_infinite),
+            "what is not known has no error"
+        );
+        assert!(dark.groups.iter().all(|g| (g.incident_at(i), g.direct_at(i)) == (Bands::ZERO, Bands::ZERO)));
+    }
+    assert!(dark.fields.radiosity.iter().any(|b| *b != Bands::ZERO));
+}
+
+#[test]
 fn zones_of_an_earlier_solve_serve_the_next() {
     let first = first(read(COURT));
     let settings = SolveSettings { zones: Some(&first.zones), ..SolveSettings::new(4 << 30, &NoProgress) };

@@ -28,11 +28,11 @@ const MAX_COORDINATE: f64 = 1e9;
 /// ```
 pub struct PointGrids {
     /// From coarse to fine.
-    grids: Vec<PointGrid>,
+    grids: Vec<SortedPoints>,
 }
 
 /// Points by the cells of one grid.
-struct PointGrid {
+struct SortedPoints {
     /// Edge of a cell.
     cell: f64,
     /// The occupied cells in order, each with the place in `order` where its points begin.
@@ -45,13 +45,13 @@ impl PointGrids {
     #[must_use]
     pub fn new(points: &[Vec3], largest_radius: f64) -> PointGrids {
         let levels = if points.is_empty() { 0 } else { LEVELS };
-        let grid = |level: usize| PointGrid::new(points, largest_radius / (1u32 << level) as f64);
+        let grid = |level: usize| SortedPoints::new(points, largest_radius / (1u32 << level) as f64);
         PointGrids { grids: (0..levels).into_par_iter().map(grid).collect() }
     }
 
     /// Calls `visit` with the index of every point within `radius` of `centre`, and of some that are farther away; `radius` must not exceed that of the grids.
     pub fn for_each_near(&self, centre: Vec3, radius: f64, mut visit: impl FnMut(usize)) {
-        let fits = |g: &&PointGrid| g.cell >= MIN_CELL_OVER_RADIUS * radius;
+        let fits = |g: &&SortedPoints| g.cell >= MIN_CELL_OVER_RADIUS * radius;
         let Some(grid) = self.grids.iter().rfind(fits) else { return };
         let [low, high] = [-radius, radius].map(|r| grid.key(centre + Vec3::splat(r)));
         for x in low[0]..=high[0] {
@@ -63,9 +63,9 @@ impl PointGrids {
     }
 }
 
-impl PointGrid {
-    fn new(points: &[Vec3], cell: f64) -> PointGrid {
-        let mut grid = PointGrid { cell, cells: Vec::new(), order: Vec::new() };
+impl SortedPoints {
+    fn new(points: &[Vec3], cell: f64) -> SortedPoints {
+        let mut grid = SortedPoints { cell, cells: Vec::new(), order: Vec::new() };
         let mut keyed: Vec<([i32; 3], u32)> = (0..).zip(points).map(|(i, p)| (grid.key(*p), i)).collect();
         keyed.sort_unstable();
         let mut at = 0;

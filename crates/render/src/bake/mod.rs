@@ -155,9 +155,9 @@ pub fn bake_in_steps<E>(
     let lighting =
         VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);
     let mut trees = refinement::plant(&lighting, &groups, options, progress);
-    for max_vertices in steps.iter().copied().filter(|n| *n < options.max_vertices) {
-        refinement::refine(&mut trees, (&lighting, &groups), options, max_vertices);
-        if refinement::can_refine(&trees, &lighting, options) {
+    for (k, max_vertices) in steps.iter().copied().filter(|n| *n < options.max_vertices).enumerate() {
+        let is_finer = refinement::refine(&mut trees, (&lighting, &groups), options, max_vertices);
+        if (k == 0 || is_finer) && refinement::can_refine(&trees, &lighting, options) {
             let surfaces = triangulation::mesh_patches(&lighting, &groups, trees.clone());
             publish(BakedSolution { surfaces, ..baked.clone() }, false)?;
         }

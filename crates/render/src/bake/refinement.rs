@@ -62,18 +62,20 @@ pub(super) fn can_refine(trees: &[PatchQuadtree], lighting: &VertexLighting, opt
     !next_splits(trees, lighting, options, options.max_vertices).is_empty()
 }
 
-/// Refines the trees up to `max_vertices`.
+/// Refines the trees up to `max_vertices`; false if no cell is split.
 pub(super) fn refine(
     trees: &mut [PatchQuadtree],
     (lighting, groups): (&VertexLighting, &[GroupField]),
     options: &BakeOptions,
     max_vertices: usize,
-) {
+) -> bool {
+    let mut is_finer = false;
     loop {
         let splits = next_splits(trees, lighting, options, max_vertices);
         if splits.is_empty() {
-            return;
+            return is_finer;
         }
+        is_finer = true;
         let mut cells: Vec<Vec<u32>> = vec![Vec::new(); trees.len()];
         splits.iter().for_each(|w| cells[w.tree as usize].push(w.cell));
         trees.par_iter_mut().zip(&mut cells).filter(|(_, list)| !list.is_empty()).for_each(|(tree, list)| {

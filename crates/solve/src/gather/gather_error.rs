@@ -33,6 +33,9 @@ struct PoolingParams {
 
 const POOLING_PARAMS: PoolingParams = PoolingParams { prior_zones: 8.0, group_share: 0.1 };
 
+/// Share of the group's variance in that of a zone by few rays.
+const GROUP_SHARE_OF_FEW_RAYS: f64 = 0.6;
+
 /// The two variances of a zone.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct ZoneVariances {
@@ -104,9 +107,14 @@ pub(crate) fn stated_errors(
     for kind in 0..3 {
         let order = groups.order_of_kind(kind);
         let list = |v: &[Bands]| -> Vec<Bands> { order.iter().map(|i| v[*i as usize]).collect() };
-        let squares = list(of_rays).into_iter().map(|e| e * e);
+        let mut squares: Vec<Bands> = list(of_rays).into_iter().map(|e| e * e).collect();
+        // The variance among few rays says little: none of them may meet what is bright.
+        for group in squares.chunks_mut(ZONES_PER_GROUP) {
+            let mean = group.iter().sum::<Bands>() / group.len() as f64;
+            group.iter_mut().for_each(|s| *s = *s + GROUP_SHARE_OF_FEW_RAYS * (mean - *s));
+        }
         let variances: Vec<ZoneVariances> =
-            squares.map(|s| ZoneVariances { of_halves: s, of_samples: s }).collect();
+            squares.into_iter().map(|s| ZoneVariances { of_halves: s, of_samples: s }).collect();
         let inherited = inherited_errors(&list(noise), &list(all));
         for ((i, e), inherited) in order.iter().zip(standard_errors(&variances)).zip(inherited) {
             let i = *i as usize;

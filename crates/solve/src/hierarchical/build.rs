@@ -6,7 +6,7 @@ use crate::errors::estimate::error_estimate;
 use crate::gather::final_gather::Gathered;
 use crate::gather::zone_gather::GatheredSky;
 use crate::iteration::IterationResult;
-use crate::operator::ErrorModel;
+use crate::operator::IncidentPower;
 use crate::ray::padded_bands::PaddedBands;
 use crate::ray::ray_operator::{PathContinuation, RayOperator};
 use crate::ray::ray_sampling::{
@@ -57,24 +57,18 @@ pub(crate) fn build<'a>(
     let [traced, vertices] = operator.rays_and_vertices();
     let mut counts =
         vec![("transport_rays".to_string(), traced), ("rays that went on".to_string(), vertices)];
-    let Some(StoredSolution { mut results, strengths, incident: stored, noise }) = solution else {
-        let operator: Box<dyn ErrorModel + 'a> = Box::new(operator);
+    let Some(StoredSolution { results, strengths, incident: stored, noise }) = solution else {
+        let operator = Box::new(operator);
         return Ok(BuiltEngine { operator, closure, counts, warnings, solved: None });
     };
     if !context.final_gather {
         let incident = operator.stored_power(&strengths, stored, &noise);
-        results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
-        let (operator, solved): (Box<dyn ErrorModel + 'a>, _) =
-            (Box::new(operator), Some((results, incident)));
-        return Ok(BuiltEngine { operator, closure, counts, warnings, solved });
+        let solved = Some(solved_columns(results, strengths, incident));
+        return Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved });
     }
     let sky = scene.surroundings().radiosity();
     let gathered_sky = gathered_sky(context, surroundings);
-    let known = |i: usize| match gathered_sky {
-        Some(_) => [Bands::ZERO; 2],
-        None => surroundings.incoming(i, sky).map(|v| v / zones.response(i).1),
-    };
-    let mut known: Vec<[Bands; 2]> = (0..zones.len()).map(known).collect();
+    let mut known = known_radiation(context, surroundings, gathered_sky.is_some());
     add_error_of_direct_light(context, &operator, &stored, &mut known);
     let observers = (context.checkpoints, context.progress);
     let mut gathered = operator.gather_incident(&strengths, noise, (&known, gathered_sky), observers);
@@ -85,14 +79,37 @@ pub(crate) fn build<'a>(
     }
     operator.solve_pane_self_exchange(&stored, &mut gathered);
     let error = relative_error(context, &gathered, &known).max(gathered.relative_error);
-    results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     counts.push(("samples of the final gather".to_string(), gathered.samples));
     if error > tolerance {
         warnings.push(tolerance_missed(error, tolerance, &warnings));
     }
     let incident = operator.incident_power_of(gathered);
-    let (operator, solved): (Box<dyn ErrorModel + 'a>, _) = (Box::new(operator), Some((results, incident)));
-    Ok(BuiltEngine { operator, closure, counts, warnings, solved })
+    let solved = Some(solved_columns(results, strengths, incident));
+    Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved })
+}
+
+/// H or G of every zone from the surroundings, W/m², and its error: none where a gather samples them.
+fn known_radiation(
+    context: &SolveContext,
+    surroundings: &SurroundingsExchange,
+    is_gathered: bool,
+) -> Vec<[Bands; 2]> {
+    let (zones, sky) = (context.zones, context.scene.surroundings().radiosity());
+    let known = |i: usize| match is_gathered {
+        true => [Bands::ZERO; 2],
+        false => surroundings.incoming(i, sky).map(|v| v / zones.response(i).1),
+    };
+    (0..zones.len()).map(known).collect()
+}
+
+/// The results of all groups with their strengths, and their incident power.
+fn solved_columns(
+    mut results: Vec<IterationResult>,
+    strengths: Vec<Vec<Bands>>,
+    incident: IncidentPower,
+) -> (Vec<IterationResult>, IncidentPower) {
+    results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
+    (results, incident)
 }
 
 /// Paths end at the first zone where a fixed scattering order counts exchanges between zones, and where temperatures couple the bands, so that the
