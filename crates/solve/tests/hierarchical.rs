@@ -102,7 +102,8 @@ fn errors_against_the_spectral_engine_stay_below_tolerance_and_estimate() {
 /// A preview by the stored rays has more noise than a gather, and states it.
 #[test]
 fn stored_rays_without_a_gather_state_their_error() {
-    for (name, rest) in [("block", BLOCK), ("pane", PANE), ("smoke", SMOKE), ("slanted", SLANTED)] {
+    let cases = [("block", BLOCK), ("pane", PANE), ("smoke", SMOKE), ("slanted", SLANTED)];
+    for (name, rest) in sampled_cases(cases, &[1]) {
         let scene = room(rest);
         let dense = match name {
             "block" => DENSE_BLOCK.clone(),
