@@ -85,7 +85,7 @@ struct NearPatch {
     exponent: f64,
 }
 
-/// The patches in hash grids, with the fields on them.
+/// The patches in grids, with the fields on them.
 struct PatchFilter<'a> {
     patches: &'a [Patch],
     fields: &'a [NoisyField<'a>],

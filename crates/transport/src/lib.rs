@@ -17,7 +17,7 @@
 //! | [`lights`] | direct light of suns, skies and emitters at a point |
 //! | [`solid_angle`] | solid angle of a plate in closed form |
 //! | [`patch_locator`] | the patch of a facet that holds a point |
-//! | [`point_grids`] | points near a place, by hash grids |
+//! | [`point_grids`] | points near a place, by sorted cells of several sizes |
 //! | `intersect` | watertight ray–plate intersection in double precision |
 //! | `bvh` | bounding volume hierarchy over plates |
 //! | `occluder_culling` | facets that never occlude: the walls of a convex room |

@@ -147,10 +147,12 @@ impl LiveInput {
             // The page draws suns without the light on the zones; where these are many, it need not wait for their shadow rays.
             if has_separate_suns(scene) && scene.voxel_grid().is_none() {
                 let solution = with_hash(solve_without_light(draft.clone(), &settings)?);
-                zones = Some(solution.zones.clone());
                 if solution.zones.len() > MIN_ZONES_OF_SUNLIGHT {
+                    zones = Some(solution.zones.clone());
                     self.publish(page, solution, ShownStage::Sunlight, (&mut earlier, page))?;
                     earlier.clear();
+                } else {
+                    zones = Some(solution.zones);
                 }
             }
             let settings = SolveSettings { zones: zones.as_ref(), ..settings };
@@ -197,7 +199,7 @@ impl LiveInput {
         let detail = PackageDetail { max_vertices, stage, earlier: earlier.clone() };
         let mut refined = false;
         // The last solution is sent before its mesh is refined, too.
-        package_in_steps(&solution, &detail, (&[few], progress), |bytes, _| {
+        package_in_steps(&solution, &detail, (&[few], progress), |bytes| {
             let (size, zones) = (bytes.len(), solution.zones.len());
             let version = page.publish(bytes);
             if self.json {

@@ -64,7 +64,7 @@ impl Default for PackageDetail {
 /// If the scene has more than 65,536 surfaces or panes, or a texture without pixels.
 pub fn package(s: &Solution, detail: &PackageDetail, progress: &dyn Progress) -> Result<Vec<u8>, Failure> {
     let mut last = Vec::new();
-    package_in_steps(s, detail, (&[], progress), |bytes, _| {
+    package_in_steps(s, detail, (&[], progress), |bytes| {
         last = bytes;
         Ok(())
     })?;
@@ -72,7 +72,7 @@ pub fn package(s: &Solution, detail: &PackageDetail, progress: &dyn Progress) ->
 }
 
 /// Bakes a solution into data files on finer and finer meshes: with about as many vertices as each of `steps` allows, and last with all ([`bake_in_steps`]). `publish` gets
-/// each file, and whether it is the last.
+/// each file.
 ///
 /// # Errors
 /// As [`package`], and those of `publish`.
@@ -80,7 +80,7 @@ pub fn package_in_steps(
     s: &Solution,
     detail: &PackageDetail,
     (steps, progress): (&[usize], &dyn Progress),
-    mut publish: impl FnMut(Vec<u8>, bool) -> Result<(), Failure>,
+    mut publish: impl FnMut(Vec<u8>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let too_many =
         |parts: &str| Failure::new(format!("the viewer shows at most 65,536 {parts}; join some of them"));
@@ -99,8 +99,8 @@ pub fn package_in_steps(
     };
     let volume = VolumeGridOptions { sunlight: SunlightMode::Separate, ..VolumeGridOptions::default() };
     let medium = bake_volume_grid(s, &volume, progress);
-    bake_in_steps(s, &options, (steps, progress), |baked, is_last| {
-        publish(pack(s, detail, (&baked, medium.as_ref()))?, is_last)
+    bake_in_steps(s, &options, (steps, progress), |baked, _| {
+        publish(pack(s, detail, (&baked, medium.as_ref()))?)
     })
 }
 
