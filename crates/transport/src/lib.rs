@@ -17,6 +17,7 @@
 //! | [`lights`] | direct light of suns, skies and emitters at a point |
 //! | [`solid_angle`] | solid angle of a plate in closed form |
 //! | [`patch_locator`] | the patch of a facet that holds a point |
+//! | [`plate_boxes`] | plates whose bounds hold a point |
 //! | [`point_grids`] | points near a place, by sorted cells of several sizes |
 //! | `intersect` | watertight ray–plate intersection in double precision |
 //! | `bvh` | bounding volume hierarchy over plates |
@@ -35,6 +36,7 @@ pub mod lights;
 mod occluder_culling;
 mod optical_depth;
 pub mod patch_locator;
+pub mod plate_boxes;
 pub mod point_grids;
 mod shaft_culling;
 pub mod solid_angle;

@@ -2,9 +2,12 @@
 //!
 //! The cells of each grid are half as large as those of the one before. A search takes the finest grid whose cells are at least half as large as its radius, and
 //! visits three to five cells along each axis. Its cost is that of the points nearby, also where the distances between points vary over the scene. Points are
-//! sorted by cell, so that those of the cells in a line follow one another.
+//! sorted by cell, so that those of the cells in a line follow one another, and are compared in single precision, with the radius widened by the rounding.
+//!
+//! Memory: at most 32 bytes a point and grid.
 
 use rayon::prelude::*;
+use std::ops::Range;
 use zonal_math::Vec3;
 
 /// Number of grids.
@@ -29,6 +32,10 @@ const MAX_COORDINATE: f64 = 1e9;
 pub struct PointGrids {
     /// From coarse to fine.
     grids: Vec<SortedPoints>,
+    /// The middle of the points.
+    origin: Vec3,
+    /// Bound of the error of a distance between two points in single precision.
+    rounding: f64,
 }
 
 /// Points by the cells of one grid.
@@ -38,6 +45,8 @@ struct SortedPoints {
     /// The occupied cells in order, each with the place in `order` where its points begin.
     cells: Vec<([i32; 3], u32)>,
     order: Vec<u32>,
+    /// The points in this order, from the origin, in single precision.
+    points: Vec<[f32; 3]>,
 }
 
 impl PointGrids {
@@ -45,28 +54,49 @@ impl PointGrids {
     #[must_use]
     pub fn new(points: &[Vec3], largest_radius: f64) -> PointGrids {
         let levels = if points.is_empty() { 0 } else { LEVELS };
-        let grid = |level: usize| SortedPoints::new(points, largest_radius / (1u32 << level) as f64);
-        PointGrids { grids: (0..levels).into_par_iter().map(grid).collect() }
+        let low = points.iter().copied().reduce(Vec3::min).unwrap_or(Vec3::ZERO);
+        let high = points.iter().copied().reduce(Vec3::max).unwrap_or(Vec3::ZERO);
+        let origin = (low + high) * 0.5;
+        let grid = |level: usize| SortedPoints::new(points, origin, largest_radius / (1u32 << level) as f64);
+        PointGrids {
+            grids: (0..levels).into_par_iter().map(grid).collect(),
+            origin,
+            rounding: 8.0 * f64::from(f32::EPSILON) * (high - origin).max_abs(),
+        }
     }
 
-    /// Calls `visit` with the index of every point within `radius` of `centre`, and of some that are farther away; `radius` must not exceed that of the grids.
+    /// Calls `visit` with the index of every point within `radius` of `centre`, and of some that are a rounding error farther away; `radius` must not exceed that of
+    /// the grids, and `centre` must lie among the points.
     pub fn for_each_near(&self, centre: Vec3, radius: f64, mut visit: impl FnMut(usize)) {
         let fits = |g: &&SortedPoints| g.cell >= MIN_CELL_OVER_RADIUS * radius;
         let Some(grid) = self.grids.iter().rfind(fits) else { return };
-        let [low, high] = [-radius, radius].map(|r| grid.key(centre + Vec3::splat(r)));
+        let reach = radius + self.rounding;
+        let centre = centre - self.origin;
+        let [low, high] = [-reach, reach].map(|r| grid.key(centre + Vec3::splat(r)));
+        let (centre, reach2) = (single(centre), (reach * reach) as f32 * (1.0 + 4.0 * f32::EPSILON));
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
-                let points = grid.points_in_line([x, y], [low[2], high[2]]);
-                points.iter().for_each(|i| visit(*i as usize));
+                let line = grid.points_in_line([x, y], [low[2], high[2]]);
+                for (p, i) in grid.points[line.clone()].iter().zip(&grid.order[line]) {
+                    let d: [f32; 3] = std::array::from_fn(|k| p[k] - centre[k]);
+                    if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= reach2 {
+                        visit(*i as usize);
+                    }
+                }
             }
         }
     }
 }
 
+fn single(p: Vec3) -> [f32; 3] {
+    p.array().map(|x| x as f32)
+}
+
 impl SortedPoints {
-    fn new(points: &[Vec3], cell: f64) -> SortedPoints {
-        let mut grid = SortedPoints { cell, cells: Vec::new(), order: Vec::new() };
-        let mut keyed: Vec<([i32; 3], u32)> = (0..).zip(points).map(|(i, p)| (grid.key(*p), i)).collect();
+    fn new(points: &[Vec3], origin: Vec3, cell: f64) -> SortedPoints {
+        let mut grid = SortedPoints { cell, cells: Vec::new(), order: Vec::new(), points: Vec::new() };
+        let mut keyed: Vec<([i32; 3], u32)> =
+            (0..).zip(points).map(|(i, p)| (grid.key(*p - origin), i)).collect();
         keyed.sort_unstable();
         let mut at = 0;
         for run in keyed.chunk_by(|a, b| a.0 == b.0) {
@@ -74,18 +104,19 @@ impl SortedPoints {
             at += run.len() as u32;
         }
         grid.order = keyed.into_iter().map(|x| x.1).collect();
+        grid.points = grid.order.iter().map(|i| single(points[*i as usize] - origin)).collect();
         grid
     }
 
-    /// The points of the cells from `low` to `high` along the third axis.
-    fn points_in_line(&self, [x, y]: [i32; 2], [low, high]: [i32; 2]) -> &[u32] {
+    /// Places in `order` of the points of the cells from `low` to `high` along the third axis.
+    fn points_in_line(&self, [x, y]: [i32; 2], [low, high]: [i32; 2]) -> Range<usize> {
         let first = self.cells.partition_point(|c| c.0 < [x, y, low]);
         let after = self.cells[first..].iter().find(|c| c.0 > [x, y, high]);
         let start = |c: Option<&([i32; 3], u32)>| c.map_or(self.order.len(), |c| c.1 as usize);
-        &self.order[start(self.cells.get(first))..start(after)]
+        start(self.cells.get(first))..start(after)
     }
 
-    /// The cell of a point.
+    /// The cell of a point, from the origin.
     fn key(&self, p: Vec3) -> [i32; 3] {
         p.array().map(|x| (x / self.cell).floor().clamp(-MAX_COORDINATE, MAX_COORDINATE) as i32)
     }
@@ -113,9 +144,8 @@ mod tests {
                 for (p, n) in points.iter().zip(&visits) {
                     assert!(*n <= 1 && (*n == 1 || (*p - *centre).length() > radius));
                 }
-                let reach = 3.0 * radius.max(2.0 / (1 << LEVELS) as f64);
-                let far = |(p, n): (&Vec3, &i32)| *n == 1 && (*p - *centre).length() > reach * 3f64.sqrt();
-                assert!(!points.iter().zip(&visits).any(far), "no point far away is visited");
+                let far = |(p, n): (&Vec3, &i32)| *n == 1 && (*p - *centre).length() > radius + 1e-5;
+                assert!(!points.iter().zip(&visits).any(far), "no other point is visited");
             }
         }
         grids.for_each_near(points[0], 2.5, |_| panic!("the radius is too large"));

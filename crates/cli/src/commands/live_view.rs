@@ -1,4 +1,4 @@
-//! The solves behind a live page: sunlight as soon as there are zones, direct light, then a draft, then the quality wanted, and again after every change of the files.
+//! The solves behind a live page: sunlight as soon as there are zones or direct light, then a draft, then the quality wanted, and again after every change of the files.
 
 use super::context::{check_uniform_light, option_failure, with_shown_bands};
 use super::init::ModelArgs;
@@ -22,7 +22,7 @@ use zonal_solve::{SolveSettings, solve_direct_light, solve_without_light};
 const FILE_CHECK_INTERVAL: Duration = Duration::from_millis(300);
 /// Vertices of the first data of a solution over those of the last.
 const FIRST_VERTEX_SHARE: f64 = 0.1;
-/// Zones above which sunlight is sent before the light on the zones.
+/// Zones above which sunlight is sent in place of direct light.
 const MIN_ZONES_OF_SUNLIGHT: usize = 20_000;
 /// First words of the names of the stages of a solve that the solution of direct light leaves to the draft.
 const DIRECT_LIGHT_STAGES: [&str; 2] = ["light-", "surroundings"];
@@ -132,7 +132,7 @@ impl LiveInput {
         }
     }
 
-    /// Solves for direct light, then with each quality up to the wanted one, and publishes each result.
+    /// Solves for sunlight or direct light, then with each quality up to the wanted one, and publishes each result.
     fn solve_stages(&self, scene: &Scene, page: &LivePage) -> Result<(), Failure> {
         let is_draft_last = self.quality == Quality::Draft;
         let of_quality = |quality: Quality| {
@@ -145,20 +145,22 @@ impl LiveInput {
         if scene.thermal().is_none() {
             page.begin_solve(ShownStage::DirectLight.name());
             // The page draws suns without the light on the zones; where these are many, it need not wait for their shadow rays.
+            let mut shows_sunlight = false;
             if has_separate_suns(scene) && scene.voxel_grid().is_none() {
                 let solution = with_hash(solve_without_light(draft.clone(), &settings)?);
-                if solution.zones.len() > MIN_ZONES_OF_SUNLIGHT {
-                    zones = Some(solution.zones.clone());
-                    self.publish(page, solution, ShownStage::Sunlight, (&mut earlier, page))?;
-                    earlier.clear();
-                } else {
-                    zones = Some(solution.zones);
+                zones = Some(solution.zones.clone());
+                shows_sunlight = solution.zones.len() > MIN_ZONES_OF_SUNLIGHT;
+                if shows_sunlight {
+                    self.publish(page, solution, ShownStage::Sunlight, (&mut Vec::new(), page))?;
                 }
             }
-            let settings = SolveSettings { zones: zones.as_ref(), ..settings };
-            let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
-            zones = Some(solution.zones.clone());
-            self.publish(page, solution, ShownStage::DirectLight, (&mut earlier, page))?;
+            // After sunlight, the draft brings all other direct light.
+            if !shows_sunlight {
+                let settings = SolveSettings { zones: zones.as_ref(), ..settings };
+                let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
+                zones = Some(solution.zones.clone());
+                self.publish(page, solution, ShownStage::DirectLight, (&mut earlier, page))?;
+            }
         }
         // A draft that another solution follows shows its stored rays without a gather.
         page.begin_solve(Quality::Draft.name());

@@ -108,8 +108,10 @@ fn sides_of(parts: &PartCounts) -> FaceSides {
     }
 }
 
-/// Steps of the bisection for a patch size.
-const BISECTION_STEPS: usize = 40;
+/// Steps of the bisection for a patch size: its last interval is 10⁻⁵ wide, relative to the size.
+const BISECTION_STEPS: usize = 20;
+/// Edges, each four fifths of the one before, among which that of the least number of patches is sought.
+const TRIED_EDGES: i32 = 40;
 
 /// Edge of a patch (m, two digits) for about `wanted` patches, and the number expected of it. Small triangles are patches whatever the edge.
 fn patch_size(scene: &Scene, wanted: f64) -> (f64, f64) {
@@ -132,7 +134,7 @@ fn patch_size(scene: &Scene, wanted: f64) -> (f64, f64) {
 /// The smallest edge with which the number of patches exceeds the least by a tenth only.
 fn edge_of_least_patches(scene: &Scene, least: f64) -> f64 {
     let diagonal = scene.diagonal();
-    let edges = (0..BISECTION_STEPS).map(|k| diagonal * 0.8f64.powi(k as i32));
+    let edges = (0..TRIED_EDGES).map(|k| diagonal * 0.8f64.powi(k));
     edges.take_while(|e| expected_patches(scene, *e) <= 1.1 * least).last().unwrap_or(diagonal)
 }
 

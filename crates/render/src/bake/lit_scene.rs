@@ -31,6 +31,11 @@ impl<'a> LitScene<'a> {
         }
     }
 
+    /// True where the scene is an even extension.
+    pub(super) fn is_extended(&self) -> bool {
+        matches!(self.scene, Cow::Owned(_))
+    }
+
     /// The lights of a group and their images, without separate suns.
     pub(super) fn lights_of(&self, kind: LightGroupKind) -> impl Iterator<Item = &Light> {
         let lights = self.scene.lights().iter().zip(&self.light_of);

@@ -138,7 +138,8 @@ pub fn bake_in_steps<E>(
 ) -> Result<(), E> {
     let transport = Transport::new(&solution.scene);
     let lit = LitScene::of(&solution.scene, options.sunlight);
-    let shadow_rays = Transport::new(&lit.scene);
+    let extended = lit.is_extended().then(|| Transport::new(&lit.scene));
+    let shadow_rays = extended.as_ref().unwrap_or(&transport);
     // Separate the light groups and denoise their irradiances.
     let groups = GroupField::denoised_of_solution(solution);
     // Prepare panes and medium.
@@ -153,7 +154,7 @@ pub fn bake_in_steps<E>(
     };
     // Mesh the patches, refined where the light varies.
     let lighting =
-        VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);
+        VertexLighting::new(solution, &transport, (&lit, shadow_rays), &groups, options.light_samples);
     let mut trees = refinement::plant(&lighting, &groups, options, progress);
     for (k, max_vertices) in steps.iter().copied().filter(|n| *n < options.max_vertices).enumerate() {
         let is_finer = refinement::refine(&mut trees, (&lighting, &groups), options, max_vertices);

@@ -4,8 +4,6 @@
 //! |---|---|
 //! | `tiles` | patches and pane pieces as tiles of their plates, fields on them |
 //! | `patch_field` | a field, smooth across tiles and sharp at creases and walls |
-//! | `point_grid` | uniform hash grid of points |
 
 pub(crate) mod patch_field;
-pub(crate) mod point_grid;
 pub(crate) mod tiles;

@@ -8,17 +8,16 @@
 //! are limited to the range of their nodes. A node inside a neighbour's edge (a hanging node) takes that neighbour's value there.
 //! Cost: one node evaluation a tile, on first use, then nine weights a point.
 
-use super::point_grid::cell_of;
 use crate::lazy_values::LazyValues;
 use crate::node_interpolation::{
     BandGradients, GradientFit, NodeZone, node_value, value_ranges, weighted_sum,
 };
-use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::{PI, TAU};
 use zonal_math::Vec3;
 use zonal_scene::{Band, Bands, PerBand, Plate, PlateKind};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::{PatchLocator, clamped_parameters};
+use zonal_transport::plate_boxes::PlateBoxes;
 
 /// Least cosine between the normals of tiles of one smooth sheet: cos 20°.
 const MIN_COS_SMOOTH: f64 = 0.939_692_620_785_908_4;
@@ -132,72 +131,11 @@ fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
     here + bubble * (own - centre)
 }
 
-/// Tiles by cell of one grid.
-type TileCells = HashMap<[i64; 3], Vec<u32>>;
-
-/// Halvings of the cell that is one to two times as large as a tile.
-const CELL_HALVINGS: i32 = 2;
-/// Diameter, m, below which tiles share a grid.
-const MIN_TILE_DIAMETER: f64 = 1e-12;
-
-/// Tiles by the cells of grids, to find those that touch a point. A tile lies in the grid whose cells are a quarter to half of its diameter, so that a cell
-/// holds few tiles whatever their sizes.
-struct TileGrid {
-    /// Lower and upper corner of the bounds of each tile, widened.
-    bounds: Vec<[Vec3; 2]>,
-    /// Edge of a cell, m, and the tiles of the cells of each grid.
-    grids: Vec<(f64, TileCells)>,
-}
-
-impl TileGrid {
-    fn new(tiles: &[PlateTile]) -> TileGrid {
-        let (mut bounds, mut grids) = (Vec::with_capacity(tiles.len()), BTreeMap::<i32, TileCells>::new());
-        for (i, t) in tiles.iter().enumerate() {
-            let diameter = t.plate.diameter();
-            let power = diameter.max(MIN_TILE_DIAMETER).log2().ceil() as i32 - CELL_HALVINGS;
-            let (cell, cells) = (f64::from(power).exp2(), grids.entry(power).or_default());
-            let (lo, hi) = t.plate.bounds();
-            let pad = Vec3::splat(1e-6 * diameter);
-            bounds.push([lo - pad, hi + pad]);
-            let (a, b) = (cell_of(lo - pad, cell), cell_of(hi + pad, cell));
-            for x in a[0]..=b[0] {
-                for y in a[1]..=b[1] {
-                    for z in a[2]..=b[2] {
-                        let middle = [x, y, z].map(|k| (k as f64 + 0.5) * cell);
-                        let height = t.normal.dot(Vec3::from_array(middle) - t.plate.origin);
-                        if height.abs() <= cell {
-                            cells.entry([x, y, z]).or_default().push(i as u32);
-                        }
-                    }
-                }
-            }
-        }
-        TileGrid {
-            bounds,
-            grids: grids.into_iter().map(|(power, cells)| (f64::from(power).exp2(), cells)).collect(),
-        }
-    }
-
-    /// The tiles whose bounds hold `p`, ascending.
-    fn at(&self, p: Vec3) -> Vec<u32> {
-        let mut all = Vec::with_capacity(16);
-        for (cell, cells) in &self.grids {
-            let here = cells.get(&cell_of(p, *cell)).map_or(&[][..], Vec::as_slice);
-            all.extend(here.iter().copied().filter(|&i| {
-                let [lo, hi] = self.bounds[i as usize];
-                (0..3).all(|k| lo[k] <= p[k] && p[k] <= hi[k])
-            }));
-        }
-        all.sort_unstable();
-        all
-    }
-}
-
 /// Positions and adjacency of the tiles: the same for every field on them.
 pub(crate) struct TileTopology<'a> {
     tiles: Vec<PlateTile>,
     transport: Option<&'a Transport<'a>>,
-    grid: TileGrid,
+    boxes: PlateBoxes,
     nodes: LazyValues<Vec<TileNode>>,
 }
 
@@ -225,8 +163,9 @@ struct TileNode {
 impl<'a> TileTopology<'a> {
     /// The topology of the tiles; walls come from `transport`, if given.
     pub(crate) fn new(tiles: Vec<PlateTile>, transport: Option<&'a Transport<'a>>) -> TileTopology<'a> {
-        let (grid, nodes) = (TileGrid::new(&tiles), LazyValues::new(tiles.len()));
-        TileTopology { tiles, transport, grid, nodes }
+        let plates: Vec<Plate> = tiles.iter().map(|t| t.plate).collect();
+        let (boxes, nodes) = (PlateBoxes::new(&plates), LazyValues::new(tiles.len()));
+        TileTopology { tiles, transport, boxes, nodes }
     }
 
     /// The tiles.
@@ -241,11 +180,12 @@ impl<'a> TileTopology<'a> {
     fn find_nodes(&self, i: usize) -> Vec<TileNode> {
         let tile = &self.tiles[i];
         let mut known: Vec<(u32, bool)> = vec![(i as u32, true)];
-        let mut list = Vec::new();
+        let (mut list, mut near) = (Vec::new(), Vec::new());
         for &[u, v] in node_parameters(tile.plate.kind) {
             let p = tile.plate.at(u, v);
             let mut here = Vec::new();
-            for j in self.grid.at(p) {
+            self.boxes.at(p, &mut near);
+            for &j in &near {
                 let Some(angle) = subtended(&self.tiles[j as usize].plate, p) else {
                     continue;
                 };

@@ -29,8 +29,11 @@ pub use exclusions::excluded_parts;
 pub use work_sharing::WorkSharing;
 
 use crate::transport::Transport;
+use rayon::prelude::*;
 use zonal_scene::{EvenExtension, Facet, PlateKind, Scene, SceneError, SheetSides, Sides, VoxelZones, Zones};
 
+/// Facets whose patches are counted one after the other.
+const FACETS_PER_BLOCK: usize = 4096;
 /// A face longer than this fraction of the scene's diagonal counts as a wall of an enclosure.
 const MIN_WALL_LENGTH_SHARE: f64 = 1e-2;
 /// Smallest width of such a wall, as a fraction of the diagonal. Rays start 1e-9 of the diagonal off a zone and would pass through
@@ -101,7 +104,9 @@ pub fn expected_patches(scene: &Scene, size: f64) -> f64 {
         let sides = if s.sides == Sides::Both && !s.solid { 2.0 } else { 1.0 };
         sides * plate_subdivision::estimate_count(&f.plate, size, scene.options().patch_rule)
     };
-    scene.facets().iter().map(of_facet).sum()
+    // Sums of blocks, so that the result is the same for any number of threads.
+    let blocks = scene.facets().par_chunks(FACETS_PER_BLOCK);
+    blocks.map(|b| b.iter().map(of_facet).sum::<f64>()).collect::<Vec<_>>().into_iter().sum()
 }
 
 /// Refuses enclosures so thin that rays leave them: long rectangles of too small a width. Exempt are periodic scenes, whose enclosure

@@ -32,6 +32,48 @@ const MAX_PIECES: usize = 32;
 
 type Polygon = Vec<Vec3>;
 
+/// A convex polygon of a patch's plane with its edges.
+struct Piece {
+    corners: Polygon,
+    /// Of each edge the unit normal m into the polygon, in its plane, and m·x on the edge.
+    edges: Vec<(Vec3, f64)>,
+    /// Largest distance of a corner from the first.
+    diameter: f64,
+}
+
+impl Piece {
+    fn new(corners: Polygon, normal: Vec3) -> Piece {
+        let n = corners.len();
+        let edge = |i: usize| {
+            let m = normal.cross(corners[(i + 1) % n] - corners[i]).normalized();
+            (m, m.dot(corners[i]))
+        };
+        let edges = (0..n).map(edge).collect();
+        let diameter = corners.iter().map(|p| (*p - corners[0]).length()).fold(0.0, f64::max);
+        Piece { corners, edges, diameter }
+    }
+
+    /// True when the foot passes through the interior over at least [`MIN_FOOT_LENGTH_SHARE`].
+    fn is_crossed_by(&self, foot: &WallFoot) -> bool {
+        let (mut t0, mut t1) = (0.0f64, 1.0f64);
+        let [a, b] = foot.ends;
+        for (m, c) in &self.edges {
+            let (ha, hb) = (m.dot(a) - c, m.dot(b) - c);
+            if ha < 0.0 && hb < 0.0 {
+                return false;
+            }
+            if ha < 0.0 {
+                t0 = t0.max(ha / (ha - hb));
+            } else if hb < 0.0 {
+                t1 = t1.min(ha / (ha - hb));
+            }
+        }
+        let middle = a + (b - a) * (0.5 * (t0 + t1));
+        (t1 - t0) * (b - a).length() > MIN_FOOT_LENGTH_SHARE * self.diameter
+            && self.edges.iter().all(|(m, c)| m.dot(middle) - c > 1e-6 * self.diameter)
+    }
+}
+
 /// The foot of a wall in the patch's plane.
 struct WallFoot {
     ends: [Vec3; 2],
@@ -50,16 +92,17 @@ pub(super) fn split_along_walls(
     plate: &Plate,
     min_area: f64,
 ) -> Vec<Plate> {
+    let (corners, n) = plate.corners();
+    let (normal, area) = (plate.normal(), plate.area());
+    let whole = Piece::new(corners[..n].to_vec(), normal);
     // Collect the feet, the longest first.
-    let mut feet = wall_feet(transport, own, plate);
+    let (mut feet, may_be_covered) = wall_feet(transport, own, plate, &whole);
     if feet.is_empty() {
         return vec![*plate];
     }
     let length = |f: &WallFoot| (f.ends[1] - f.ends[0]).length();
     feet.sort_by(|a, b| length(b).total_cmp(&length(a)).then(a.id.cmp(&b.id)));
-    let (corners, n) = plate.corners();
-    let (normal, area) = (plate.normal(), plate.area());
-    let mut pieces: Vec<Polygon> = vec![corners[..n].to_vec()];
+    let mut pieces = vec![whole];
     let differ_in_visibility = |a: &Polygon, b: &Polygon| {
         let hidden = |p: &Polygon| {
             let parts = polygon_plates(p, normal);
@@ -68,39 +111,45 @@ pub(super) fn split_along_walls(
         };
         (hidden(a) - hidden(b)).abs() > HIDDEN_SHARE_DIFFERENCE
     };
+    let may_be_hidden = may_be_covered || transport.has_solids();
     // Split at every foot; in a second pass, when all large pieces are made, also off small hidden parts.
     for (foot, second_pass) in feet.iter().map(|f| (f, false)).chain(feet.iter().map(|f| (f, true))) {
         for k in 0..pieces.len() {
-            if pieces.len() >= MAX_PIECES || !crosses_interior(foot, &pieces[k], normal) {
+            if pieces.len() >= MAX_PIECES || !pieces[k].is_crossed_by(foot) {
                 continue;
             }
             let level = foot.across.dot(foot.ends[0]);
-            let (a, b) = (clip(&pieces[k], foot.across, level), clip(&pieces[k], -foot.across, -level));
+            let (a, b) = (
+                clip(&pieces[k].corners, foot.across, level),
+                clip(&pieces[k].corners, -foot.across, -level),
+            );
             let smaller = polygon_area(&a, normal).min(polygon_area(&b, normal));
             let large_enough = smaller > (foot.min_share * area).max(min_area);
             if large_enough
-                || second_pass && smaller > MIN_PIECE_SHARE_IF_HIDDEN * area && differ_in_visibility(&a, &b)
+                || second_pass
+                    && may_be_hidden
+                    && smaller > MIN_PIECE_SHARE_IF_HIDDEN * area
+                    && differ_in_visibility(&a, &b)
             {
-                pieces[k] = a;
-                pieces.push(b);
+                pieces[k] = Piece::new(a, normal);
+                pieces.push(Piece::new(b, normal));
             }
         }
     }
     if pieces.len() == 1 {
         return vec![*plate];
     }
-    pieces.iter().flat_map(|p| polygon_plates(p, normal)).collect()
+    pieces.iter().flat_map(|p| polygon_plates(&p.corners, normal)).collect()
 }
 
-/// The feet of all facets that divide `plate`, a part of facet `own`.
-fn wall_feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<WallFoot> {
+/// The feet of all facets that divide `plate`, a part of facet `own` with the outline `whole`; and false where no black back can lie on it.
+fn wall_feet(transport: &Transport, own: usize, plate: &Plate, whole: &Piece) -> (Vec<WallFoot>, bool) {
     let tolerance = IN_PLANE_EPSILONS * transport.epsilon();
     let (lo, hi) = plate.bounds();
     let normal = plate.normal();
-    let (corners, n) = plate.corners();
     let contact = CONTACT_DISTANCE_SHARE * plate.diameter();
     let pad = Vec3::splat(contact);
-    let mut out = Vec::new();
+    let (mut out, mut may_be_covered) = (Vec::new(), false);
     for id in transport.facets_overlapping(lo - pad, hi + pad) {
         if id as usize == own {
             continue;
@@ -111,10 +160,14 @@ fn wall_feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<WallFoot> 
         let h: Vec<f64> = x[..k].iter().map(|p| (*p - plate.origin).dot(normal)).collect();
         let top = h.iter().fold(f64::MIN, |m, y| m.max(*y));
         let bottom = h.iter().fold(f64::MAX, |m, y| m.min(*y));
+        may_be_covered |= wall.normal().dot(normal) > 0.0
+            && top > 0.0
+            && bottom <= contact
+            && has_black_back(transport, id as usize);
         let mut add = |ends: [Vec3; 2], min_share: f64| {
             let along = (ends[1] - ends[0]).normalized();
             let foot = WallFoot { ends, across: normal.cross(along), min_share, id };
-            if (ends[1] - ends[0]).length() > tolerance && crosses_interior(&foot, &corners[..n], normal) {
+            if (ends[1] - ends[0]).length() > tolerance && whole.is_crossed_by(&foot) {
                 out.push(foot);
             }
         };
@@ -137,7 +190,7 @@ fn wall_feet(transport: &Transport, own: usize, plate: &Plate) -> Vec<WallFoot> 
             add(ends, MIN_PIECE_SHARE_AT_WALL);
         }
     }
-    out
+    (out, may_be_covered)
 }
 
 /// The intersection of a wall with corners `x` at heights `h` with the plane of height zero: the ends of the segment, which has the
@@ -159,34 +212,6 @@ fn plane_crossing(x: &[Vec3], h: &[f64], along: Vec3, tolerance: f64) -> Option<
         }
     }
     ends.map(|[a, b]| [a.1, b.1])
-}
-
-/// True when the foot passes through the interior of the polygon over at least [`MIN_FOOT_LENGTH_SHARE`].
-fn crosses_interior(foot: &WallFoot, polygon: &[Vec3], normal: Vec3) -> bool {
-    let n = polygon.len();
-    let [a, b] = foot.ends;
-    let inward: Vec<(Vec3, f64)> = (0..n)
-        .map(|i| {
-            let m = normal.cross(polygon[(i + 1) % n] - polygon[i]).normalized();
-            (m, m.dot(polygon[i]))
-        })
-        .collect();
-    let (mut t0, mut t1) = (0.0f64, 1.0f64);
-    for (m, c) in &inward {
-        let (ha, hb) = (m.dot(a) - c, m.dot(b) - c);
-        if ha < 0.0 && hb < 0.0 {
-            return false;
-        }
-        if ha < 0.0 {
-            t0 = t0.max(ha / (ha - hb));
-        } else if hb < 0.0 {
-            t1 = t1.min(ha / (ha - hb));
-        }
-    }
-    let diameter = polygon.iter().map(|p| (*p - polygon[0]).length()).fold(0.0, f64::max);
-    let middle = a + (b - a) * (0.5 * (t0 + t1));
-    (t1 - t0) * (b - a).length() > MIN_FOOT_LENGTH_SHARE * diameter
-        && inward.iter().all(|(m, c)| m.dot(middle) - c > 1e-6 * diameter)
 }
 
 /// The part of the polygon with m·x ≥ level.
@@ -242,35 +267,46 @@ fn polygon_plates(polygon: &[Vec3], normal: Vec3) -> Vec<Plate> {
 
 /// True when the front of `plate`, a part of facet `own`, is hidden.
 pub(super) fn is_covered(transport: &Transport, own: usize, plate: &Plate) -> bool {
-    hidden_share(transport, own, plate) == 1.0
+    sample_points(plate.kind).iter().all(hides(transport, own, plate))
 }
 
-/// Fraction of four points of `plate`, a part of facet `own`, whose front is hidden: under the black back of a facet in contact, in
-/// solid material, or against another solid.
+/// Fraction of four points of `plate`, a part of facet `own`, whose front is hidden.
 fn hidden_share(transport: &Transport, own: usize, plate: &Plate) -> f64 {
-    let at: [[f64; 2]; 4] = match plate.kind {
-        PlateKind::Triangle => [[0.33, 0.34], [0.6, 0.2], [0.2, 0.6], [0.2, 0.2]],
-        PlateKind::Parallelogram => [[0.51, 0.49], [0.2, 0.25], [0.75, 0.2], [0.3, 0.8]],
-    };
-    let scene = transport.scene();
+    let points = sample_points(plate.kind);
+    points.iter().copied().filter(hides(transport, own, plate)).count() as f64 / points.len() as f64
+}
+
+/// Parameters of the points of a plate at which its front may be hidden.
+fn sample_points(kind: PlateKind) -> &'static [[f64; 2]; 4] {
+    match kind {
+        PlateKind::Triangle => &[[0.33, 0.34], [0.6, 0.2], [0.2, 0.6], [0.2, 0.2]],
+        PlateKind::Parallelogram => &[[0.51, 0.49], [0.2, 0.25], [0.75, 0.2], [0.3, 0.8]],
+    }
+}
+
+/// True for the parameters of a point of `plate`, a part of facet `own`, whose front is hidden: under the black back of a facet in contact, in solid material, or
+/// against another solid.
+fn hides(transport: &Transport, own: usize, plate: &Plate) -> impl Fn(&[f64; 2]) -> bool {
     let normal = plate.normal();
     let lift = normal * (1e3 * transport.epsilon());
     let contact = CONTACT_DISTANCE_SHARE * plate.diameter();
     let solid = is_solid(transport, own);
-    let is_hidden = |[u, v]: [f64; 2]| {
-        let p = plate.at(u, v);
+    move |[u, v]: &[f64; 2]| {
+        let p = plate.at(*u, *v);
         // Only a black back covers: a thin gap in front of an exchanging side remains a gap.
-        let is_black_back = |h: Hit| {
-            let s = &scene.surfaces()[scene.facets()[h.facet].surface];
-            !h.front && s.sides == Sides::Front
-        };
+        let is_black_back = |h: Hit| !h.front && has_black_back(transport, h.facet);
         let covered =
             transport.closest_hit(p, normal, transport.epsilon(), contact).is_some_and(is_black_back);
         covered
             || transport.inside_solid(p + lift)
             || (solid && touches_opposite_facet(transport, own, plate, p) && transport.inside_solid(p - lift))
-    };
-    at.into_iter().filter(|uv| is_hidden(*uv)).count() as f64 / at.len() as f64
+    }
+}
+
+/// True where the back of a facet is black.
+fn has_black_back(transport: &Transport, facet: usize) -> bool {
+    let scene = transport.scene();
+    scene.surfaces()[scene.facets()[facet].surface].sides == Sides::Front
 }
 
 /// True where the facet belongs to a closed body.

@@ -7,7 +7,6 @@ use super::charts::FlatChart;
 use super::lightmap_data::LightmapMesh;
 use super::packing::PackedAtlas;
 use crate::bake::baked::single_vector;
-use crate::surface::point_grid::cell_of;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use zonal_math::Vec3;
 use zonal_scene::Scene;
@@ -114,4 +113,9 @@ impl CornerGrid {
         found.dedup_by(|p, q| place(p) - place(q) <= 2.0 * self.tolerance);
         found
     }
+}
+
+/// The cell, of edge `cell` (m), that contains a point.
+fn cell_of(p: Vec3, cell: f64) -> [i64; 3] {
+    p.array().map(|x| (x / cell).floor() as i64)
 }
