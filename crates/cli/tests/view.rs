@@ -354,6 +354,20 @@ fn a_scene_is_shown_in_direct_light_then_as_draft_then_as_wanted_and_again_after
 }
 
 #[test]
+fn many_zones_are_shown_in_sunlight_first() {
+    let floor = r#"
+solve.patch_size = 0.01
+surface = [{ name = "floor", rectangle = { origin = [0, 0, 0], edge1 = [3, 0, 0], edge2 = [0, 3, 0] }, reflectance = 0.5 }]
+light = [{ kind = "sun", direction = [0, 0.3, -1], irradiance = 1 }]
+"#;
+    let mut v = RunningViewer::of("floor.toml", floor);
+    let mut lines = [String::new(), String::new()];
+    lines.iter_mut().for_each(|line| drop(v.output.read_line(line)));
+    assert!(lines[0].starts_with("Ctrl-C") && lines[1].starts_with("sunlight: 22500 zones"), "{lines:?}");
+    assert_eq!(v.stop("-INT").0, Some(0));
+}
+
+#[test]
 fn an_interrupt_ends_a_solve_in_progress() {
     let fine = room(0.5).replace("patch_size = 0.5", "patch_size = 0.02\ntolerance = 0.001");
     let v = RunningViewer::of("room.toml", fine);

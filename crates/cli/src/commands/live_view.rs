@@ -15,7 +15,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 use zonal_render::bake::has_separate_suns;
 use zonal_report::{Failure, note, say};
-use zonal_scene::{CheckpointStore, ErrorEstimate, NoProgress, Progress, Scene, Solution};
+use zonal_scene::{CheckpointStore, ErrorEstimate, NoProgress, Progress, Scene, Solution, Zones};
 use zonal_solve::{SolveSettings, solve_direct_light, solve_without_light};
 
 /// Time between two looks at the files.
@@ -143,24 +143,7 @@ impl LiveInput {
         let (stages, mut earlier, mut zones) = (DirectLightStages::default(), Vec::new(), None);
         let settings = SolveSettings { checkpoints: &stages, ..SolveSettings::new(self.memory_limit, page) };
         if scene.thermal().is_none() {
-            page.begin_solve(ShownStage::DirectLight.name());
-            // The page draws suns without the light on the zones; where these are many, it need not wait for their shadow rays.
-            let mut shows_sunlight = false;
-            if has_separate_suns(scene) && scene.voxel_grid().is_none() {
-                let solution = with_hash(solve_without_light(draft.clone(), &settings)?);
-                zones = Some(solution.zones.clone());
-                shows_sunlight = solution.zones.len() > MIN_ZONES_OF_SUNLIGHT;
-                if shows_sunlight {
-                    self.publish(page, solution, ShownStage::Sunlight, (&mut Vec::new(), page))?;
-                }
-            }
-            // After sunlight, the draft brings all other direct light.
-            if !shows_sunlight {
-                let settings = SolveSettings { zones: zones.as_ref(), ..settings };
-                let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
-                zones = Some(solution.zones.clone());
-                self.publish(page, solution, ShownStage::DirectLight, (&mut earlier, page))?;
-            }
+            zones = Some(self.solve_first_light(&draft, page, &settings, &mut earlier)?);
         }
         // A draft that another solution follows shows its stored rays without a gather.
         page.begin_solve(Quality::Draft.name());
@@ -183,6 +166,33 @@ impl LiveInput {
         });
         published?;
         self.publish(page, solution?, ShownStage::Last(self.quality.name()), (&mut earlier, page))
+    }
+
+    /// Publishes sunlight where the page draws it and the zones of the draft are many, otherwise direct light; returns the zones.
+    fn solve_first_light(
+        &self,
+        draft: &Scene,
+        page: &LivePage,
+        settings: &SolveSettings,
+        earlier: &mut Vec<ErrorEstimate>,
+    ) -> Result<Zones, Failure> {
+        page.begin_solve(ShownStage::DirectLight.name());
+        let mut zones = None;
+        // Suns that the page draws need no shadow rays. The draft that follows brings all other direct light.
+        if has_separate_suns(draft) && draft.voxel_grid().is_none() {
+            let solution = with_hash(solve_without_light(draft.clone(), settings)?);
+            if solution.zones.len() > MIN_ZONES_OF_SUNLIGHT {
+                let zones = solution.zones.clone();
+                self.publish(page, solution, ShownStage::Sunlight, (&mut Vec::new(), page))?;
+                return Ok(zones);
+            }
+            zones = Some(solution.zones);
+        }
+        let settings = SolveSettings { zones: zones.as_ref(), ..*settings };
+        let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
+        let zones = solution.zones.clone();
+        self.publish(page, solution, ShownStage::DirectLight, (earlier, page))?;
+        Ok(zones)
     }
 
     /// Publishes a solution, and reports it; `earlier` has the error estimates of those before, and gets its own.

@@ -104,12 +104,8 @@ pub(super) fn split_along_walls(
     feet.sort_by(|a, b| length(b).total_cmp(&length(a)).then(a.id.cmp(&b.id)));
     let mut pieces = vec![whole];
     let differ_in_visibility = |a: &Polygon, b: &Polygon| {
-        let hidden = |p: &Polygon| {
-            let parts = polygon_plates(p, normal);
-            let sum: f64 = parts.iter().map(|x| x.area() * hidden_share(transport, own, x)).sum();
-            sum / polygon_area(p, normal)
-        };
-        (hidden(a) - hidden(b)).abs() > HIDDEN_SHARE_DIFFERENCE
+        let [a, b] = [a, b].map(|p| hidden_share_of_polygon(transport, own, p, normal));
+        (a - b).abs() > HIDDEN_SHARE_DIFFERENCE
     };
     let may_be_hidden = may_be_covered || transport.has_solids();
     // Split at every foot; in a second pass, when all large pieces are made, also off small hidden parts.
@@ -274,6 +270,13 @@ pub(super) fn is_covered(transport: &Transport, own: usize, plate: &Plate) -> bo
 fn hidden_share(transport: &Transport, own: usize, plate: &Plate) -> f64 {
     let points = sample_points(plate.kind);
     points.iter().copied().filter(hides(transport, own, plate)).count() as f64 / points.len() as f64
+}
+
+/// The mean hidden fraction of a convex polygon, a part of facet `own`.
+fn hidden_share_of_polygon(transport: &Transport, own: usize, p: &[Vec3], normal: Vec3) -> f64 {
+    let parts = polygon_plates(p, normal);
+    let sum: f64 = parts.iter().map(|x| x.area() * hidden_share(transport, own, x)).sum();
+    sum / polygon_area(p, normal)
 }
 
 /// Parameters of the points of a plate at which its front may be hidden.
