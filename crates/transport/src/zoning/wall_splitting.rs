@@ -42,6 +42,11 @@ struct Piece {
 }
 
 impl Piece {
+    fn of_plate(plate: &Plate) -> Piece {
+        let (corners, n) = plate.corners();
+        Piece::new(corners[..n].to_vec(), plate.normal())
+    }
+
     fn new(corners: Polygon, normal: Vec3) -> Piece {
         let n = corners.len();
         let edge = |i: usize| {
@@ -92,9 +97,7 @@ pub(super) fn split_along_walls(
     plate: &Plate,
     min_area: f64,
 ) -> Vec<Plate> {
-    let (corners, n) = plate.corners();
-    let (normal, area) = (plate.normal(), plate.area());
-    let whole = Piece::new(corners[..n].to_vec(), normal);
+    let (normal, area, whole) = (plate.normal(), plate.area(), Piece::of_plate(plate));
     // Collect the feet, the longest first.
     let (mut feet, may_be_covered) = wall_feet(transport, own, plate, &whole);
     if feet.is_empty() {
