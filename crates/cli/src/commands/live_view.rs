@@ -22,7 +22,7 @@ use zonal_solve::{SolveSettings, solve_direct_light, solve_without_light};
 const FILE_CHECK_INTERVAL: Duration = Duration::from_millis(300);
 /// Vertices of the first data of a solution over those of the last.
 const FIRST_VERTEX_SHARE: f64 = 0.1;
-/// Zones above which sunlight is sent in place of direct light.
+/// Zones of the draft above which sunlight is sent in place of direct light, and the draft is sent before the last solve begins.
 const MIN_ZONES_OF_SUNLIGHT: usize = 20_000;
 /// First words of the names of the stages of a solve that the solution of direct light leaves to the draft.
 const DIRECT_LIGHT_STAGES: [&str; 2] = ["light-", "surroundings"];
@@ -153,19 +153,29 @@ impl LiveInput {
             return self.publish(page, draft, ShownStage::Last(self.quality.name()), (&mut earlier, page));
         }
         drop((stages, zones));
-        // Publish the draft while the last solve begins, on threads of its own: those of the solve would keep it waiting.
-        let own_threads = rayon::ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build();
-        let own_threads = own_threads.map_err(|e| Failure::new(format!("no more threads ({e})")))?;
-        page.begin_solve(self.quality.name());
-        let settings = SolveSettings::new(self.memory_limit, page);
-        let (published, solution) = std::thread::scope(|scope| {
-            let publish = || self.publish(page, draft, ShownStage::Draft, (&mut earlier, &NoProgress));
-            let publishing = scope.spawn(|| own_threads.install(publish));
-            let solution = of_quality(self.quality).and_then(|scene| solve_and_hash(scene, &settings));
-            (publishing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), solution)
-        });
-        published?;
-        self.publish(page, solution?, ShownStage::Last(self.quality.name()), (&mut earlier, page))
+        let solve_last = || {
+            page.begin_solve(self.quality.name());
+            let settings = SolveSettings::new(self.memory_limit, page);
+            of_quality(self.quality).and_then(|scene| solve_and_hash(scene, &settings))
+        };
+        let solution = if draft.zones.len() > MIN_ZONES_OF_SUNLIGHT {
+            self.publish(page, draft, ShownStage::Draft, (&mut earlier, page))?;
+            solve_last()?
+        } else {
+            // The bake of a small draft leaves cores idle: the last solve begins beside it. The bake has threads of its own, as those of the solve would keep it waiting.
+            let own_threads = rayon::ThreadPoolBuilder::new().num_threads(rayon::current_num_threads());
+            let own_threads =
+                own_threads.build().map_err(|e| Failure::new(format!("no more threads ({e})")))?;
+            let (published, solution) = std::thread::scope(|scope| {
+                let publish = || self.publish(page, draft, ShownStage::Draft, (&mut earlier, &NoProgress));
+                let publishing = scope.spawn(|| own_threads.install(publish));
+                let solution = solve_last();
+                (publishing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), solution)
+            });
+            published?;
+            solution?
+        };
+        self.publish(page, solution, ShownStage::Last(self.quality.name()), (&mut earlier, page))
     }
 
     /// Publishes sunlight where the page draws it and the zones of the draft are many, otherwise direct light; returns the zones.
