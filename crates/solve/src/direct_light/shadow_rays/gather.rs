@@ -3,11 +3,12 @@
 use super::neighbour_agreement::NeighbourAgreement;
 use super::params::{
     AVERAGED_ERROR_SHARE, AVERAGED_VOXEL_SAMPLES, CHUNK_ZONES, CURVATURE_SHARE, DISAGREEING_NEIGHBOURS,
-    ERROR_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN, MAX_ERROR_EXCESS,
-    MAX_OPENING_RAYS, MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL,
-    PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT, STATED_OVER_AGREEMENT_ERROR,
-    STATED_OVER_MEAN_ERROR,
+    ERROR_SHARE, EXPECTED_CLUSTER_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN,
+    MAX_ERROR_EXCESS, MAX_OPENING_RAYS, MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE,
+    MIN_RELATIVE_LEVEL, PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT,
+    STATED_OVER_AGREEMENT_ERROR, STATED_OVER_MEAN_ERROR,
 };
+use super::patch_clusters::{ClusterAgreement, PatchClusters};
 use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
 use crate::distribution::Execution;
 use crate::iteration::multivector;
@@ -148,7 +149,7 @@ pub(crate) fn expected_rays(
         let openings = SkyThroughOpenings::find(&sampler, (limit, step), wanted);
         let more = |(o, &i): (&DirectLightEstimate, &usize)| {
             let wanted = target.of(o);
-            if largest(o.unoccluded) * o.relative_error(0) <= wanted {
+            if o.absolute_error() <= wanted {
                 return 0.0;
             }
             let averaged =
@@ -157,10 +158,14 @@ pub(crate) fn expected_rays(
             if let Some(rays) = by_openings.and_then(|x| x.openings.expected_rays(i, wanted, x.max_rays)) {
                 return rays;
             }
-            let share = if o.agrees() { DISAGREEING_NEIGHBOURS } else { 1.0 };
+            let share = match o.agrees() {
+                true if scene.voxel_grid().is_none() => EXPECTED_CLUSTER_SHARE,
+                true => DISAGREEING_NEIGHBOURS,
+                false => 1.0,
+            };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
             let second = sampler.resample(i, o, most, wanted);
-            let excess = largest(second.unoccluded) * second.error as f64 / wanted;
+            let excess = second.absolute_error() / wanted;
             let third = match !averaged && is_undersampled(&second, excess, most) {
                 true => sampler.resample(i, &second, most, wanted).count,
                 false => 0,
@@ -192,11 +197,18 @@ pub(crate) fn gather(
         ZoneLightSampler::for_zones(n, execution, |i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind(i)]));
     let mut gathering = Gathering::new(&sampler, &pilot);
     // Resample the zones whose error is too large.
-    let neighbours = scene.voxel_grid().map(|m| NeighbourAgreement::new(&sampler, m, &pilot));
-    let second = ZoneLightSampler::for_zones(n, execution, |i| {
-        let around = neighbours.as_ref().map_or(0, |c| c.agreeing_samples(&sampler, &pilot[i], i));
-        gathering.resample_if_needed(i, &pilot[i], around)
+    let clusters = scene.voxel_grid().is_none().then(|| PatchClusters::new(&zones.patches));
+    let neighbours = Neighbours {
+        cells: scene.voxel_grid().map(|m| NeighbourAgreement::new(&sampler, m, &pilot)),
+        cluster: clusters.as_ref().map(|c| c.agreement(&pilot)),
+    };
+    let mut second = ZoneLightSampler::for_zones(n, execution, |i| {
+        gathering.resample_if_needed(i, &pilot[i], &neighbours)
     });
+    if let Some(clusters) = &clusters {
+        let agreement = clusters.agreement(&second);
+        second.par_iter_mut().enumerate().for_each(|(i, one)| one.support = agreement.support(i, one));
+    }
     let counted = |list: &[DirectLightEstimate]| list.iter().map(|o| o.count as u64).sum::<u64>();
     let rays = counted(&pilot) + counted(&second);
     drop((neighbours, pilot));
@@ -221,6 +233,23 @@ fn relative_error(fields: &[Bands], error: &[Bands], zones: Range<usize>) -> f64
     let [e, f]: [f64; 2] =
         multivector::sum(zones.len(), |k| [error, fields].map(|list| largest(list[zones.start + k]).powi(2)));
     if e > 0.0 { (e / f).sqrt() } else { 0.0 }
+}
+
+/// Agreement of the pilot samples around a zone: of the cells, or of the cluster of a patch where there is no voxel grid.
+struct Neighbours<'a> {
+    cells: Option<NeighbourAgreement<'a>>,
+    cluster: Option<ClusterAgreement<'a>>,
+}
+
+impl Neighbours<'_> {
+    /// Number of samples around zone `i` that support its pilot samples `one`, and the number of samples that it needs alone over that with its neighbours.
+    fn of(&self, sampler: &ZoneLightSampler, i: usize, one: &DirectLightEstimate) -> (u32, f64) {
+        match (&self.cells, &self.cluster) {
+            (_, Some(c)) => (c.support(i, one), c.saving(i, one)),
+            (Some(c), None) => (c.agreeing_samples(sampler, one, i) as u32, 1.0),
+            (None, None) => (0, 1.0),
+        }
+    }
 }
 
 /// Shared data of the passes over the zones after the pilot samples.
@@ -284,34 +313,39 @@ impl<'a> Gathering<'a> {
         self.openings.as_ref().filter(|o| o.openings.serve(i) && self.cube(i).is_none())
     }
 
-    /// The estimate of zone `i` after its pilot samples, `around` of which in the neighbourhood agree with them.
+    /// The estimate of zone `i` after its pilot samples, which those of its neighbours may support.
     fn resample_if_needed(
         &self,
         i: usize,
         pilot: &DirectLightEstimate,
-        around: usize,
+        neighbours: &Neighbours,
     ) -> DirectLightEstimate {
         let wanted = self.wanted(i, pilot);
-        let error = pilot.relative_error(around);
-        if largest(pilot.unoccluded) * error <= wanted {
-            return DirectLightEstimate { error: error as f32, ..*pilot };
+        let (support, saving) = neighbours.of(self.sampler, i, pilot);
+        let supported = DirectLightEstimate { support, ..*pilot };
+        if supported.absolute_error() <= wanted {
+            return supported;
         }
         if let Some(light) = self.openings(i).and_then(|o| o.openings.first_light(i)) {
             return DirectLightEstimate::of_sky(&light);
         }
-        let most = if self.cube(i).is_some() { AVERAGED_VOXEL_SAMPLES } else { self.limit[self.kind(i)] };
-        self.sampler.resample(i, pilot, most, wanted)
+        if self.cube(i).is_some() {
+            return self.sampler.resample(i, pilot, AVERAGED_VOXEL_SAMPLES, wanted);
+        }
+        let most = (self.limit[self.kind(i)] as f64 / saving) as usize;
+        self.sampler.resample(i, pilot, most.next_multiple_of(SAMPLE_QUANTUM), saving * wanted)
     }
 
     /// Field, error (W/m²) and number of further rays of zone `i`, whose error is too large: the mean with the cells around it if that is smooth, else further samples.
     fn average_or_resample(&self, i: usize, all: &[DirectLightEstimate]) -> (Bands, (Bands, u64)) {
         let own = &all[i];
-        let stated = |o: &DirectLightEstimate| {
-            let factor = if o.agrees() { STATED_OVER_AGREEMENT_ERROR } else { STATED_OVER_MEAN_ERROR };
-            factor * o.unoccluded * o.error as f64
+        let factor = |o: &DirectLightEstimate| match o.agrees() {
+            true => STATED_OVER_AGREEMENT_ERROR,
+            false => STATED_OVER_MEAN_ERROR,
         };
+        let stated = |o: &DirectLightEstimate| factor(o) * o.unoccluded * o.relative_error();
         let result = |o: &DirectLightEstimate, rays: u64| (o.value(), (stated(o), rays));
-        let excess = largest(own.unoccluded) * own.error as f64 / self.wanted(i, own);
+        let excess = own.absolute_error() / self.wanted(i, own);
         let limit = self.limit[self.kind(i)];
         let resampled = || {
             let more = self.sampler.resample(i, own, limit, self.wanted(i, own));
@@ -326,9 +360,10 @@ impl<'a> Gathering<'a> {
             Some(rows) if excess > 1.0 => {
                 let (mean, change) = mean_ratio(rows, &all[self.patches..]);
                 let off = (own.ratio - mean).abs().into_iter().fold(0.0, f64::max);
-                if off <= MAX_DEVIATION_FROM_MEAN * own.error as f64 && change <= MAX_RATIO_CHANGE {
-                    let error = (AVERAGED_ERROR_SHARE * own.error).hypot(CURVATURE_SHARE * change as f32);
-                    return result(&DirectLightEstimate { ratio: mean, error, ..*own }, 0);
+                let error = own.relative_error();
+                if off <= MAX_DEVIATION_FROM_MEAN * error && change <= MAX_RATIO_CHANGE {
+                    let averaged = (AVERAGED_ERROR_SHARE * error).hypot(CURVATURE_SHARE * change);
+                    return (own.unoccluded * mean, (factor(own) * own.unoccluded * averaged, 0));
                 }
                 resampled()
             }

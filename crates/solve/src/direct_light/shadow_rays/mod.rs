@@ -17,6 +17,7 @@
 //!                            below a sky times s^(−1/6), of a uniform one min(1, 4s)^(−1/6), for openings narrower than the strata;
 //!                            below one that is not uniform with m/2 on a patch: one half of its samples is cosine-weighted, the other by radiance
 //! e = ½/(m+1)                if all agree, with m counted over the zone and the 124 cells around it (25 of them for a patch)
+//! e = ½√K/(N+1)              if all N samples of the K patches of a cluster agree and there are no cells (`patch_clusters`)
 //! ```
 //!
 //! Every zone gets a few pilot samples, then fresh ones where U e exceeds a share of the tolerance times the root mean square of the light over the
@@ -33,12 +34,14 @@
 //! | `point_light` | samples of a point light on one zone |
 //! | `pane_sampler` | panes |
 //! | `neighbour_agreement` | pilot samples of the cells around a zone |
+//! | `patch_clusters` | samples of the patches around a patch, in scenes without cells |
 //! | `gather` | all zones, and the expected number of rays |
 
 mod gather;
 mod neighbour_agreement;
 mod pane_sampler;
 mod params;
+mod patch_clusters;
 mod point_light;
 mod zone_sampler;
 

@@ -44,8 +44,8 @@ pub(super) const MAX_DEVIATION_FROM_MEAN: f64 = 3.0;
 /// Largest change of the ratio from one side of the 27 cells to the other.
 pub(super) const MAX_RATIO_CHANGE: f64 = 0.12;
 /// Error of a mean over 27 cells: this share of that change, and the next one of the cell's own error.
-pub(super) const CURVATURE_SHARE: f32 = 0.1;
-pub(super) const AVERAGED_ERROR_SHARE: f32 = 0.25;
+pub(super) const CURVATURE_SHARE: f64 = 0.1;
+pub(super) const AVERAGED_ERROR_SHARE: f64 = 0.25;
 
 /// Pilot points of a pane, and samples of the light at each.
 pub(super) const PANE_POINTS: usize = 16;
@@ -56,7 +56,12 @@ pub(super) const PANE_PARTS: usize = 8;
 
 /// Distance in cells over which pilot samples are compared: a fraction of the light that all of them miss is negligible.
 pub(super) const AGREEMENT_REACH: usize = 2;
+/// Most patches of the smallest clusters, whose samples are compared where there is no voxel grid, and of the largest that support one another.
+pub(super) const PATCHES_PER_CLUSTER: usize = 16;
+pub(super) const MAX_PATCHES_PER_CLUSTER: usize = 256;
 /// Share of the zones with agreeing pilot samples whose neighbours disagree; for the expected number of rays.
 pub(super) const DISAGREEING_NEIGHBOURS: f64 = 0.5;
+/// Samples of a patch whose cluster agrees over those that it needs alone; for the expected number of rays.
+pub(super) const EXPECTED_CLUSTER_SHARE: f64 = 0.3;
 /// Zones of a parallel chunk.
 pub(super) const CHUNK_ZONES: usize = 256;

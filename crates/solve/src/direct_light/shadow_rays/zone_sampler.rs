@@ -88,21 +88,24 @@ pub(super) struct DirectLightEstimate {
     pub ratio: Bands,
     /// Visible fraction, ½ if unknown.
     pub visible: f32,
-    /// Error relative to U; before [`DirectLightEstimate::relative_error`] without the part that agreeing samples may have missed.
+    /// Error relative to U, without the part that agreeing samples may have missed: [`DirectLightEstimate::relative_error`] has it.
     pub error: f32,
     pub count: u16,
+    /// Number of agreeing samples in the neighbourhood.
+    pub support: u32,
 }
 
 impl Message for DirectLightEstimate {
     fn size() -> usize {
-        <([Bands; 2], ([f32; 2], u16))>::size()
+        <([Bands; 2], ([f32; 2], (u16, u32)))>::size()
     }
     fn put(&self, out: &mut Vec<u8>) {
-        ([self.unoccluded, self.ratio], ([self.visible, self.error], self.count)).put(out);
+        let numbers = (self.count, self.support);
+        ([self.unoccluded, self.ratio], ([self.visible, self.error], numbers)).put(out);
     }
     fn get(bytes: &[u8]) -> DirectLightEstimate {
-        let ([unoccluded, ratio], ([visible, error], count)) = Message::get(bytes);
-        DirectLightEstimate { unoccluded, ratio, visible, error, count }
+        let ([unoccluded, ratio], ([visible, error], (count, support))) = Message::get(bytes);
+        DirectLightEstimate { unoccluded, ratio, visible, error, count, support }
     }
 }
 
@@ -121,16 +124,20 @@ impl DirectLightEstimate {
         let ratio = light.field.zip_map(unoccluded, |f, u| if u > 0.0 { f / u } else { 0.0 });
         let error = (light.error / largest(unoccluded).max(f64::MIN_POSITIVE)) as f32;
         let count = light.rays.min(u16::MAX as usize) as u16;
-        DirectLightEstimate { unoccluded, ratio, visible: 0.5, error, count }
+        DirectLightEstimate { unoccluded, ratio, visible: 0.5, error, count, support: 0 }
     }
     /// True if all samples were visible, or none.
     pub(super) fn agrees(&self) -> bool {
         self.visible == 0.0 || self.visible == 1.0
     }
-    /// Error relative to U, with `around` agreeing samples in the neighbourhood.
-    pub(super) fn relative_error(&self, around: usize) -> f64 {
-        let prior = if self.agrees() { 0.5 / (self.count as f64 + around as f64 + 1.0) } else { 0.0 };
+    /// Error relative to U.
+    pub(super) fn relative_error(&self) -> f64 {
+        let prior = if self.agrees() { 0.5 / (self.count as f64 + self.support as f64 + 1.0) } else { 0.0 };
         (self.error as f64).hypot(prior)
+    }
+    /// Error, W/m².
+    pub(super) fn absolute_error(&self) -> f64 {
+        largest(self.unoccluded) * self.relative_error()
     }
 }
 
@@ -248,6 +255,7 @@ impl<'a> ZoneLightSampler<'a> {
             visible: s as f32,
             error: error as f32,
             count: t.count.min(u16::MAX as usize) as u16,
+            support: 0,
         }
     }
 
@@ -305,8 +313,7 @@ impl<'a> ZoneLightSampler<'a> {
         let behind =
             if used >= SAMPLE_QUANTUM { 2 * used.next_power_of_two().max(FIRST_FRESH_SAMPLE) } else { 0 };
         let first = samples.next_power_of_two().max(FIRST_FRESH_SAMPLE).max(behind);
-        let one = self.sample_zone(i, first..first + samples);
-        DirectLightEstimate { error: one.relative_error(0) as f32, ..one }
+        self.sample_zone(i, first..first + samples)
     }
 
     /// `f` of the first `n` zones, by all threads of all ranks.
@@ -338,7 +345,7 @@ impl<'a> ZoneLightSampler<'a> {
 
 /// Number of samples that, by the estimate `pilot`, brings the error of its zone to `wanted`, W/m².
 fn samples_needed(pilot: &DirectLightEstimate, wanted: f64) -> f64 {
-    let (m, e) = (pilot.count as f64, largest(pilot.unoccluded) * pilot.relative_error(0));
+    let (m, e) = (pilot.count as f64, DirectLightEstimate { support: 0, ..*pilot }.absolute_error());
     // The error falls like m^(−3/4), or like 1/m if all samples agree.
     let power = if pilot.agrees() { 1.0 } else { 4.0 / 3.0 };
     let count = m * (e / wanted).powf(power);
