@@ -1,19 +1,22 @@
 //! Points in grids of several cell sizes, to find those near a place.
 //!
 //! The cells of each grid are half as large as those of the one before. A search takes the finest grid whose cells are at least half as large as its radius, and
-//! visits three to five cells along each axis. Its cost is that of the points nearby, also where the distances between points vary over the scene. Points are
-//! sorted by cell, so that those of the cells in a line follow one another, and are compared in single precision, with the radius widened by the rounding.
+//! visits the lines of cells that meet the ball around the place, each as far as the ball reaches. Its cost is that of the points nearby, also where the distances
+//! between points vary over the scene. Points are sorted by cell, so that those of the cells in a line follow one another, and are compared eight at a time in
+//! single precision, with the radius widened by the rounding.
 //!
 //! Memory: at most 32 bytes a point and grid.
 
 use rayon::prelude::*;
 use std::ops::Range;
-use zonal_math::Vec3;
+use zonal_math::{Vec3, simd};
 
 /// Number of grids.
 const LEVELS: usize = 8;
 /// Smallest cell over the radius of a search.
 const MIN_CELL_OVER_RADIUS: f64 = 0.5;
+/// Points whose distances are computed together.
+const POINTS_AT_ONCE: usize = 8;
 /// Largest coordinate of a cell.
 const MAX_COORDINATE: f64 = 1e9;
 
@@ -45,8 +48,8 @@ struct SortedPoints {
     /// The occupied cells in order, each with the place in `order` where its points begin.
     cells: Vec<([i32; 3], u32)>,
     order: Vec<u32>,
-    /// The points in this order, from the origin, in single precision.
-    points: Vec<[f32; 3]>,
+    /// Coordinates of the points in this order, from the origin, in single precision.
+    points: [Vec<f32>; 3],
 }
 
 impl PointGrids {
@@ -71,18 +74,20 @@ impl PointGrids {
         let fits = |g: &&SortedPoints| g.cell >= MIN_CELL_OVER_RADIUS * radius;
         let Some(grid) = self.grids.iter().rfind(fits) else { return };
         let reach = radius + self.rounding;
-        let centre = centre - self.origin;
-        let [low, high] = [-reach, reach].map(|r| grid.key(centre + Vec3::splat(r)));
-        let (centre, reach2) = (single(centre), (reach * reach) as f32 * (1.0 + 4.0 * f32::EPSILON));
+        let from = centre - self.origin;
+        let [low, high] = [-reach, reach].map(|r| grid.key(from + Vec3::splat(r)));
+        let reach2 = (reach * reach) as f32 * (1.0 + 4.0 * f32::EPSILON);
         for x in low[0]..=high[0] {
+            let beside = grid.distance_to_cells(0, x, from);
             for y in low[1]..=high[1] {
-                let line = grid.points_in_line([x, y], [low[2], high[2]]);
-                for (p, i) in grid.points[line.clone()].iter().zip(&grid.order[line]) {
-                    let d: [f32; 3] = std::array::from_fn(|k| p[k] - centre[k]);
-                    if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= reach2 {
-                        visit(*i as usize);
-                    }
+                let across2 = beside * beside + grid.distance_to_cells(1, y, from).powi(2);
+                if across2 > reach * reach {
+                    continue;
                 }
+                let along = (reach * reach - across2).sqrt();
+                let ends = [from.z - along, from.z + along].map(|z| grid.coordinate(z));
+                let line = grid.points_in_line([x, y], ends);
+                simd::dispatch(|| grid.for_each_within(line, single(from), reach2, &mut visit));
             }
         }
     }
@@ -94,7 +99,8 @@ fn single(p: Vec3) -> [f32; 3] {
 
 impl SortedPoints {
     fn new(points: &[Vec3], origin: Vec3, cell: f64) -> SortedPoints {
-        let mut grid = SortedPoints { cell, cells: Vec::new(), order: Vec::new(), points: Vec::new() };
+        let mut grid =
+            SortedPoints { cell, cells: Vec::new(), order: Vec::new(), points: [const { Vec::new() }; 3] };
         let mut keyed: Vec<([i32; 3], u32)> =
             (0..).zip(points).map(|(i, p)| (grid.key(*p - origin), i)).collect();
         keyed.sort_unstable();
@@ -104,7 +110,8 @@ impl SortedPoints {
             at += run.len() as u32;
         }
         grid.order = keyed.into_iter().map(|x| x.1).collect();
-        grid.points = grid.order.iter().map(|i| single(points[*i as usize] - origin)).collect();
+        let coordinate = |i: &u32, k: usize| single(points[*i as usize] - origin)[k];
+        grid.points = [0, 1, 2].map(|k| grid.order.iter().map(|i| coordinate(i, k)).collect());
         grid
     }
 
@@ -116,9 +123,51 @@ impl SortedPoints {
         start(self.cells.get(first))..start(after)
     }
 
+    /// Calls `visit` with those of the points at these places that lie within a distance of `centre`.
+    #[inline(always)]
+    fn for_each_within(
+        &self,
+        places: Range<usize>,
+        centre: [f32; 3],
+        distance2: f32,
+        visit: &mut impl FnMut(usize),
+    ) {
+        let [x, y, z] = [0, 1, 2].map(|k| self.points[k][places.clone()].as_chunks());
+        // The rest is filled up with points that are infinitely far away.
+        let mut rest = [[f32::INFINITY; POINTS_AT_ONCE]; 3];
+        rest.iter_mut().zip([x.1, y.1, z.1]).for_each(|(all, part)| all[..part.len()].copy_from_slice(part));
+        for (block, order) in self.order[places].chunks(POINTS_AT_ONCE).enumerate() {
+            let [x, y, z] = match block < x.0.len() {
+                true => [&x.0[block], &y.0[block], &z.0[block]],
+                false => rest.each_ref(),
+            };
+            let mut square = [0.0; POINTS_AT_ONCE];
+            for k in 0..POINTS_AT_ONCE {
+                let d = [x[k] - centre[0], y[k] - centre[1], z[k] - centre[2]];
+                square[k] = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            }
+            for (i, square) in order.iter().zip(square) {
+                if square <= distance2 {
+                    visit(*i as usize);
+                }
+            }
+        }
+    }
+
     /// The cell of a point, from the origin.
     fn key(&self, p: Vec3) -> [i32; 3] {
-        p.array().map(|x| (x / self.cell).floor().clamp(-MAX_COORDINATE, MAX_COORDINATE) as i32)
+        p.array().map(|x| self.coordinate(x))
+    }
+
+    /// Coordinate of the cells that hold the points of this coordinate, from the origin.
+    fn coordinate(&self, x: f64) -> i32 {
+        (x / self.cell).floor().clamp(-MAX_COORDINATE, MAX_COORDINATE) as i32
+    }
+
+    /// Distance along an axis of a place from the cells of a coordinate.
+    fn distance_to_cells(&self, axis: usize, coordinate: i32, from: Vec3) -> f64 {
+        let (low, x) = (f64::from(coordinate) * self.cell, from.array()[axis]);
+        (low - x).max(x - low - self.cell).max(0.0)
     }
 }
 

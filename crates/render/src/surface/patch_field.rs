@@ -21,6 +21,10 @@ use zonal_transport::plate_boxes::PlateBoxes;
 
 /// Least cosine between the normals of tiles of one smooth sheet: cos 20°.
 const MIN_COS_SMOOTH: f64 = 0.939_692_620_785_908_4;
+/// Distance within which points of a tile coincide, over the tile's diameter.
+const TOUCHING_SHARE: f64 = 1e-6;
+/// Tiles that touch a node of most meshes.
+const USUAL_NEIGHBOURS: usize = 8;
 
 /// A zone of a sheet.
 #[derive(Clone, Copy, Debug)]
@@ -134,9 +138,19 @@ fn quadratic(nodes: &[Bands; 8], own: Bands, u: f64, v: f64) -> Bands {
 /// Positions and adjacency of the tiles: the same for every field on them.
 pub(crate) struct TileTopology<'a> {
     tiles: Vec<PlateTile>,
+    measures: Vec<TileMeasures>,
     transport: Option<&'a Transport<'a>>,
     boxes: PlateBoxes,
-    nodes: LazyValues<Vec<TileNode>>,
+    nodes: LazyValues<TileNodes>,
+}
+
+/// Measures of a tile's plate.
+struct TileMeasures {
+    centre: Vec3,
+    /// Area, m².
+    area: f64,
+    /// Distance within which points coincide, m.
+    tolerance: f64,
 }
 
 /// One field on the tiles of a topology.
@@ -152,12 +166,23 @@ pub(crate) struct TileField {
 /// The gradients of a tile, and the smallest and largest value among it and its neighbours, band by band.
 type TileFit = (BandGradients, PerBand<(f64, f64)>);
 
-/// A node of one tile.
-struct TileNode {
-    /// The tiles that touch it, with the angle each subtends there.
+/// The nodes of one tile, in the order of [`node_parameters`].
+#[derive(Default)]
+struct TileNodes {
+    /// The tiles that touch each node in turn, with the angle each subtends there.
     touching: Vec<(u32, f64)>,
-    /// The larger neighbour inside whose edge it hangs, with the neighbour's parameters there.
-    host: Option<(u32, [f64; 2])>,
+    /// For each node the end of its tiles in `touching`.
+    ends: [u32; 8],
+    /// The larger neighbours inside whose edges nodes hang: node, neighbour, and the neighbour's parameters there.
+    hosts: Vec<(u8, u32, [f64; 2])>,
+}
+
+impl TileNodes {
+    /// The tiles that touch node `k`, with the angle each subtends there.
+    fn touching(&self, k: usize) -> &[(u32, f64)] {
+        let begin = if k == 0 { 0 } else { self.ends[k - 1] };
+        &self.touching[begin as usize..self.ends[k] as usize]
+    }
 }
 
 impl<'a> TileTopology<'a> {
@@ -165,7 +190,13 @@ impl<'a> TileTopology<'a> {
     pub(crate) fn new(tiles: Vec<PlateTile>, transport: Option<&'a Transport<'a>>) -> TileTopology<'a> {
         let plates: Vec<Plate> = tiles.iter().map(|t| t.plate).collect();
         let (boxes, nodes) = (PlateBoxes::new(&plates), LazyValues::new(tiles.len()));
-        TileTopology { tiles, transport, boxes, nodes }
+        let measure = |p: &Plate| TileMeasures {
+            centre: p.centre(),
+            area: p.area(),
+            tolerance: TOUCHING_SHARE * p.diameter(),
+        };
+        let measures = plates.iter().map(measure).collect();
+        TileTopology { tiles, measures, transport, boxes, nodes }
     }
 
     /// The tiles.
@@ -173,20 +204,23 @@ impl<'a> TileTopology<'a> {
         &self.tiles
     }
 
-    fn nodes(&self, i: usize) -> &[TileNode] {
+    fn nodes(&self, i: usize) -> &TileNodes {
         self.nodes.get(i, || self.find_nodes(i))
     }
 
-    fn find_nodes(&self, i: usize) -> Vec<TileNode> {
+    fn find_nodes(&self, i: usize) -> TileNodes {
         let tile = &self.tiles[i];
-        let mut known: Vec<(u32, bool)> = vec![(i as u32, true)];
-        let (mut list, mut near) = (Vec::new(), Vec::new());
-        for &[u, v] in node_parameters(tile.plate.kind) {
+        let mut known: Vec<(u32, bool)> = Vec::with_capacity(USUAL_NEIGHBOURS);
+        known.push((i as u32, true));
+        let mut near = Vec::with_capacity(USUAL_NEIGHBOURS);
+        let touching = Vec::with_capacity(4 * USUAL_NEIGHBOURS);
+        let mut nodes = TileNodes { touching, ..TileNodes::default() };
+        for (k, &[u, v]) in node_parameters(tile.plate.kind).iter().enumerate() {
             let p = tile.plate.at(u, v);
-            let mut here = Vec::new();
+            let begin = nodes.touching.len();
             self.boxes.at(p, &mut near);
             for &j in &near {
-                let Some(angle) = subtended(&self.tiles[j as usize].plate, p) else {
+                let Some(angle) = self.subtended(j as usize, p) else {
                     continue;
                 };
                 let connected = known.iter().find(|k| k.0 == j).map(|k| k.1).unwrap_or_else(|| {
@@ -195,26 +229,50 @@ impl<'a> TileTopology<'a> {
                     connected
                 });
                 if connected {
-                    here.push((j, angle));
+                    nodes.touching.push((j, angle));
                 }
             }
-            list.push(TileNode { host: self.host_of(i, p, &here), touching: here });
+            nodes.ends[k] = nodes.touching.len() as u32;
+            if let Some((host, uv)) = self.host_of(i, p, &nodes.touching[begin..]) {
+                nodes.hosts.push((k as u8, host, uv));
+            }
         }
-        list
+        nodes.touching.shrink_to_fit();
+        nodes
     }
 
     /// The first of the tiles touching a node of tile `i` at `p` that is larger and has no node there.
     fn host_of(&self, i: usize, p: Vec3, touching: &[(u32, f64)]) -> Option<(u32, [f64; 2])> {
-        let plate = &self.tiles[i].plate;
         let is_host = |j: usize| {
-            let other = &self.tiles[j].plate;
-            let tol = 1e-6 * other.diameter();
+            let (other, measures) = (&self.tiles[j].plate, &self.measures[j]);
             j != i
-                && other.area() > plate.area()
-                && node_parameters(other.kind).iter().all(|&[a, b]| (other.at(a, b) - p).length() > tol)
+                && measures.area > self.measures[i].area
+                && node_parameters(other.kind)
+                    .iter()
+                    .all(|&[a, b]| (other.at(a, b) - p).length() > measures.tolerance)
         };
         let host = touching.iter().map(|t| t.0).find(|j| is_host(*j as usize))?;
         Some((host, clamped_parameters(&self.tiles[host as usize].plate, p)))
+    }
+
+    /// The angle that tile `i` subtends at a point of it, radians; `None` for points off the tile.
+    fn subtended(&self, i: usize, p: Vec3) -> Option<f64> {
+        let (plate, tolerance) = (&self.tiles[i].plate, self.measures[i].tolerance);
+        let (corners, n) = plate.corners();
+        let at_corner = (0..n).find(|&k| (corners[k] - p).length() <= tolerance);
+        if let Some(k) = at_corner {
+            let (a, b) = (corners[(k + 1) % n] - corners[k], corners[(k + n - 1) % n] - corners[k]);
+            return Some(a.normalized().dot(b.normalized()).clamp(-1.0, 1.0).acos());
+        }
+        let [u, v] = clamped_parameters(plate, p);
+        if (plate.at(u, v) - p).length() > tolerance {
+            return None;
+        }
+        let edge = match plate.kind {
+            PlateKind::Parallelogram => u.min(v).min(1.0 - u).min(1.0 - v),
+            PlateKind::Triangle => u.min(v).min(1.0 - u - v),
+        };
+        Some(if edge < 1e-6 { PI } else { TAU })
     }
 
     /// True where two tiles that touch belong to one smooth sheet with no wall between.
@@ -224,10 +282,10 @@ impl<'a> TileTopology<'a> {
         if cos < MIN_COS_SMOOTH {
             return false;
         }
-        let size = a.plate.area().min(b.plate.area()).sqrt();
+        let size = self.measures[i].area.min(self.measures[j].area).sqrt();
         let lift = size * (1e-3 + 0.6 * ((1.0 - cos).max(0.0) / 2.0).sqrt());
-        let above = |t: &PlateTile| t.plate.centre() + t.normal * lift;
-        !self.transport.is_some_and(|t| t.occluded(above(a), above(b)))
+        let above = |k: usize| self.measures[k].centre + self.tiles[k].normal * lift;
+        !self.transport.is_some_and(|t| t.occluded(above(i), above(j)))
     }
 }
 
@@ -257,15 +315,15 @@ impl TileField {
     }
 
     fn fit_gradients(&self, topology: &TileTopology, i: usize) -> TileFit {
-        let nodes = topology.nodes(i).iter();
-        let mut ids: Vec<u32> = nodes.flat_map(|n| &n.touching).map(|t| t.0).collect();
+        let mut ids: Vec<u32> = topology.nodes(i).touching.iter().map(|t| t.0).collect();
         ids.sort_unstable();
         ids.dedup();
-        let (tile, mut fits) = (&topology.tiles[i], PerBand::<GradientFit>::default());
+        let (normal, centre) = (topology.tiles[i].normal, topology.measures[i].centre);
+        let mut fits = PerBand::<GradientFit>::default();
         for &j in ids.iter().filter(|j| **j as usize != i) {
-            let d = topology.tiles[j as usize].plate.centre() - tile.plate.centre();
+            let d = topology.measures[j as usize].centre - centre;
             // Unroll the offset onto the tile's plane, with its length kept.
-            let flat = (d - tile.normal * d.dot(tile.normal)).normalized() * d.length();
+            let flat = (d - normal * d.dot(normal)).normalized() * d.length();
             let difference = self.values[j as usize] - self.values[i];
             Band::all().for_each(|b| fits[b].add(flat, difference[b]));
         }
@@ -276,21 +334,24 @@ impl TileField {
         let nodes = topology.nodes(i);
         let mut out = [Bands::ZERO; 8];
         let plate = &topology.tiles[i].plate;
+        let mut touching = Vec::with_capacity(USUAL_NEIGHBOURS);
         for (k, &[u, v]) in node_parameters(plate.kind).iter().enumerate() {
-            let touch = |b: Band| {
-                nodes[k].touching.iter().map(move |&(j, angle)| {
-                    let fit = self.fit(topology, j as usize);
-                    NodeZone {
-                        weight: angle,
-                        centre: topology.tiles[j as usize].plate.centre(),
-                        value: self.values[j as usize][b],
-                        gradient: fit.0[b],
-                        range: fit.1[b],
-                    }
+            touching.clear();
+            touching.extend(nodes.touching(k).iter().map(|&(j, angle)| {
+                let j = j as usize;
+                (angle, topology.measures[j].centre, self.values[j], self.fit(topology, j))
+            }));
+            let zones = |b: Band| {
+                touching.iter().map(move |&(weight, centre, value, fit)| NodeZone {
+                    weight,
+                    centre,
+                    value: value[b],
+                    gradient: fit.0[b],
+                    range: fit.1[b],
                 })
             };
             let p = plate.at(u, v);
-            out[k] = Bands::from_fn(|b| node_value(p, touch(b)).unwrap_or(self.values[i][b]));
+            out[k] = Bands::from_fn(|b| node_value(p, zones(b)).unwrap_or(self.values[i][b]));
         }
         out
     }
@@ -298,35 +359,13 @@ impl TileField {
     /// Hanging nodes take the value of the neighbour whose edge contains them.
     fn constrain_hanging_nodes(&self, topology: &TileTopology, i: usize) -> [Bands; 8] {
         let mut out = *self.free_nodes(topology, i);
-        for (out, node) in out.iter_mut().zip(topology.nodes(i)) {
-            if let Some((host, [u, v])) = node.host {
-                let j = host as usize;
-                let kind = topology.tiles[j].plate.kind;
-                *out = interpolate(kind, self.free_nodes(topology, j), self.values[j], u, v);
-            }
+        for &(k, host, [u, v]) in &topology.nodes(i).hosts {
+            let j = host as usize;
+            let kind = topology.tiles[j].plate.kind;
+            out[k as usize] = interpolate(kind, self.free_nodes(topology, j), self.values[j], u, v);
         }
         out
     }
-}
-
-/// The angle that a plate subtends at a point of it, radians; `None` for points off the plate.
-fn subtended(plate: &Plate, p: Vec3) -> Option<f64> {
-    let tol = 1e-6 * plate.diameter();
-    let (corners, n) = plate.corners();
-    let at_corner = (0..n).find(|&k| (corners[k] - p).length() <= tol);
-    if let Some(k) = at_corner {
-        let (a, b) = (corners[(k + 1) % n] - corners[k], corners[(k + n - 1) % n] - corners[k]);
-        return Some(a.normalized().dot(b.normalized()).clamp(-1.0, 1.0).acos());
-    }
-    let [u, v] = clamped_parameters(plate, p);
-    if (plate.at(u, v) - p).length() > tol {
-        return None;
-    }
-    let edge = match plate.kind {
-        PlateKind::Parallelogram => u.min(v).min(1.0 - u).min(1.0 - v),
-        PlateKind::Triangle => u.min(v).min(1.0 - u - v),
-    };
-    Some(if edge < 1e-6 { PI } else { TAU })
 }
 
 #[cfg(test)]
