@@ -9,7 +9,8 @@
 
 use rayon::prelude::*;
 use std::ops::Range;
-use zonal_math::{Vec3, simd};
+use zonal_math::Vec3;
+use zonal_math::simd::{self, SimdKernel};
 
 /// Number of grids.
 const LEVELS: usize = 8;
@@ -74,9 +75,26 @@ impl PointGrids {
         let fits = |g: &&SortedPoints| g.cell >= MIN_CELL_OVER_RADIUS * radius;
         let Some(grid) = self.grids.iter().rfind(fits) else { return };
         let reach = radius + self.rounding;
-        let from = centre - self.origin;
+        simd::run(Search { grid, from: centre - self.origin, reach, visit: &mut visit });
+    }
+}
+
+/// A search for the points within `reach` of a place.
+struct Search<'a, F> {
+    grid: &'a SortedPoints,
+    /// The place, from the origin.
+    from: Vec3,
+    reach: f64,
+    visit: &'a mut F,
+}
+
+impl<F: FnMut(usize)> SimdKernel for Search<'_, F> {
+    type Output = ();
+    #[inline(always)]
+    fn evaluate(self) {
+        let Search { grid, from, reach, visit } = self;
         let [low, high] = [-reach, reach].map(|r| grid.key(from + Vec3::splat(r)));
-        let reach2 = (reach * reach) as f32 * (1.0 + 4.0 * f32::EPSILON);
+        let (centre, reach2) = (single(from), (reach * reach) as f32 * (1.0 + 4.0 * f32::EPSILON));
         for x in low[0]..=high[0] {
             let beside = grid.distance_to_cells(0, x, from);
             for y in low[1]..=high[1] {
@@ -86,8 +104,7 @@ impl PointGrids {
                 }
                 let along = (reach * reach - across2).sqrt();
                 let ends = [from.z - along, from.z + along].map(|z| grid.coordinate(z));
-                let line = grid.points_in_line([x, y], ends);
-                simd::dispatch(|| grid.for_each_within(line, single(from), reach2, &mut visit));
+                grid.for_each_within(grid.points_in_line([x, y], ends), centre, reach2, visit);
             }
         }
     }

@@ -164,20 +164,26 @@ impl<'a> ZoneLightSampler<'a> {
 
     /// Adds the samples of `range` of zone `i`.
     fn trace_shadow_rays(&self, t: &mut SampleTally, i: usize, range: std::ops::Range<usize>) {
-        let patch = self.zones.patches.get(i);
+        let Some(patch) = self.zones.patches.get(i) else {
+            let zone = self.zones.voxels.at(i - self.zones.voxel_offset());
+            for k in range {
+                let [p, q, u, v, w, r, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
+                let x = voxel_point(self.transport, zone, [u, v, w]);
+                self.trace_shadow_ray(t, x, Receiver::Free, [p, q, r]);
+            }
+            return;
+        };
         for k in range {
-            let [p, q, u, v, w, r, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
-            let (x, receiver) = match patch {
-                Some(p) => {
-                    let [u, v] = p.plate.warp([u, v]);
-                    (p.plate.at(u, v), Receiver::Surface(p.normal))
-                }
-                None => {
-                    let z = self.zones.voxels.at(i - self.zones.voxel_offset());
-                    (voxel_point(self.transport, z, [u, v, w]), Receiver::Free)
+            // Only emitters take a third number.
+            let [p, q, u, v, _, r, ..] = match self.is_inside {
+                true => scrambled_sobol::point_of_blocks(k, i as u64),
+                false => {
+                    let [p, q, u, v] = scrambled_sobol::first_dimensions_of_blocks(k, i as u64);
+                    [p, q, u, v, 0.0, 0.0, 0.0, 0.0]
                 }
             };
-            self.trace_shadow_ray(t, x, receiver, [p, q, r]);
+            let [u, v] = patch.plate.warp([u, v]);
+            self.trace_shadow_ray(t, patch.plate.at(u, v), Receiver::Surface(patch.normal), [p, q, r]);
         }
     }
 
