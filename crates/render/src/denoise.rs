@@ -120,7 +120,7 @@ impl PatchFilter<'_> {
         let (reach2, scale) = (REACH * REACH * r * r, -0.5 / (r * r));
         let max_height2 = PARAMS.max_plane_distance * PARAMS.max_plane_distance;
         let disc = (REACH * r, PARAMS.max_plane_distance);
-        self.grids.for_each_near_plane((at, own.normal), disc, |j| {
+        self.grids.for_each_near((at, own.normal), disc, |j| {
             let away = self.centres[j] - at;
             let d2 = away.length2();
             if d2 > reach2 || own.normal.dot(away).powi(2) > max_height2 * d2 {

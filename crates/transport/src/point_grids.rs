@@ -30,7 +30,7 @@ const MAX_COORDINATE: f64 = 1e9;
 /// let points: Vec<_> = (0..100).map(|i| vec3(f64::from(i), 0.0, 0.0)).collect();
 /// let grids = PointGrids::new(&points, 8.0);
 /// let mut near = Vec::new();
-/// grids.for_each_near(vec3(50.0, 0.0, 0.0), 2.0, |i| near.push(i));
+/// grids.for_each_near((vec3(50.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0)), (2.0, 1.0), |i| near.push(i));
 /// assert!([48, 49, 50, 51, 52].iter().all(|i| near.contains(i)) && near.len() < 8);
 /// ```
 pub struct PointGrids {
@@ -69,37 +69,27 @@ impl PointGrids {
         }
     }
 
-    /// Calls `visit` with the index of every point within `radius` of `centre`, and of some that are a rounding error farther away; `radius` must not exceed that of
-    /// the grids, and `centre` must lie among the points.
-    pub fn for_each_near(&self, centre: Vec3, radius: f64, visit: impl FnMut(usize)) {
-        self.for_each_in_box(centre, (radius, Vec3::splat(radius)), visit);
-    }
-
-    /// As [`PointGrids::for_each_near`], but may leave out points that are more than `height_share` of `radius` away from the plane through `centre` with the unit
-    /// normal `normal`, which takes less time.
-    pub fn for_each_near_plane(
+    /// Calls `visit` with the index of every point within `radius` of `centre` and within `height_share` of that from the plane through `centre` with the unit normal
+    /// `normal`, and of some that are farther away; `radius` must not exceed that of the grids, and `centre` must lie among the points. A share of 1 finds all
+    /// points of the ball, and no other beyond a rounding error; a smaller one takes less time.
+    pub fn for_each_near(
         &self,
         (centre, normal): (Vec3, Vec3),
         (radius, height_share): (f64, f64),
-        visit: impl FnMut(usize),
+        mut visit: impl FnMut(usize),
     ) {
-        // Half the bounds of a disc in the plane with that height.
-        let half = |n: f64| radius * ((1.0 - n * n).max(0.0).sqrt() + height_share * n.abs()).min(1.0);
-        let half = Vec3::from_array(normal.array().map(half));
-        self.for_each_in_box(centre, (radius, half), visit);
-    }
-
-    /// Calls `visit` with every point within `radius` of `centre` and, along each axis, within `half`.
-    fn for_each_in_box(&self, centre: Vec3, (radius, half): (f64, Vec3), mut visit: impl FnMut(usize)) {
         let fits = |g: &&SortedPoints| g.cell >= MIN_CELL_OVER_RADIUS * radius;
         let Some(grid) = self.grids.iter().rfind(fits) else { return };
-        let (reach, half) = (radius + self.rounding, half + Vec3::splat(self.rounding));
-        simd::run(Search { grid, from: centre - self.origin, reach, half, visit: &mut visit });
+        // Half the bounds of a disc in the plane with that height.
+        let half = |n: f64| radius * ((1.0 - n * n).max(0.0).sqrt() + height_share * n.abs()).min(1.0);
+        let half = Vec3::from_array(normal.array().map(half)) + Vec3::splat(self.rounding);
+        let (from, reach) = (centre - self.origin, radius + self.rounding);
+        simd::run(NearSearch { grid, from, reach, half, visit: &mut visit });
     }
 }
 
 /// A search for the points within `reach` of a place.
-struct Search<'a, F> {
+struct NearSearch<'a, F> {
     grid: &'a SortedPoints,
     /// The place, from the origin.
     from: Vec3,
@@ -109,11 +99,11 @@ struct Search<'a, F> {
     visit: &'a mut F,
 }
 
-impl<F: FnMut(usize)> SimdKernel for Search<'_, F> {
+impl<F: FnMut(usize)> SimdKernel for NearSearch<'_, F> {
     type Output = ();
     #[inline(always)]
     fn evaluate(self) {
-        let Search { grid, from, reach, half, visit } = self;
+        let NearSearch { grid, from, reach, half, visit } = self;
         let [low, high] = [from - half, from + half].map(|p| grid.key(p));
         let (centre, reach2) = (single(from), (reach * reach) as f32 * (1.0 + 4.0 * f32::EPSILON));
         for x in low[0]..=high[0] {
@@ -225,10 +215,11 @@ mod tests {
             })
             .collect();
         let grids = PointGrids::new(&points, 1.0);
+        let normal = vec3(2.0, -1.0, 0.5).normalized();
         for radius in [1.0, 0.3, 0.04, 0.001] {
             for centre in points.iter().step_by(97) {
                 let mut visits = vec![0; points.len()];
-                grids.for_each_near(*centre, radius, |i| visits[i] += 1);
+                grids.for_each_near((*centre, normal), (radius, 1.0), |i| visits[i] += 1);
                 for (p, n) in points.iter().zip(&visits) {
                     assert!(*n <= 1 && (*n == 1 || (*p - *centre).length() > radius));
                 }
@@ -237,15 +228,15 @@ mod tests {
             }
         }
         // Points near a plane are found, too.
-        let normal = vec3(2.0, -1.0, 0.5).normalized();
         for centre in points.iter().step_by(97) {
             let mut found = vec![false; points.len()];
-            grids.for_each_near_plane((*centre, normal), (0.5, 0.2), |i| found[i] = true);
+            grids.for_each_near((*centre, normal), (0.5, 0.2), |i| found[i] = true);
             let is_near =
                 |p: &Vec3| (*p - *centre).length() <= 0.5 && (*p - *centre).dot(normal).abs() <= 0.1;
             assert!(points.iter().zip(&found).all(|(p, found)| *found || !is_near(p)));
         }
-        grids.for_each_near(points[0], 2.5, |_| panic!("the radius is too large"));
-        PointGrids::new(&[], 1.0).for_each_near(Vec3::ZERO, 0.5, |_| panic!("there are no points"));
+        grids.for_each_near((points[0], normal), (2.5, 1.0), |_| panic!("the radius is too large"));
+        PointGrids::new(&[], 1.0)
+            .for_each_near((Vec3::ZERO, normal), (0.5, 1.0), |_| panic!("there are no points"));
     }
 }

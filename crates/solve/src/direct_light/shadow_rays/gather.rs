@@ -164,10 +164,10 @@ pub(crate) fn expected_rays(
                 false => 1.0,
             };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
-            let second = sampler.resample(i, o, most, wanted);
+            let second = sampler.resample(i, o, (most, 1.0), wanted);
             let excess = second.absolute_error() / wanted;
             let third = match !averaged && is_undersampled(&second, excess, most) {
-                true => sampler.resample(i, &second, most, wanted).count,
+                true => sampler.resample(i, &second, (most, 1.0), wanted).count,
                 false => 0,
             };
             share * (second.count as f64 + third as f64)
@@ -330,10 +330,9 @@ impl<'a> Gathering<'a> {
             return DirectLightEstimate::of_sky(&light);
         }
         if self.cube(i).is_some() {
-            return self.sampler.resample(i, pilot, AVERAGED_VOXEL_SAMPLES, wanted);
+            return self.sampler.resample(i, pilot, (AVERAGED_VOXEL_SAMPLES, 1.0), wanted);
         }
-        let most = (self.limit[self.kind(i)] as f64 / saving) as usize;
-        self.sampler.resample(i, pilot, most.next_multiple_of(SAMPLE_QUANTUM), saving * wanted)
+        self.sampler.resample(i, pilot, (self.limit[self.kind(i)], saving), wanted)
     }
 
     /// Field, error (W/m²) and number of further rays of zone `i`, whose error is too large: the mean with the cells around it if that is smooth, else further samples.
@@ -348,7 +347,7 @@ impl<'a> Gathering<'a> {
         let excess = own.absolute_error() / self.wanted(i, own);
         let limit = self.limit[self.kind(i)];
         let resampled = || {
-            let more = self.sampler.resample(i, own, limit, self.wanted(i, own));
+            let more = self.sampler.resample(i, own, (limit, 1.0), self.wanted(i, own));
             result(&more, more.count as u64)
         };
         let openings = self.openings(i).filter(|_| excess > 1.0);

@@ -130,10 +130,13 @@ impl DirectLightEstimate {
     pub(super) fn agrees(&self) -> bool {
         self.visible == 0.0 || self.visible == 1.0
     }
+    /// Error relative to U that `samples` agreeing samples leave; 0 where samples disagree.
+    fn agreement_error(&self, samples: f64) -> f64 {
+        if self.agrees() { 0.5 / (samples + 1.0) } else { 0.0 }
+    }
     /// Error relative to U.
     pub(super) fn relative_error(&self) -> f64 {
-        let prior = if self.agrees() { 0.5 / (self.count as f64 + self.support as f64 + 1.0) } else { 0.0 };
-        (self.error as f64).hypot(prior)
+        (self.error as f64).hypot(self.agreement_error(self.count as f64 + self.support as f64))
     }
     /// Error, W/m².
     pub(super) fn absolute_error(&self) -> f64 {
@@ -301,7 +304,8 @@ impl<'a> ZoneLightSampler<'a> {
         DirectLightEstimate { unoccluded, visible, count, ..DirectLightEstimate::default() }
     }
 
-    /// Estimates zone `i` from as many fresh samples as, by the `pilot` estimate, bring its error to `wanted` (W/m²), at most `most`.
+    /// Estimates zone `i` from as many fresh samples as, by the `pilot` estimate, bring its error to `wanted` (W/m²), at most `most`; where the samples of its
+    /// neighbours support them, `saving` times fewer make sure of what all samples agree on.
     ///
     /// The samples are fresh because a number of samples must not depend on the samples that are averaged; zones with little visible light would
     /// otherwise be biased to the dark side.
@@ -309,10 +313,10 @@ impl<'a> ZoneLightSampler<'a> {
         &self,
         i: usize,
         pilot: &DirectLightEstimate,
-        most: usize,
+        (most, saving): (usize, f64),
         wanted: f64,
     ) -> DirectLightEstimate {
-        let count = samples_needed(pilot, wanted).min(most as f64).ceil() as usize;
+        let count = samples_needed(pilot, (most as f64, saving), wanted).ceil() as usize;
         let samples = count.next_multiple_of(SAMPLE_QUANTUM).clamp(SAMPLE_QUANTUM, most);
         // Behind the samples of the estimate, which may itself be of fresh samples.
         let used = pilot.count as usize;
@@ -349,14 +353,22 @@ impl<'a> ZoneLightSampler<'a> {
     }
 }
 
-/// Number of samples that, by the estimate `pilot`, brings the error of its zone to `wanted`, W/m².
-fn samples_needed(pilot: &DirectLightEstimate, wanted: f64) -> f64 {
-    let (m, e) = (pilot.count as f64, DirectLightEstimate { support: 0, ..*pilot }.absolute_error());
-    // The error falls like m^(−3/4), or like 1/m if all samples agree.
-    let power = if pilot.agrees() { 1.0 } else { 4.0 / 3.0 };
-    let count = m * (e / wanted).powf(power);
-    if pilot.agrees() || count <= FOUR_DIMENSIONAL_SAMPLES {
-        return count;
+/// Number of samples, at most `most`, that, by the estimate `pilot`, brings the error of its zone to `wanted`, W/m².
+fn samples_needed(pilot: &DirectLightEstimate, (most, saving): (f64, f64), wanted: f64) -> f64 {
+    let m = pilot.count as f64;
+    let needed = |error: f64| m * largest(pilot.unoccluded) * error / wanted;
+    if pilot.agrees() {
+        // The error of agreeing samples falls like 1/m, and with the support of neighbours.
+        let of_agreement = (needed(pilot.agreement_error(pilot.count as f64)) / saving).min(most / saving);
+        return needed(pilot.error as f64).hypot(of_agreement).min(most);
     }
-    FOUR_DIMENSIONAL_SAMPLES * (count / FOUR_DIMENSIONAL_SAMPLES).powf(0.75 / FOUR_DIMENSIONAL_RATE)
+    // That of others falls like m^(−3/4).
+    let count = m * (needed(pilot.error as f64) / m).powf(4.0 / 3.0);
+    let count = match count <= FOUR_DIMENSIONAL_SAMPLES {
+        true => count,
+        false => {
+            FOUR_DIMENSIONAL_SAMPLES * (count / FOUR_DIMENSIONAL_SAMPLES).powf(0.75 / FOUR_DIMENSIONAL_RATE)
+        }
+    };
+    count.min(most)
 }
