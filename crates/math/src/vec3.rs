@@ -88,6 +88,11 @@ impl Vec3 {
     pub fn max_abs(self) -> f64 {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
+    /// Index of the largest component, the first of equal ones.
+    #[inline]
+    pub fn largest_axis(self) -> usize {
+        (0..3).fold(0, |k, j| if self[j] > self[k] { j } else { k })
+    }
     /// Product of the components: the volume of a box with these edges.
     #[inline]
     pub fn product(self) -> f64 {

@@ -274,8 +274,7 @@ fn build(plates: &mut [CasterPlate], first: usize, pad: Vec3, nodes: &mut Vec<Ca
     if count <= MAX_LEAF_PLATES {
         return;
     }
-    let spread = chi - clo;
-    let axis = (0..3).fold(0, |a, k| if spread[k] > spread[a] { k } else { a });
+    let axis = (chi - clo).largest_axis();
     let middle = count / 2;
     plates.select_nth_unstable_by(middle, |a, b| a.centre[axis].total_cmp(&b.centre[axis]));
     let (left, right) = plates.split_at_mut(middle);

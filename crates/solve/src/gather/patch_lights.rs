@@ -241,14 +241,7 @@ fn build(lights: &mut [PatchLight], first: u32, nodes: &mut Vec<Node>) {
     if lights.len() < 2 {
         return;
     }
-    let extent = hi - lo;
-    let axis = if extent.x >= extent.y && extent.x >= extent.z {
-        0
-    } else if extent.y >= extent.z {
-        1
-    } else {
-        2
-    };
+    let axis = (hi - lo).largest_axis();
     let middle = lights.len() / 2;
     lights.select_nth_unstable_by(middle, |a, b| {
         a.centre[axis].total_cmp(&b.centre[axis]).then(a.patch.cmp(&b.patch))

@@ -207,7 +207,7 @@ pub(crate) fn gather(
     });
     if let Some(clusters) = &clusters {
         let agreement = clusters.agreement(&second);
-        second.par_iter_mut().enumerate().for_each(|(i, one)| one.support = agreement.support(i, one));
+        second.par_iter_mut().enumerate().for_each(|(i, one)| one.support = agreement.support(i, one).0);
     }
     let counted = |list: &[DirectLightEstimate]| list.iter().map(|o| o.count as u64).sum::<u64>();
     let rays = counted(&pilot) + counted(&second);
@@ -245,7 +245,7 @@ impl Neighbours<'_> {
     /// Number of samples around zone `i` that support its pilot samples `one`, and the number of samples that it needs alone over that with its neighbours.
     fn of(&self, sampler: &ZoneLightSampler, i: usize, one: &DirectLightEstimate) -> (u32, f64) {
         match (&self.cells, &self.cluster) {
-            (_, Some(c)) => (c.support(i, one), c.saving(i, one)),
+            (_, Some(c)) => c.support(i, one),
             (Some(c), None) => (c.agreeing_samples(sampler, one, i) as u32, 1.0),
             (None, None) => (0, 1.0),
         }

@@ -29,8 +29,8 @@ impl PatchClusters {
         let centres: Vec<Vec3> = patches.iter().map(|p| p.plate.centre()).collect();
         let kind = |i: &u32| {
             let p = &patches[*i as usize];
-            let n = p.normal.array();
-            let axis = largest_axis(n.map(f64::abs));
+            let n = p.normal;
+            let axis = Vec3::from_array(n.array().map(f64::abs)).largest_axis();
             // Areas of a kind are within a factor of four.
             (axis, n[axis] > 0.0, (0.5 * p.area.log2()).floor() as i32)
         };
@@ -55,8 +55,8 @@ impl PatchClusters {
         let centre = |i: &u32| centres[*i as usize];
         let low = list.iter().map(centre).fold(Vec3::splat(f64::INFINITY), Vec3::min);
         let high = list.iter().map(centre).fold(Vec3::splat(f64::NEG_INFINITY), Vec3::max);
-        let axis = largest_axis((high - low).array());
-        let along = |i: &u32| centre(i).array()[axis];
+        let axis = (high - low).largest_axis();
+        let along = |i: &u32| centre(i)[axis];
         let (below, _, _) =
             list.select_nth_unstable_by(list.len() / 2, |i, j| along(i).total_cmp(&along(j)).then(i.cmp(j)));
         let half = below.len();
@@ -80,11 +80,6 @@ impl PatchClusters {
         }
         ClusterAgreement { clusters: self, tallies }
     }
-}
-
-/// The axis along which `v` is largest.
-fn largest_axis(v: [f64; 3]) -> usize {
-    (0..3).fold(0, |k, j| if v[j] > v[k] { j } else { k })
 }
 
 /// Samples of the patches of a cluster that the light faces.
@@ -125,16 +120,13 @@ impl ClusterAgreement<'_> {
         clusters.take_while(agrees).last()
     }
 
-    /// √K where all samples of a cluster around patch `i` agree, else 1.
-    pub(super) fn saving(&self, i: usize, one: &DirectLightEstimate) -> f64 {
-        self.agreeing(i, one).map_or(1.0, |t| f64::from(t.patches.max(1)).sqrt())
-    }
-
-    /// Number of samples that the cluster adds to those of patch `i`.
-    pub(super) fn support(&self, i: usize, one: &DirectLightEstimate) -> u32 {
-        let effective = |t: &ClusterTally| f64::from(t.samples + 1) / f64::from(t.patches.max(1)).sqrt();
-        let added = |t: &ClusterTally| effective(t) - 1.0 - f64::from(one.count);
-        self.agreeing(i, one).map_or(0, |t| added(t).max(0.0) as u32)
+    /// Number of samples that the cluster around patch `i` adds to those of its own, and √K: the number of samples that the patch needs alone over that with its
+    /// cluster. 0 and 1 where no cluster agrees.
+    pub(super) fn support(&self, i: usize, one: &DirectLightEstimate) -> (u32, f64) {
+        let Some(tally) = self.agreeing(i, one) else { return (0, 1.0) };
+        let root = f64::from(tally.patches.max(1)).sqrt();
+        let added = f64::from(tally.samples + 1) / root - 1.0 - f64::from(one.count);
+        (added.max(0.0) as u32, root)
     }
 }
 
@@ -198,12 +190,13 @@ mod tests {
         for (i, one) in list.iter().enumerate() {
             let smallest = patches_of(&clusters, clusters.cluster_of[i] as usize);
             if smallest.contains(&500) {
-                assert_eq!((agreement.support(i, one), agreement.saving(i, one)), (0, 1.0));
+                assert_eq!(agreement.support(i, one), (0, 1.0));
                 continue;
             }
-            let k = agreement.saving(i, one).powi(2);
+            let (support, saving) = agreement.support(i, one);
+            let k = saving.powi(2);
             assert!(k > smallest.len() as f64 - 0.5 && k < MAX_PATCHES_PER_CLUSTER as f64 + 0.5, "{k}");
-            let supported = DirectLightEstimate { support: agreement.support(i, one), ..*one };
+            let supported = DirectLightEstimate { support, ..*one };
             let error = 0.5 * k.sqrt() / (8.0 * k + 1.0);
             let stated = supported.relative_error();
             assert!(stated >= error && stated < 1.1 * error, "{stated} {error}");

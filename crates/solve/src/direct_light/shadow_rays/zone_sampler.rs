@@ -178,12 +178,11 @@ impl<'a> ZoneLightSampler<'a> {
         };
         for k in range {
             // Only emitters take a third number.
-            let [p, q, u, v, _, r, ..] = match self.is_inside {
-                true => scrambled_sobol::point_of_blocks(k, i as u64),
-                false => {
-                    let [p, q, u, v] = scrambled_sobol::first_dimensions_of_blocks(k, i as u64);
-                    [p, q, u, v, 0.0, 0.0, 0.0, 0.0]
-                }
+            let ([p, q, u, v], r) = if self.is_inside {
+                let [p, q, u, v, _, r, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
+                ([p, q, u, v], r)
+            } else {
+                (scrambled_sobol::first_dimensions_of_blocks(k, i as u64), 0.0)
             };
             let [u, v] = patch.plate.warp([u, v]);
             self.trace_shadow_ray(t, patch.plate.at(u, v), Receiver::Surface(patch.normal), [p, q, r]);
