@@ -7,7 +7,7 @@ use super::solving::{solve_and_hash, with_hash};
 use crate::scene_proposal::propose;
 use crate::viewer::live::LivePage;
 use crate::viewer::notes::ShownStage;
-use crate::viewer::package::{PackageDetail, package_in_steps};
+use crate::viewer::package::{PackageDetail, encode_textures, package_in_steps};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,6 +43,15 @@ impl CheckpointStore for DirectLightStages {
     fn keeps(&self) -> bool {
         true
     }
+}
+
+/// What the solutions of a series share.
+#[derive(Default)]
+struct Series {
+    /// Error estimates of the solutions published, the first one first.
+    estimates: Vec<ErrorEstimate>,
+    /// Textures of the scene as PNG, once the first solution is published.
+    textures: Option<Vec<Vec<u8>>>,
 }
 
 /// Input and settings of a live page.
@@ -140,17 +149,17 @@ impl LiveInput {
         };
         let draft = of_quality(Quality::Draft)?;
         // Direct light and draft have the same zones and the same shadow rays.
-        let (stages, mut earlier, mut zones) = (DirectLightStages::default(), Vec::new(), None);
+        let (stages, mut series, mut zones) = (DirectLightStages::default(), Series::default(), None);
         let settings = SolveSettings { checkpoints: &stages, ..SolveSettings::new(self.memory_limit, page) };
         if scene.thermal().is_none() {
-            zones = Some(self.solve_first_light(&draft, page, &settings, &mut earlier)?);
+            zones = Some(self.solve_first_light(&draft, page, &settings, &mut series)?);
         }
         // A draft that another solution follows shows its stored rays without a gather.
         page.begin_solve(Quality::Draft.name());
         let settings = SolveSettings { final_gather: is_draft_last, zones: zones.as_ref(), ..settings };
         let draft = solve_and_hash(draft, &settings)?;
         if is_draft_last {
-            return self.publish(page, draft, ShownStage::Last(self.quality.name()), (&mut earlier, page));
+            return self.publish(page, draft, ShownStage::Last(self.quality.name()), (&mut series, page));
         }
         drop((stages, zones));
         let solve_last = || {
@@ -159,7 +168,7 @@ impl LiveInput {
             of_quality(self.quality).and_then(|scene| solve_and_hash(scene, &settings))
         };
         let solution = if draft.zones.len() > MIN_ZONES_OF_SUNLIGHT {
-            self.publish(page, draft, ShownStage::Draft, (&mut earlier, page))?;
+            self.publish(page, draft, ShownStage::Draft, (&mut series, page))?;
             solve_last()?
         } else {
             // The bake of a small draft leaves cores idle: the last solve begins beside it. The bake has threads of its own, as those of the solve would keep it waiting.
@@ -167,7 +176,7 @@ impl LiveInput {
             let own_threads =
                 own_threads.build().map_err(|e| Failure::new(format!("no more threads ({e})")))?;
             let (published, solution) = std::thread::scope(|scope| {
-                let publish = || self.publish(page, draft, ShownStage::Draft, (&mut earlier, &NoProgress));
+                let publish = || self.publish(page, draft, ShownStage::Draft, (&mut series, &NoProgress));
                 let publishing = scope.spawn(|| own_threads.install(publish));
                 let solution = solve_last();
                 (publishing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), solution)
@@ -175,7 +184,7 @@ impl LiveInput {
             published?;
             solution?
         };
-        self.publish(page, solution, ShownStage::Last(self.quality.name()), (&mut earlier, page))
+        self.publish(page, solution, ShownStage::Last(self.quality.name()), (&mut series, page))
     }
 
     /// Publishes sunlight where the page draws it and the zones of the draft are many, otherwise direct light; returns the zones.
@@ -184,7 +193,7 @@ impl LiveInput {
         draft: &Scene,
         page: &LivePage,
         settings: &SolveSettings,
-        earlier: &mut Vec<ErrorEstimate>,
+        series: &mut Series,
     ) -> Result<Zones, Failure> {
         page.begin_solve(ShownStage::DirectLight.name());
         let mut zones = None;
@@ -193,7 +202,8 @@ impl LiveInput {
             let solution = with_hash(solve_without_light(draft.clone(), settings)?);
             if solution.zones.len() > MIN_ZONES_OF_SUNLIGHT {
                 let zones = solution.zones.clone();
-                self.publish(page, solution, ShownStage::Sunlight, (&mut Vec::new(), page))?;
+                self.publish(page, solution, ShownStage::Sunlight, (series, page))?;
+                series.estimates.clear();
                 return Ok(zones);
             }
             zones = Some(solution.zones);
@@ -201,27 +211,31 @@ impl LiveInput {
         let settings = SolveSettings { zones: zones.as_ref(), ..*settings };
         let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
         let zones = solution.zones.clone();
-        self.publish(page, solution, ShownStage::DirectLight, (earlier, page))?;
+        self.publish(page, solution, ShownStage::DirectLight, (series, page))?;
         Ok(zones)
     }
 
-    /// Publishes a solution, and reports it; `earlier` has the error estimates of those before, and gets its own.
+    /// Publishes a solution of a series, and reports it; the series gets its error estimate.
     fn publish(
         &self,
         page: &LivePage,
         solution: Solution,
         stage: ShownStage,
-        (earlier, progress): (&mut Vec<ErrorEstimate>, &dyn Progress),
+        (series, progress): (&mut Series, &dyn Progress),
     ) -> Result<(), Failure> {
         let solution = with_shown_bands(solution, self.first_band)?;
         check_uniform_light(&self.path, &solution)?;
         let all = self.detail.max_vertices;
         let few = (FIRST_VERTEX_SHARE * all as f64) as usize;
         let max_vertices = if stage.is_last() { all } else { few };
-        let detail = PackageDetail { max_vertices, stage, earlier: earlier.clone() };
+        let detail = PackageDetail { max_vertices, stage, earlier: series.estimates.clone() };
+        let textures = match series.textures.take() {
+            Some(encoded) => encoded,
+            None => encode_textures(&solution)?,
+        };
         let mut refined = false;
         // The last solution is sent before its mesh is refined, too.
-        package_in_steps(&solution, &detail, (&[few], progress), |bytes| {
+        package_in_steps(&solution, &detail, &textures, (&[few], progress), |bytes| {
             let (size, zones) = (bytes.len(), solution.zones.len());
             let version = page.publish(bytes);
             if self.json {
@@ -236,7 +250,8 @@ impl LiveInput {
             refined = true;
             Ok(())
         })?;
-        earlier.push(solution.report.estimate.clone());
+        series.textures = Some(textures);
+        series.estimates.push(solution.report.estimate.clone());
         Ok(())
     }
 }

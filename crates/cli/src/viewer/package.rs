@@ -19,6 +19,7 @@
 
 use super::notes::{ShownStage, notes};
 use super::pack::{Pack, scale_of};
+use rayon::prelude::*;
 use serde_json::{Value, json};
 use zonal_io::output::encode_texture_png;
 use zonal_math::Vec3;
@@ -64,21 +65,32 @@ impl Default for PackageDetail {
 /// If the scene has more than 65,536 surfaces or panes, or a texture without pixels.
 pub fn package(s: &Solution, detail: &PackageDetail, progress: &dyn Progress) -> Result<Vec<u8>, Failure> {
     let mut last = Vec::new();
-    package_in_steps(s, detail, (&[], progress), |bytes| {
+    package_in_steps(s, detail, &encode_textures(s)?, (&[], progress), |bytes| {
         last = bytes;
         Ok(())
     })?;
     Ok(last)
 }
 
-/// Bakes a solution into data files on finer and finer meshes: with about as many vertices as each of `steps` allows, and last with all ([`bake_in_steps`]). `publish` gets
-/// each file.
+/// The textures of a solution as PNG, which solutions of the same scene share.
 ///
 /// # Errors
-/// As [`package`], and those of `publish`.
+/// If a texture has no pixels.
+pub fn encode_textures(s: &Solution) -> Result<Vec<Vec<u8>>, Failure> {
+    let encode =
+        |t| encode_texture_png(t, MAX_TEXTURE_SIDE).ok_or_else(|| Failure::new("a texture has no pixels"));
+    s.scene.textures().par_iter().map(encode).collect()
+}
+
+/// Bakes a solution with `textures` ([`encode_textures`]) into data files on finer and finer meshes: with about as many vertices as each of `steps` allows, and last with all
+/// ([`bake_in_steps`]). `publish` gets each file.
+///
+/// # Errors
+/// If the scene has more than 65,536 surfaces or panes, and those of `publish`.
 pub fn package_in_steps(
     s: &Solution,
     detail: &PackageDetail,
+    textures: &[Vec<u8>],
     (steps, progress): (&[usize], &dyn Progress),
     mut publish: impl FnMut(Vec<u8>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
@@ -100,7 +112,7 @@ pub fn package_in_steps(
     let volume = VolumeGridOptions { sunlight: SunlightMode::Separate, ..VolumeGridOptions::default() };
     let medium = bake_volume_grid(s, &volume, progress);
     bake_in_steps(s, &options, (steps, progress), |baked, _| {
-        publish(pack(s, detail, (&baked, medium.as_ref()))?)
+        publish(pack(s, detail, textures, (&baked, medium.as_ref()))?)
     })
 }
 
@@ -108,6 +120,7 @@ pub fn package_in_steps(
 fn pack(
     s: &Solution,
     detail: &PackageDetail,
+    textures: &[Vec<u8>],
     (baked, medium): (&BakedSolution, Option<&VolumeGrid>),
 ) -> Result<Vec<u8>, Failure> {
     let (low, high) = s.scene.bounds();
@@ -121,10 +134,8 @@ fn pack(
     add_volume(&mut pack, medium, origin, &mut scales);
     add_suns(&mut pack, &baked.suns);
     pack.set("groups", light_groups(s, baked, &scales));
-    for (i, t) in s.scene.textures().iter().enumerate() {
-        let bytes =
-            encode_texture_png(t, MAX_TEXTURE_SIDE).ok_or_else(|| Failure::new("a texture has no pixels"))?;
-        pack.u8(&format!("texture{i}"), &bytes);
+    for (i, png) in textures.iter().enumerate() {
+        pack.u8(&format!("texture{i}"), png);
     }
     let effort = if detail.stage == ShownStage::Only { FILE_EFFORT } else { LIVE_EFFORT };
     pack.finish(effort).map_err(|e| Failure::new(format!("the solution cannot be packed ({e})")))

@@ -34,8 +34,10 @@ use zonal_transport::Transport;
 
 /// The equations are solved by the first 1/4 of the rays of every zone first; all rays start from that solution.
 const INITIAL_SOLVE_DIVISOR: usize = 4;
-/// End of the iteration: relative error of the strengths, and products of a column.
-const RAY_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 2e-4, max_iterations: 200 };
+/// End of the iteration: relative error of the strengths over the tolerance, its smallest value, and products of a column.
+const SOLVE_ERROR_OVER_TOLERANCE: f64 = 2e-3;
+const MIN_SOLVE_ERROR: f64 = 2e-4;
+const MAX_SOLVE_PRODUCTS: usize = 200;
 
 /// End of the iteration for the noise of the radiosities, of which the size matters only.
 const NOISE_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 0.05, max_iterations: 40 };
@@ -136,11 +138,15 @@ impl<'a> RayOperator<'a> {
             return neumann_series::solve(&system, &columns, count, &NoCheckpoints, context.progress);
         }
         // Solve by a part of the rays, then by all.
+        let stop = StoppingCriterion {
+            residual: MIN_SOLVE_ERROR.max(SOLVE_ERROR_OVER_TOLERANCE * context.scene.options().tolerance),
+            max_iterations: MAX_SOLVE_PRODUCTS,
+        };
         let solved = |divisor: usize, initial| {
             let operator = &ContinuedRays { rays: self, divisor };
             let system =
                 LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
-            bicgstab::solve(&system, &columns, initial, RAY_SOLVE_STOP, context.progress)
+            bicgstab::solve(&system, &columns, initial, stop, context.progress)
         };
         let initial = solved(INITIAL_SOLVE_DIVISOR, None);
         solved(1, Some(initial.into_iter().map(|e| e.strengths).collect()))

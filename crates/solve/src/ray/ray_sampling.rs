@@ -7,8 +7,8 @@
 //! m = c/ε    between min_rays_per_zone and max_rays_per_zone, and at most max_rays_in_total over all zones
 //! ```
 //!
-//! rays, and a volume zone a fixed fraction of that; more where a realization of the noise shows that too much of it reaches the result
-//! (`hierarchical/build.rs`).
+//! rays up to a coarse tolerance ε_c and (ε_c/ε)² times those of ε_c above it, and a volume zone a fixed fraction of that; more where a realization of
+//! the noise shows that too much of it reaches the result (`hierarchical/build.rs`).
 
 use crate::thermal::newton;
 use zonal_scene::{Scene, Zones};
@@ -20,9 +20,9 @@ pub(crate) type RaysPerZone = [usize; 2];
 pub(crate) struct RaySamplingParams {
     /// c, rays of a patch times the tolerance: up to `max_zones_for_escape`, and above.
     pub rays_times_tolerance: [f64; 2],
-    /// Fewest rays of a patch; fewer above `coarse_tolerance`, inversely to the tolerance.
+    /// Fewest rays of a patch up to `coarse_tolerance`.
     pub min_rays_per_zone: f64,
-    /// Tolerance above which a patch may have fewer rays.
+    /// ε_c, above which the noise of the stored rays is as large as the tolerance allows: a solution so coarse may be shown without a gather.
     pub coarse_tolerance: f64,
     /// Most rays of a patch.
     pub max_rays_per_zone: f64,
@@ -38,7 +38,7 @@ pub(crate) struct RaySamplingParams {
 pub(crate) const RAY_SAMPLING_PARAMS: RaySamplingParams = RaySamplingParams {
     rays_times_tolerance: [10.0, 6.0],
     min_rays_per_zone: 32.0,
-    coarse_tolerance: 0.3,
+    coarse_tolerance: 1.0 / 3.0,
     max_rays_per_zone: 2048.0,
     volume_to_patch_ratio: [0.3, 0.17],
     max_rays_in_total: 1.34e8,
@@ -64,8 +64,9 @@ pub(crate) fn volume_to_patch_ratio(zones: &Zones) -> f64 {
 /// Numbers of rays for a tolerance, at most `max_rays` over all zones.
 pub(crate) fn rays_per_zone(zones: &Zones, tolerance: f64, max_rays: f64) -> RaysPerZone {
     let p = &RAY_SAMPLING_PARAMS;
-    let least = p.min_rays_per_zone * (p.coarse_tolerance / tolerance).min(1.0);
-    let wanted = (p.rays_times_tolerance[usize::from(is_large(zones))] / tolerance).max(least);
+    let finer = tolerance.min(p.coarse_tolerance);
+    let wanted = (p.rays_times_tolerance[usize::from(is_large(zones))] / finer).max(p.min_rays_per_zone);
+    let wanted = wanted * (finer / tolerance).powi(2);
     limited_rays(zones, wanted, max_rays)
 }
 
