@@ -10,7 +10,7 @@ use crate::operator::IncidentPower;
 use crate::ray::padded_bands::PaddedBands;
 use crate::ray::ray_operator::{PathContinuation, RayOperator};
 use crate::ray::ray_sampling::{
-    RAY_SAMPLING_PARAMS, RaysPerZone, is_large, rays_measure_escape, rays_per_zone,
+    RAY_SAMPLING_PARAMS, RaysPerZone, is_large, rays_measure_escape, rays_per_zone, rays_without_gather,
 };
 use crate::report::closure;
 use crate::report::diagnostics::tolerance_advice;
@@ -51,6 +51,7 @@ pub(crate) fn build<'a>(
         SceneError::out_of_memory("solve.patch_size", "memory allows too few rays; allow more (--max-memory)")
     })?;
     let mut warnings: Vec<Diagnostic> = budget.ray_warning(zones, tolerance, rays).into_iter().collect();
+    let rays = if context.final_gather { rays } else { rays_without_gather(rays) };
     let rays = (rays, budget.max_rays);
     let (operator, solution) = trace_and_solve(context, surroundings, rays, continuation_of(scene))?;
     let closure = closure::measure(&operator, SharedZones::alone(zones), surroundings);

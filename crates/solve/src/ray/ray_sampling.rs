@@ -7,8 +7,8 @@
 //! m = c/ε    between min_rays_per_zone and max_rays_per_zone, and at most max_rays_in_total over all zones
 //! ```
 //!
-//! rays up to a coarse tolerance ε_c and (ε_c/ε)² times those of ε_c above it, and a volume zone a fixed fraction of that; more where a realization of
-//! the noise shows that too much of it reaches the result (`hierarchical/build.rs`).
+//! rays, and a volume zone a fixed fraction of that; more where a realization of the noise shows that too much of it reaches the result
+//! (`hierarchical/build.rs`).
 
 use crate::thermal::newton;
 use zonal_scene::{Scene, Zones};
@@ -20,14 +20,16 @@ pub(crate) type RaysPerZone = [usize; 2];
 pub(crate) struct RaySamplingParams {
     /// c, rays of a patch times the tolerance: up to `max_zones_for_escape`, and above.
     pub rays_times_tolerance: [f64; 2],
-    /// Fewest rays of a patch up to `coarse_tolerance`.
+    /// Fewest rays of a patch; fewer above `coarse_tolerance`, inversely to the tolerance.
     pub min_rays_per_zone: f64,
-    /// ε_c, above which the noise of the stored rays is as large as the tolerance allows: a solution so coarse may be shown without a gather.
+    /// Tolerance above which a patch may have fewer rays.
     pub coarse_tolerance: f64,
     /// Most rays of a patch.
     pub max_rays_per_zone: f64,
     /// Rays of a volume zone over those of a patch: up to `max_zones_for_escape`, and above.
     pub volume_to_patch_ratio: [f64; 2],
+    /// Rays of a patch where no gather follows over those before a gather: their noise alone may be as large as the tolerance.
+    pub share_without_gather: f64,
     /// Most rays of all zones together: half a gigabyte without colour.
     pub max_rays_in_total: f64,
     /// Zones above which these rays also measure the exchange with the surroundings.
@@ -38,9 +40,10 @@ pub(crate) struct RaySamplingParams {
 pub(crate) const RAY_SAMPLING_PARAMS: RaySamplingParams = RaySamplingParams {
     rays_times_tolerance: [10.0, 6.0],
     min_rays_per_zone: 32.0,
-    coarse_tolerance: 1.0 / 3.0,
+    coarse_tolerance: 0.3,
     max_rays_per_zone: 2048.0,
     volume_to_patch_ratio: [0.3, 0.17],
+    share_without_gather: 0.7,
     max_rays_in_total: 1.34e8,
     max_zones_for_escape: 200_000,
 };
@@ -64,10 +67,14 @@ pub(crate) fn volume_to_patch_ratio(zones: &Zones) -> f64 {
 /// Numbers of rays for a tolerance, at most `max_rays` over all zones.
 pub(crate) fn rays_per_zone(zones: &Zones, tolerance: f64, max_rays: f64) -> RaysPerZone {
     let p = &RAY_SAMPLING_PARAMS;
-    let finer = tolerance.min(p.coarse_tolerance);
-    let wanted = (p.rays_times_tolerance[usize::from(is_large(zones))] / finer).max(p.min_rays_per_zone);
-    let wanted = wanted * (finer / tolerance).powi(2);
+    let least = p.min_rays_per_zone * (p.coarse_tolerance / tolerance).min(1.0);
+    let wanted = (p.rays_times_tolerance[usize::from(is_large(zones))] / tolerance).max(least);
     limited_rays(zones, wanted, max_rays)
+}
+
+/// Numbers of rays of a solution without a gather, from those of one with it.
+pub(crate) fn rays_without_gather([of_patch, of_volume]: RaysPerZone) -> RaysPerZone {
+    [((RAY_SAMPLING_PARAMS.share_without_gather * of_patch as f64) as usize).max(1), of_volume]
 }
 
 /// Rays of all zones together.
