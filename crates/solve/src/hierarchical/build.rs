@@ -41,8 +41,7 @@ pub(crate) fn build<'a>(
     context: &SolveContext<'a>,
     surroundings: &mut SurroundingsExchange,
 ) -> Result<BuiltEngine<'a>, SceneError> {
-    let (scene, zones) = (context.scene, context.zones);
-    let tolerance = scene.options().tolerance;
+    let (scene, zones, tolerance) = (context.scene, context.zones, context.scene.options().tolerance);
     if zones.is_empty() {
         return Err(no_zones());
     }
