@@ -24,7 +24,7 @@ pub struct SolveSettings<'a> {
     pub initial_groups: &'a [LightGroup],
     /// The zones of the scene, or of its first three bands, where an earlier solve has cut them.
     pub zones: Option<&'a Zones>,
-    /// False ends the hierarchical engine with the incident radiation of its stored rays: a preview with more noise, whose error is stated, in a fraction of the time.
+    /// False ends the hierarchical engine with the incident radiation of its stored rays, which are fewer: a preview with more noise, whose error is stated, in a fraction of the time.
     pub final_gather: bool,
 }
 

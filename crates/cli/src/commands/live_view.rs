@@ -45,13 +45,13 @@ impl CheckpointStore for DirectLightStages {
     }
 }
 
-/// What the solutions of a series share.
+/// What the solutions of one state of the files hand on to those after them.
 #[derive(Default)]
-struct Series {
+struct Published {
     /// Error estimates of the solutions published, the first one first.
     estimates: Vec<ErrorEstimate>,
-    /// Textures of the scene as PNG, once the first solution is published.
-    textures: Option<Vec<Vec<u8>>>,
+    /// Textures of the scene as PNG; empty before the first solution is published.
+    textures: Vec<Vec<u8>>,
 }
 
 /// Input and settings of a live page.
@@ -149,17 +149,17 @@ impl LiveInput {
         };
         let draft = of_quality(Quality::Draft)?;
         // Direct light and draft have the same zones and the same shadow rays.
-        let (stages, mut series, mut zones) = (DirectLightStages::default(), Series::default(), None);
+        let (stages, mut published, mut zones) = (DirectLightStages::default(), Published::default(), None);
         let settings = SolveSettings { checkpoints: &stages, ..SolveSettings::new(self.memory_limit, page) };
         if scene.thermal().is_none() {
-            zones = Some(self.solve_first_light(&draft, page, &settings, &mut series)?);
+            zones = Some(self.solve_first_light(&draft, page, &settings, &mut published)?);
         }
         // A draft that another solution follows shows its stored rays without a gather.
         page.begin_solve(Quality::Draft.name());
         let settings = SolveSettings { final_gather: is_draft_last, zones: zones.as_ref(), ..settings };
         let draft = solve_and_hash(draft, &settings)?;
         if is_draft_last {
-            return self.publish(page, draft, ShownStage::Last(self.quality.name()), (&mut series, page));
+            return self.publish(page, draft, ShownStage::Last(self.quality.name()), (&mut published, page));
         }
         drop((stages, zones));
         let solve_last = || {
@@ -168,23 +168,23 @@ impl LiveInput {
             of_quality(self.quality).and_then(|scene| solve_and_hash(scene, &settings))
         };
         let solution = if draft.zones.len() > MIN_ZONES_OF_SUNLIGHT {
-            self.publish(page, draft, ShownStage::Draft, (&mut series, page))?;
+            self.publish(page, draft, ShownStage::Draft, (&mut published, page))?;
             solve_last()?
         } else {
             // The bake of a small draft leaves cores idle: the last solve begins beside it. The bake has threads of its own, as those of the solve would keep it waiting.
             let own_threads = rayon::ThreadPoolBuilder::new().num_threads(rayon::current_num_threads());
             let own_threads =
                 own_threads.build().map_err(|e| Failure::new(format!("no more threads ({e})")))?;
-            let (published, solution) = std::thread::scope(|scope| {
-                let publish = || self.publish(page, draft, ShownStage::Draft, (&mut series, &NoProgress));
+            let (outcome, solution) = std::thread::scope(|scope| {
+                let publish = || self.publish(page, draft, ShownStage::Draft, (&mut published, &NoProgress));
                 let publishing = scope.spawn(|| own_threads.install(publish));
                 let solution = solve_last();
                 (publishing.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), solution)
             });
-            published?;
+            outcome?;
             solution?
         };
-        self.publish(page, solution, ShownStage::Last(self.quality.name()), (&mut series, page))
+        self.publish(page, solution, ShownStage::Last(self.quality.name()), (&mut published, page))
     }
 
     /// Publishes sunlight where the page draws it and the zones of the draft are many, otherwise direct light; returns the zones.
@@ -193,7 +193,7 @@ impl LiveInput {
         draft: &Scene,
         page: &LivePage,
         settings: &SolveSettings,
-        series: &mut Series,
+        published: &mut Published,
     ) -> Result<Zones, Failure> {
         page.begin_solve(ShownStage::DirectLight.name());
         let mut zones = None;
@@ -202,8 +202,7 @@ impl LiveInput {
             let solution = with_hash(solve_without_light(draft.clone(), settings)?);
             if solution.zones.len() > MIN_ZONES_OF_SUNLIGHT {
                 let zones = solution.zones.clone();
-                self.publish(page, solution, ShownStage::Sunlight, (series, page))?;
-                series.estimates.clear();
+                self.publish(page, solution, ShownStage::Sunlight, (published, page))?;
                 return Ok(zones);
             }
             zones = Some(solution.zones);
@@ -211,31 +210,30 @@ impl LiveInput {
         let settings = SolveSettings { zones: zones.as_ref(), ..*settings };
         let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
         let zones = solution.zones.clone();
-        self.publish(page, solution, ShownStage::DirectLight, (series, page))?;
+        self.publish(page, solution, ShownStage::DirectLight, (published, page))?;
         Ok(zones)
     }
 
-    /// Publishes a solution of a series, and reports it; the series gets its error estimate.
+    /// Publishes a solution, and reports it; `published` has the error estimates of those before and the textures, and gets its own estimate.
     fn publish(
         &self,
         page: &LivePage,
         solution: Solution,
         stage: ShownStage,
-        (series, progress): (&mut Series, &dyn Progress),
+        (published, progress): (&mut Published, &dyn Progress),
     ) -> Result<(), Failure> {
         let solution = with_shown_bands(solution, self.first_band)?;
         check_uniform_light(&self.path, &solution)?;
         let all = self.detail.max_vertices;
         let few = (FIRST_VERTEX_SHARE * all as f64) as usize;
         let max_vertices = if stage.is_last() { all } else { few };
-        let detail = PackageDetail { max_vertices, stage, earlier: series.estimates.clone() };
-        let textures = match series.textures.take() {
-            Some(encoded) => encoded,
-            None => encode_textures(&solution)?,
-        };
+        let detail = PackageDetail { max_vertices, stage, earlier: published.estimates.clone() };
+        if published.textures.is_empty() {
+            published.textures = encode_textures(&solution)?;
+        }
         let mut refined = false;
         // The last solution is sent before its mesh is refined, too.
-        package_in_steps(&solution, &detail, &textures, (&[few], progress), |bytes| {
+        package_in_steps(&solution, &detail, &published.textures, (&[few], progress), |bytes| {
             let (size, zones) = (bytes.len(), solution.zones.len());
             let version = page.publish(bytes);
             if self.json {
@@ -250,8 +248,10 @@ impl LiveInput {
             refined = true;
             Ok(())
         })?;
-        series.textures = Some(textures);
-        series.estimates.push(solution.report.estimate.clone());
+        // Sunlight states no error.
+        if stage != ShownStage::Sunlight {
+            published.estimates.push(solution.report.estimate.clone());
+        }
         Ok(())
     }
 }

@@ -34,9 +34,11 @@ use zonal_transport::Transport;
 
 /// The equations are solved by the first 1/4 of the rays of every zone first; all rays start from that solution.
 const INITIAL_SOLVE_DIVISOR: usize = 4;
-/// End of the iteration: relative error of the strengths over the tolerance, its smallest value, and products of a column.
+/// Relative error of the strengths at which the iteration ends, over the tolerance.
 const SOLVE_ERROR_OVER_TOLERANCE: f64 = 2e-3;
+/// Smallest relative error of the strengths that is asked for.
 const MIN_SOLVE_ERROR: f64 = 2e-4;
+/// Most products of a column.
 const MAX_SOLVE_PRODUCTS: usize = 200;
 
 /// End of the iteration for the noise of the radiosities, of which the size matters only.
