@@ -12,6 +12,7 @@
 //! | [`low_discrepancy`] | R_d and Sobol sequences, hashes |
 //! | [`scrambled_sobol`] | Sobol's sequence with nested uniform scrambling |
 //! | [`simd`] | loops over lanes with run-time dispatch, e^x and ln x, eight-lane f32 |
+//! | [`spherical_cap`] | cosine integral and samples of a spherical cap above a plane |
 //! | [`mod@vec3`] | three-dimensional vectors |
 
 pub mod bounded;
@@ -24,6 +25,7 @@ pub mod gauss_legendre;
 pub mod low_discrepancy;
 pub mod scrambled_sobol;
 pub mod simd;
+pub mod spherical_cap;
 pub mod vec3;
 
 pub use bounded::{Bounded, Grade};

@@ -88,6 +88,10 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// The largest value of each channel.
+    pub fn upper_bound(&self) -> Bands {
+        self.pixels.iter().map(|p| Bands::from_rgb(p.map(f64::from))).fold(Bands::ZERO, Bands::max)
+    }
     /// The bilinearly interpolated value at texture coordinates (u, v).
     pub fn sample(&self, uv: [f64; 2]) -> Bands {
         let (w, h) = (self.width as f64, self.height as f64);

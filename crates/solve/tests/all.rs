@@ -14,6 +14,7 @@ mod enclosures;
 mod error_consistency;
 mod hierarchical;
 mod hollow_solids;
+mod horizon_lights;
 mod layered;
 mod light_groups;
 mod linear_basis;

@@ -103,6 +103,42 @@ impl DirectionTable {
         (row[c + 1] - row[c]) / self.total()
     }
 
+    /// An upper bound of ∫ w cos⁺ dω, with the cosine to the unit vector of height `z` and turn `turn`: each row counts its cells that reach above the plane of
+    /// the vector, with the largest cosine of the row. Zero where no cell with light does.
+    pub(super) fn cosine_bound(&self, z: f64, turn: f64) -> f64 {
+        let across = (1.0 - z * z).max(0.0).sqrt();
+        let polar = z.clamp(-1.0, 1.0).acos();
+        let of_row = |r: usize| {
+            let ends =
+                [self.edges[r], self.edges[r + 1]].map(|e| (e * z, (1.0 - e * e).max(0.0).sqrt() * across));
+            let half = ends.iter().fold(0.0, |most: f64, e| most.max(half_width(*e)));
+            let [from, to] = [self.edges[r], self.edges[r + 1]].map(|e| e.clamp(-1.0, 1.0).acos());
+            // The cosine of an angle changes by no more than the angle.
+            let highest = ends.iter().fold(-1.0, |most: f64, e| most.max(e.0 + e.1)) + (to - from);
+            let cos = if (from..=to).contains(&polar) { 1.0 } else { highest.clamp(0.0, 1.0) };
+            self.row_sum(r, turn, half) * self.cell_solid_angle(r) * cos
+        };
+        (0..self.edges.len() - 1).map(of_row).sum()
+    }
+
+    /// Σ w over the cells of row `r` within `half` turns of `turn`.
+    fn row_sum(&self, r: usize, turn: f64, half: f64) -> f64 {
+        let (row, n) = (self.cells_of_row(r), self.columns as f64);
+        if half <= 0.0 {
+            return 0.0;
+        }
+        if half >= 0.5 {
+            return row[self.columns];
+        }
+        let (from, to) = (((turn - half) * n).floor(), ((turn + half) * n).ceil());
+        if to - from >= n {
+            return row[self.columns];
+        }
+        let place = |k: f64| k.rem_euclid(n) as usize;
+        let (a, b) = (place(from), place(to));
+        if a < b { row[b] - row[a] } else { row[self.columns] - row[a] + row[b] }
+    }
+
     /// The direction at a point of the unit square.
     pub(super) fn sample(&self, u: [f64; 2]) -> TableSample {
         let (r, down) = interval(&self.rows, u[0]);
@@ -113,6 +149,15 @@ impl DirectionTable {
             turn: (c as f64 + across) / self.columns as f64,
             density: (row[c + 1] - row[c]) / self.total(),
         }
+    }
+}
+
+/// Half the extent in turns of the directions of a row's edge that are above the plane of a vector: the solutions of height + across cos t > 0.
+fn half_width((height, across): (f64, f64)) -> f64 {
+    match () {
+        () if height >= across => 0.5,
+        () if height <= -across => 0.0,
+        () => (-height / across).acos() / std::f64::consts::TAU,
     }
 }
 

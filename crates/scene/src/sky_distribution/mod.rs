@@ -164,6 +164,17 @@ impl SkyDistribution {
         }
     }
 
+    /// An upper bound of ∫ f cosθ⁺ dω, sr, with θ the angle to the unit vector `normal`; zero where no light comes from the front of the plane of `normal`.
+    #[must_use]
+    pub fn irradiance_bound(&self, normal: Vec3) -> Bands {
+        match &self.form {
+            SkyForm::Uniform => Bands::splat(PI),
+            SkyForm::Model(model) => Bands::splat(model.irradiance_bound(normal)),
+            SkyForm::Image(image) => Bands::splat(image.irradiance_bound(normal)),
+            SkyForm::Frame(_) => Bands::ZERO,
+        }
+    }
+
     /// The unit direction at a point of the unit square, and its density p, 1/sr.
     #[must_use]
     pub fn sample_direction(&self, u: [f64; 2]) -> (Vec3, f64) {

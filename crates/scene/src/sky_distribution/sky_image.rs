@@ -62,6 +62,12 @@ impl SkyImage {
         value(&self.picture.pixels[r * self.picture.width + c])
     }
 
+    /// An upper bound of ∫ f cosθ⁺ dω about a unit vector, sr, in each of the three bands: three times that of their mean.
+    pub(super) fn irradiance_bound(&self, normal: Vec3) -> f64 {
+        let (z, across) = self.place(normal);
+        3.0 * self.table.cosine_bound(z, across)
+    }
+
     /// The direction at a point of the unit square and its density, 1/sr.
     pub(super) fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
         let TableSample { z, turn: across, density } = self.table.sample(u);

@@ -292,6 +292,12 @@ impl SkyModel {
         (self.scale * gradation * indicatrix).max(self.ground)
     }
 
+    /// An upper bound of ∫ f cosθ⁺ dω about a unit vector, sr.
+    pub(super) fn irradiance_bound(&self, normal: Vec3) -> f64 {
+        let (z, turn) = self.frame.coordinates(normal);
+        self.table.cosine_bound(z, turn)
+    }
+
     /// The direction at a point of the unit square and its density, 1/sr.
     pub(super) fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
         let TableSample { z, turn, density } = self.table.sample(u);

@@ -7,6 +7,7 @@
 //! | light | sampled | contribution of one sample, before τ |
 //! |---|---|---|
 //! | sun, angular radius α, irradiance E⊥ on a plane normal to it | uniform over its cone | G: 2 E⊥/(1+cosα), times cosθ for H |
+//! | sun that the plane of the receiver cuts | the part above the plane (`zonal_math::spherical_cap`) | E⊥/(π sin²α) times the weight of the sample |
 //! | uniform sky of radiance L | cosine-weighted for H, uniform over the sphere for G | π L, 4π L |
 //! | other sky of radiance L(ω), density p(ω) of its table | for H one half cosine-weighted, one half by p; by p for G | L cosθ/(½ cosθ⁺/π + ½ p), L/p |
 //! | point light of intensity I₀ f(ω) | its position | I₀ f/r², times cosθ for H |
@@ -15,7 +16,8 @@
 //! (The sun's radiance is E⊥/(π sin²α) and its solid angle 2π(1−cosα); their product is 2E⊥/(1+cosα).) τ is that of
 //! [`Transport::transmittance`]: coloured by medium and panes, zero behind a facet; the emitter's own facet does not occlude, since
 //! a segment's ends do not count. The unoccluded light of a uniform emitter of few facets is known in closed form, E/π times its
-//! (projected) solid angle; samples then estimate only the fraction that arrives, so the estimate has no noise near an emitter.
+//! (projected) solid angle, and that of a sun, also where the plane of the receiver cuts its disc; samples then estimate only the fraction that arrives, so the
+//! estimate has no noise near an emitter.
 //! Samples are low-discrepancy points, shifted by a hash of the seed: equal calls give equal bits. All means are statistical; their
 //! error falls as 1/samples where the light is fully visible.
 
@@ -25,6 +27,7 @@ use super::samples::{EmissionSample, LightSample};
 use crate::transport::Transport;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};
+use zonal_math::spherical_cap::CapOverPlane;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Bands, Light, Scene, SkyDistribution};
 
@@ -128,7 +131,7 @@ impl<'a> LightSampler<'a> {
 
     /// True when [`LightSampler::unoccluded`] has a closed form.
     pub fn has_closed_form(&self) -> bool {
-        self.emitter.as_ref().is_some_and(Emitter::is_uniform)
+        matches!(self.light, Light::Sun { .. }) || self.emitter.as_ref().is_some_and(Emitter::is_uniform)
     }
 
     /// The sample of the light at `s` ∈ [0,1)³ as seen from `point`; `None` where it contributes nothing.
@@ -141,9 +144,14 @@ impl<'a> LightSampler<'a> {
     ) -> Option<LightSample> {
         match self.light {
             Light::Sun { direction, irradiance, angular_diameter, .. } => {
-                let cos_radius = (0.5 * angular_diameter).cos();
+                let radius = 0.5 * angular_diameter;
+                if let Some(cap) = cut_cap(-*direction, radius, receiver) {
+                    let (towards, weight) = cap.sample_above([s[0], s[1]])?;
+                    let over_radiance = PI * radius.sin().powi(2);
+                    return distant_sample(transport, point, towards, weight / over_radiance, *irradiance);
+                }
                 let towards = sample_cone(-*direction, *angular_diameter, [s[0], s[1]]);
-                let flux = *irradiance * 2.0 / (1.0 + cos_radius);
+                let flux = *irradiance * 2.0 / (1.0 + radius.cos());
                 distant_sample(transport, point, towards, cosine(receiver, towards), flux)
             }
             Light::Sky { radiance, distribution, .. } if !distribution.is_uniform() => {
@@ -311,9 +319,34 @@ impl<'a> LightSampler<'a> {
         self.gather_with(transport, point, receiver, n, |i| at(few + i))
     }
 
-    /// H or G of an emitter without attenuation, W/m², in closed form; zero for a light that has none.
+    /// H or G of an emitter or a sun without attenuation, W/m², in closed form; zero for a light that has none.
     pub fn unoccluded(&self, point: Vec3, receiver: Receiver) -> Bands {
+        if let Light::Sun { direction, irradiance, angular_diameter, .. } = self.light {
+            return *irradiance * sun_factor(-*direction, 0.5 * angular_diameter, receiver);
+        }
         self.emitter.as_ref().map_or(Bands::ZERO, |e| e.unoccluded(point, receiver))
+    }
+
+    /// An upper bound of H or G without occlusion, W/m², at any point of the convex hull of `corners`, which lies in the plane of the receiver: zero where the light is
+    /// proved to lie behind it, or to shine elsewhere.
+    pub fn upper_bound(&self, corners: &[Vec3], receiver: Receiver) -> Bands {
+        match (self.light, receiver) {
+            (Light::Sky { radiance, distribution, .. }, Receiver::Surface(n)) => {
+                *radiance * distribution.irradiance_bound(n)
+            }
+            (Light::Sky { radiance, distribution, .. }, Receiver::Free) => {
+                *radiance * distribution.solid_angle_integral()
+            }
+            (Light::Emitter { .. }, _) if !self.has_closed_form() => {
+                self.emitter.as_ref().map_or(Bands::ZERO, |e| e.upper_bound(corners, receiver))
+            }
+            // Unbounded at the light.
+            (Light::Point { intensity, .. }, _) => {
+                intensity.map(|i| if i > 0.0 { f64::INFINITY } else { 0.0 })
+            }
+            // The cosine is largest at a corner, the solid angle not always.
+            _ => corners.iter().map(|x| self.unoccluded(*x, receiver)).fold(Bands::ZERO, Bands::max),
+        }
     }
 }
 
@@ -351,6 +384,22 @@ fn distant_sample(
         end: transport.exterior_point(point, direction),
         flux: light * weight,
     })
+}
+
+/// The disc of angular radius `radius` about the unit vector `towards` over the plane of a receiver that cuts it; `None` where no plane cuts it.
+fn cut_cap(towards: Vec3, radius: f64, receiver: Receiver) -> Option<CapOverPlane> {
+    let Receiver::Surface(n) = receiver else { return None };
+    let may_be_cut = n.dot(towards).abs() < radius;
+    may_be_cut.then(|| CapOverPlane::new(radius, towards, n)).filter(CapOverPlane::is_cut)
+}
+
+/// H or G over E⊥ of the disc of angular radius `radius` about the unit vector `towards`, without attenuation.
+fn sun_factor(towards: Vec3, radius: f64, receiver: Receiver) -> f64 {
+    match (receiver, cut_cap(towards, radius, receiver)) {
+        (Receiver::Free, _) => 2.0 / (1.0 + radius.cos()),
+        (Receiver::Surface(_), Some(cap)) => cap.mean_cosine(),
+        (Receiver::Surface(n), None) => n.dot(towards).max(0.0),
+    }
 }
 
 /// A direction towards a sky that is not uniform, and the factor of its radiance in H or G, sr: the balance heuristic (Veach 1997) over a cosine-weighted sample, drawn

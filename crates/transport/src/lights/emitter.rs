@@ -39,6 +39,8 @@ pub(crate) struct Emitter<'a> {
     two_sided: bool,
     /// Radiance, W/(m² sr), where it is uniform over a surface of few facets.
     uniform_radiance: Option<Bands>,
+    /// The largest flux that a point emits, W/m², band by band.
+    max_emission: Bands,
     /// Points nearer to a facet's plane lie in it, m.
     plane_tolerance: f64,
 }
@@ -127,12 +129,21 @@ impl<'a> Emitter<'a> {
         };
         let cumulative_area = facets.iter().map(add).collect();
         let material = &scene.surfaces()[surface];
-        let uniform = facets.len() <= MAX_FACETS_WITHOUT_TREE && material.emission_texture.is_none();
+        // Without texture a facet emits the same flux everywhere; faces of tables of values have fluxes of their own.
+        let untextured = material.emission_texture.is_none();
+        let of_facet = |f: &EmitterFacet| scene.emission_at(f.id, 1.0 / 3.0, 1.0 / 3.0);
+        let is_alike = untextured && facets.iter().all(|f| of_facet(f) == material.emission);
+        let uniform = facets.len() <= MAX_FACETS_WITHOUT_TREE && is_alike;
+        let max_emission = match material.emission_texture {
+            None => facets.iter().map(of_facet).fold(material.emission, Bands::max),
+            Some(t) => material.emission * scene.textures()[t].upper_bound(),
+        };
         Emitter {
             scene,
             facets,
             tree,
             cumulative_area,
+            max_emission,
             two_sided: material.sides == Sides::Both,
             uniform_radiance: uniform.then(|| material.emission.map(|e| e / PI)),
             plane_tolerance: IN_PLANE_SHARE_OF_DIAGONAL * scene.diagonal(),
@@ -248,6 +259,30 @@ impl<'a> Emitter<'a> {
         let material = &self.scene.surfaces()[self.scene.facets()[first.id].surface];
         let seen = tree.estimate(p, receiver) / PI;
         material.emission * seen
+    }
+
+    /// An upper bound of H or G without occlusion, W/m², at any point of the convex hull of `corners`, which lies in the plane of the receiver: zero where no facet
+    /// emits towards it.
+    pub(crate) fn upper_bound(&self, corners: &[Vec3], receiver: Receiver) -> Bands {
+        let Some(first) = corners.first() else { return Bands::ZERO };
+        let ahead = |c: Vec3| match receiver {
+            Receiver::Free => f64::INFINITY,
+            Receiver::Surface(n) => n.dot(c - *first),
+        };
+        let may_light = |f: &EmitterFacet| {
+            let (own, n) = f.plate.corners();
+            let emits = |x: &Vec3| self.emits_towards((*x - f.plate.origin).dot(f.normal()));
+            own[..n].iter().any(|c| ahead(*c) > self.plane_tolerance) && corners.iter().any(emits)
+        };
+        let lights = match &self.tree {
+            None => self.facets.iter().any(may_light),
+            Some(tree) => {
+                tree.any_facet(|c, r| ahead(c) + r > 0.0, |range| self.facets[range].iter().any(may_light))
+            }
+        };
+        // The flux of one side of a plane of this emission, or that of both.
+        let most = if matches!(receiver, Receiver::Free) { 4.0 } else { 1.0 };
+        if lights { self.max_emission * most } else { Bands::ZERO }
     }
 
     /// True where the facets are many and form clusters.

@@ -141,6 +141,27 @@ impl LightTree {
         sum
     }
 
+    /// True if `is_true` holds for the facets of a leaf all of whose balls, of this centre and radius, fulfil `may_hold`.
+    pub(crate) fn any_facet(
+        &self,
+        may_hold: impl Fn(Vec3, f64) -> bool,
+        is_true: impl Fn(Range<usize>) -> bool,
+    ) -> bool {
+        let mut open = vec![0];
+        while let Some(k) = open.pop() {
+            let Some(node) = self.nodes.get(k) else { continue };
+            if !may_hold(node.centre, node.radius) {
+                continue;
+            }
+            if node.second > 0 {
+                open.extend([node.second, k + 1]);
+            } else if is_true(node.facets.clone()) {
+                return true;
+            }
+        }
+        false
+    }
+
     fn importance(&self, k: usize, p: Vec3, receiver: Receiver) -> f64 {
         let LightTreeNode { centre, radius, area, .. } = &self.nodes[k];
         let offset = *centre - p;

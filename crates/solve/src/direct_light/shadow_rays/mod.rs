@@ -20,6 +20,9 @@
 //! e = ½√K/(N+1)              if all N samples of the K patches of a cluster agree and there are no cells (`patch_clusters`)
 //! ```
 //!
+//! Where no sample brings light even without occlusion, U is an upper bound of the light (`LightSampler::upper_bound`), which is zero only where the light is proved to be
+//! behind the zone; R is 0 and e that of agreeing samples.
+//!
 //! Every zone gets a few pilot samples, then fresh ones where U e exceeds a share of the tolerance times the root mean square of the light over the
 //! zones of its kind. Their number follows from the pilot samples, within limits that grow for small tolerances; a zone among obstacles whose error
 //! is still too large is sampled a third time. In cells without obstacles the ratios R of a cell and the 26 around it are averaged if the ratio of

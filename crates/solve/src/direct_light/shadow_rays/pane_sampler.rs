@@ -2,7 +2,7 @@
 //!
 //! The fluence of a pane follows from the power that it takes from the light, κ G t = Σ g c (1 − e^{−κt/c}) with g the fluence that a sample of the light
 //! brings in free space and c its cosine with the normal. Its error follows from the spread of parts of the points; that of a point light also from the part of its beam that all points may miss, 1/(2(n + 1)) of the bound of its
-//! light for n points.
+//! light for n points; that of other lights likewise where no sample arrives.
 
 use super::params::{
     ERROR_SHARE, FINE_TOLERANCE, MAX_PANE_GROWTH, MAX_SAMPLES_PER_ZONE, MIN_RELATIVE_LEVEL, PANE_PARTS,
@@ -37,14 +37,20 @@ impl ZoneLightSampler<'_> {
         let mean = Bands::from_fn(|b| parts.iter().map(|p| p[b]).sum::<f64>() / N);
         let square = Bands::from_fn(|b| parts.iter().map(|p| (p[b] - mean[b]).powi(2)).sum::<f64>());
         let spread = square / (N * (N - 1.0));
-        let missed = self.missed_point_light(p, count);
+        let missed = self.missed_light(p, count, mean);
         [mean, (spread + missed * missed).sqrt()]
     }
 
-    /// Error by the part of a beam of a point light that all of `count` points may miss, W/m²; 0 of other lights.
-    fn missed_point_light(&self, p: &PaneZone, count: usize) -> Bands {
+    /// Error by the part of the light that all of `count` points may miss, W/m²: of the beam of a point light, and of any other light of which the samples find nothing,
+    /// so that their `mean` is zero.
+    fn missed_light(&self, p: &PaneZone, count: usize, mean: Bands) -> Bands {
         let Light::Point { position, intensity, distribution, .. } = self.light.light() else {
-            return Bands::ZERO;
+            if largest(mean) > 0.0 {
+                return Bands::ZERO;
+            }
+            let (corners, n) = p.plate.corners();
+            let samples = (count * SAMPLES_PER_PANE_POINT) as f64;
+            return self.light.upper_bound(&corners[..n], Receiver::Free) * (0.5 / (samples + 1.0));
         };
         let share = 0.5 / (count as f64 + 1.0);
         *intensity * (share * irradiance_bound(&p.plate, *position, distribution))
@@ -76,8 +82,10 @@ impl ZoneLightSampler<'_> {
         };
         let (mut found, more): (Vec<[Bands; 2]>, Vec<u64>) =
             blocks.map(communicator, refined).into_iter().unzip();
-        let pooled = square(1, &found) / square(0, &found).max(f64::MIN_POSITIVE);
-        for [g, e] in &mut found {
+        let light = square(0, &found);
+        let pooled = if light > 0.0 { square(1, &found) / light } else { 0.0 };
+        // A pane without light has its own error alone.
+        for [g, e] in found.iter_mut().filter(|f| largest(f[0]) > 0.0) {
             *e = (0.5 * (*e * *e + pooled * *g * *g)).sqrt();
         }
         let points = more.iter().sum::<u64>() + (n * PANE_POINTS) as u64;

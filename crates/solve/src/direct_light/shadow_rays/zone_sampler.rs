@@ -192,11 +192,11 @@ impl<'a> ZoneLightSampler<'a> {
     fn trace_shadow_ray(&self, t: &mut SampleTally, x: Vec3, receiver: Receiver, s: [f64; 3]) {
         t.count += 1;
         let (unoccluded, sample) = self.light.sample_with_unoccluded(self.transport, x, receiver, s);
+        t.unoccluded += unoccluded;
+        t.unoccluded2 += largest(unoccluded).powi(2);
         let Some(sample) = sample else {
             return;
         };
-        t.unoccluded += unoccluded;
-        t.unoccluded2 += largest(unoccluded).powi(2);
         let tau = match self.is_inside {
             true => self.transport.transmittance_inside(x, sample.end),
             false => self.transport.transmittance(x, sample.end),
@@ -274,7 +274,7 @@ impl<'a> ZoneLightSampler<'a> {
         }
         let mut t = SampleTally::default();
         self.trace_shadow_rays(&mut t, i, samples);
-        if t.weight == 0.0 && self.has_closed_form {
+        if t.weight == 0.0 {
             return self.estimate_unlit(i, t.count);
         }
         // On a patch the samples of a varying sky are two sequences.
@@ -282,22 +282,19 @@ impl<'a> ZoneLightSampler<'a> {
         self.estimate(&t, share)
     }
 
-    /// Estimates zone `i` if the light faces none of `count` points: no light, but the plane of the light may cut off a corner.
+    /// Estimates zone `i` if none of `count` points sees light, even without occlusion: no light, with an upper bound of the light as the one that the samples may
+    /// have missed. The bound is zero where the light is proved to be behind the zone.
     fn estimate_unlit(&self, i: usize, count: usize) -> DirectLightEstimate {
-        let mut unoccluded = Bands::ZERO;
-        let mut corner = |x: Vec3, receiver| {
-            let light = self.light.unoccluded(x, receiver);
-            unoccluded = light.max(unoccluded);
-        };
-        if let Some(p) = self.zones.patches.get(i) {
+        let unoccluded = if let Some(p) = self.zones.patches.get(i) {
             let (corners, n) = p.plate.corners();
-            corners[..n].iter().for_each(|&x| corner(x, Receiver::Surface(p.normal)));
+            self.light.upper_bound(&corners[..n], Receiver::Surface(p.normal))
         } else if let Some(grid) = self.grid {
             let [x, y, z] = grid.coordinates(self.zones.voxels.at(i - self.zones.voxel_offset()).cell);
-            (0..8).for_each(|k| {
-                corner(grid.corner([x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)]), Receiver::Free)
-            });
-        }
+            let corner = |k: usize| grid.corner([x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)]);
+            self.light.upper_bound(&std::array::from_fn::<Vec3, 8, _>(corner), Receiver::Free)
+        } else {
+            Bands::ZERO
+        };
         let visible = if unoccluded == Bands::ZERO { 0.5 } else { 0.0 };
         let count = count.min(u16::MAX as usize) as u16;
         DirectLightEstimate { unoccluded, visible, count, ..DirectLightEstimate::default() }
