@@ -10,7 +10,7 @@ use super::error::FileFault;
 /// Largest array file, bytes.
 pub(crate) const MAX_ARRAY_FILE_BYTES: u64 = 4 << 30;
 
-/// A three-dimensional array of finite values from 0 in single precision.
+/// A three-dimensional array of finite values from 0, in the precision of its source.
 #[derive(Debug)]
 pub(crate) struct ScalarArray<'a> {
     pub(crate) shape: [usize; 3],
@@ -30,7 +30,9 @@ pub(crate) enum AxisOrder {
 /// The elements of an array, its own or those of another program.
 #[derive(Debug)]
 pub(crate) enum ArrayValues<'a> {
+    /// Values that single precision holds exactly.
     Owned(Vec<f32>),
+    OwnedDouble(Vec<f64>),
     Single(&'a [f32]),
     Double(&'a [f64]),
 }
@@ -39,6 +41,7 @@ impl ArrayValues<'_> {
     fn len(&self) -> usize {
         match self {
             ArrayValues::Owned(v) => v.len(),
+            ArrayValues::OwnedDouble(v) => v.len(),
             ArrayValues::Single(v) => v.len(),
             ArrayValues::Double(v) => v.len(),
         }
@@ -46,6 +49,7 @@ impl ArrayValues<'_> {
     fn at(&self, i: usize) -> f64 {
         match self {
             ArrayValues::Owned(v) => f64::from(v[i]),
+            ArrayValues::OwnedDouble(v) => v[i],
             ArrayValues::Single(v) => f64::from(v[i]),
             ArrayValues::Double(v) => v[i],
         }
@@ -54,8 +58,8 @@ impl ArrayValues<'_> {
 
 impl<'a> ScalarArray<'a> {
     /// An array of values that were checked, with the last axis fastest.
-    pub(crate) fn of_valid(shape: [usize; 3], values: Vec<f32>) -> ScalarArray<'static> {
-        ScalarArray { shape, order: AxisOrder::LastFastest, values: ArrayValues::Owned(values) }
+    pub(crate) fn of_valid(shape: [usize; 3], values: ArrayValues<'static>) -> ScalarArray<'static> {
+        ScalarArray { shape, order: AxisOrder::LastFastest, values }
     }
     /// Checks the shape and every value; `noun` names a value in messages.
     pub(crate) fn new(
@@ -92,7 +96,7 @@ impl<'a> ScalarArray<'a> {
     }
     /// The element at these indices.
     pub(crate) fn at(&self, x: usize, y: usize, z: usize) -> f64 {
-        f64::from(self.values.at(self.place(x, y, z)) as f32)
+        self.values.at(self.place(x, y, z))
     }
 }
 
@@ -124,8 +128,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray<
     };
     // Read the values in C order.
     let size = element.size;
-    let mut values = Vec::with_capacity(data.len() / size);
-    for i in 0..data.len() / size {
+    let value_at = |i: usize| {
         let [x, y, z] = [i / (ny * nz), i / nz % ny, i % nz];
         let at = if fortran { (z * ny + y) * nx + x } else { i };
         let value = element.value(&data[at * size..(at + 1) * size]);
@@ -133,8 +136,13 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray<
             let message = format!("{value} is no {noun}; give finite values from 0");
             return Err(FileFault::new(file, format!("[{x}, {y}, {z}]"), message));
         }
-        values.push(value as f32);
-    }
+        Ok(value)
+    };
+    let indices = 0..data.len() / size;
+    let values = match element.is_exact_in_single_precision() {
+        true => ArrayValues::Owned(indices.map(|i| Ok(value_at(i)? as f32)).collect::<Result<_, _>>()?),
+        false => ArrayValues::OwnedDouble(indices.map(value_at).collect::<Result<_, _>>()?),
+    };
     Ok(ScalarArray::of_valid(shape, values))
 }
 
@@ -192,6 +200,11 @@ impl ElementFormat {
             _ => return Err(unread(descr)),
         };
         Ok(ElementFormat { kind, size, big_endian: descr.starts_with('>') })
+    }
+
+    /// True if single precision holds every value of the type: floats of up to four bytes, integers of up to two.
+    fn is_exact_in_single_precision(self) -> bool {
+        self.size <= if self.kind == 'f' { 4 } else { 2 }
     }
 
     /// The value of an element's bytes.

@@ -10,7 +10,7 @@
 //! Reference: Mitsuba 3, gridvolume.
 
 use super::error::FileFault;
-use super::npy::ScalarArray;
+use super::npy::{ArrayValues, ScalarArray};
 use zonal_math::{Vec3, vec3};
 
 /// Bytes of the header.
@@ -82,5 +82,5 @@ fn read_channel(
         }
         values.push(value);
     }
-    Ok(ScalarArray::of_valid(shape, values))
+    Ok(ScalarArray::of_valid(shape, ArrayValues::Owned(values)))
 }

@@ -84,10 +84,12 @@ fn unobstructed_cells<'a>(
     light: &Light,
 ) -> Option<UnobstructedCells<'a>> {
     let grid = scene.voxel_grid()?;
-    if matches!(light, Light::Sun { .. } | Light::Point { .. }) {
-        return None;
-    }
-    Some(UnobstructedCells::new(grid, zones, transport))
+    averages_cells(light).then(|| UnobstructedCells::new(grid, zones, transport))
+}
+
+/// True for a light whose ratios are averaged over unobstructed cells.
+pub(crate) fn averages_cells(light: &Light) -> bool {
+    !matches!(light, Light::Sun { .. } | Light::Point { .. })
 }
 
 /// True for a zone among obstacles whose error is too large by the factor `excess`, for its pilot samples were too alike to tell the number of samples.
@@ -127,18 +129,18 @@ impl<'a> SkyThroughOpenings<'a> {
     }
 }
 
-/// Expected number of shadow rays of [`gather`], from about `sample` zones of each kind.
+/// Expected number of shadow rays of [`gather`], from about `sample` zones of each kind; `unobstructed` are the cells of a light that averages over them.
 pub(crate) fn expected_rays(
     scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     light: &Light,
     sample: usize,
+    unobstructed: Option<&UnobstructedCells>,
 ) -> f64 {
     let sampler = ZoneLightSampler::new(scene, zones, transport, light);
     let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
     let limit = max_samples(scene, n);
-    let unobstructed = unobstructed_cells(scene, zones, transport, light);
     let of = |range: Range<usize>, kind: usize| {
         let step = (range.len() / sample.max(1)).max(1);
         let list: Vec<usize> = range.step_by(step).collect();
@@ -152,8 +154,7 @@ pub(crate) fn expected_rays(
             if o.absolute_error() <= wanted {
                 return 0.0;
             }
-            let averaged =
-                i >= patches && unobstructed.as_ref().is_some_and(|o| o.cube(i - patches, 1).is_some());
+            let averaged = i >= patches && unobstructed.is_some_and(|o| o.cube(i - patches, 1).is_some());
             let by_openings = openings.as_ref().filter(|_| !averaged);
             if let Some(rays) = by_openings.and_then(|x| x.openings.expected_rays(i, wanted, x.max_rays)) {
                 return rays;

@@ -4,6 +4,7 @@ use super::{expected_rays, gather};
 use crate::direct_light::illumination::{PowerNormalization, illuminate_by};
 use crate::distribution::Execution;
 use crate::surroundings::zone_rays::voxel_point;
+use crate::unobstructed_cells::UnobstructedCells;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{low_discrepancy, vec3};
@@ -132,7 +133,8 @@ fn expected_rays_are_within_a_factor_of_two() {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let light = &scene.lights()[0];
-    let expected = expected_rays(&scene, &zones, &transport, light, 500);
+    let cells = UnobstructedCells::new(scene.voxel_grid().unwrap(), &zones, &transport);
+    let expected = expected_rays(&scene, &zones, &transport, light, 500, Some(&cells));
     let taken = gather(&scene, &zones, &transport, light, Execution::alone(&NoProgress)).rays as f64;
     assert!((0.5..2.0).contains(&(expected / taken)), "{expected} for {taken}");
 }

@@ -6,8 +6,10 @@ use crate::direct_light::shadow_rays;
 use crate::layered::layer_stack::{LayerStack, has_varying_layers};
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
+use crate::unobstructed_cells::UnobstructedCells;
+use std::cell::OnceCell;
 use zonal_exchange::pair::StripImages;
-use zonal_scene::{Diagnostic, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones};
+use zonal_scene::{Diagnostic, Light, PaneZone, Patch, Scene, VoxelZone, ZoneBasis, ZoneImages, Zones};
 use zonal_transport::Transport;
 
 /// Counts and memory of a solve.
@@ -42,8 +44,10 @@ pub struct ProblemSize {
 const FIELD_BYTES_PER_ZONE: u64 = (4 + 2 + 2 + 4) * 24;
 /// Bytes a zone and light: field, error, what the group keeps.
 const LIGHT_BYTES_PER_ZONE: u64 = 24 + 8 + 24;
-/// Zones of each kind that are sampled for the expected number of shadow rays.
-const SAMPLED_ZONES: usize = 4096;
+/// Zones of each kind that are sampled for the expected number of shadow rays of a light, at most and at least, and pairs of zones and lights altogether: the time of a
+/// forecast does not grow with the number of lights.
+const SAMPLED_ZONES: [usize; 2] = [4096, 64];
+const SAMPLED_PAIRS: usize = 1 << 14;
 
 /// Microseconds of a ray with its shading on one core of 2023: a constant, and a part for each level of the BVH.
 fn ray_microseconds(facets: usize) -> f64 {
@@ -52,9 +56,33 @@ fn ray_microseconds(facets: usize) -> f64 {
 
 /// Expected number of shadow rays of all lights, and seconds of these and of the rays from the lights on `threads` threads.
 pub fn direct_light_cost(scene: &Scene, zones: &Zones, transport: &Transport, threads: usize) -> (f64, f64) {
-    let one = |light| shadow_rays::expected_rays(scene, zones, transport, light, SAMPLED_ZONES);
+    let lights = scene.lights();
+    let zones_of_light = (SAMPLED_PAIRS / lights.len().max(1)).clamp(SAMPLED_ZONES[1], SAMPLED_ZONES[0]);
+    let cells = OnceCell::new();
+    let one = |light: &Light| {
+        let found = || scene.voxel_grid().map(|grid| UnobstructedCells::new(grid, zones, transport));
+        let averages = shadow_rays::averages_cells(light);
+        let cells = averages.then(|| cells.get_or_init(found).as_ref()).flatten();
+        shadow_rays::expected_rays(scene, zones, transport, light, zones_of_light, cells)
+    };
+    // Of many lights of a kind, evenly spaced ones stand for all.
+    let mut of_kinds: Vec<(std::mem::Discriminant<Light>, Vec<&Light>)> = Vec::new();
+    for light in lights {
+        let kind = std::mem::discriminant(light);
+        match of_kinds.iter_mut().find(|k| k.0 == kind) {
+            Some(own) => own.1.push(light),
+            None => of_kinds.push((kind, vec![light])),
+        }
+    }
+    let most = SAMPLED_PAIRS / SAMPLED_ZONES[1];
+    let of_kind = |list: &[&Light]| {
+        let step = list.len().div_ceil(most).max(1);
+        let sampled = list.iter().step_by(step);
+        let count = sampled.len() as f64;
+        sampled.map(|l| one(l)).sum::<f64>() * (list.len() as f64 / count.max(1.0))
+    };
     // An empty sum is −0.
-    let rays: f64 = scene.lights().iter().map(one).sum::<f64>() + 0.0;
+    let rays: f64 = of_kinds.iter().map(|k| of_kind(&k.1)).sum::<f64>() + 0.0;
     let all = rays + (scene.lights().len() * LIGHT_RAYS) as f64;
     (rays, all * 1e-6 * ray_microseconds(scene.facets().len()) / threads.max(1) as f64)
 }
