@@ -483,7 +483,7 @@ class Scene:
             A closed mesh; voxels whose centre lies inside have the properties.
         density : array or dict, optional
             Extinction, 1/m: an array of shape (nx, ny, nz) that fills the medium, an ``xarray.DataArray``, or a table with ``file`` (an array or a path:
-            ``.npy``, ``.vdb``, ``.vol``), ``min``, ``max``, ``scale``, and for OpenVDB ``grid``, ``unit``, ``translate``, ``rotate_degrees``, ``level_set``.
+            ``.npy``, ``.vdb``, ``.vol``), ``min``, ``max``, ``scale``, ``interpolation``, and for OpenVDB ``grid``, ``unit``, ``translate``, ``rotate_degrees``, ``level_set``.
         extinction, albedo, absorption, emission, source, temperature, heat_source, gas, solar_extinction, solar_albedo : optional
             Properties, as of :meth:`medium`.
         scale, translate, rotate_degrees : optional

@@ -105,3 +105,56 @@ fn closed_meshes_fill_interior_cells() {
         assert_eq!(v.emission(i).first(), if inside { 7.0 } else { 0.0 });
     }
 }
+
+/// Extinctions of the cells along x of a medium of 2 m × 1 m × 1 m in `cells` × 1 × 1 cells with a density of these values along x.
+fn along_x(values: &[f64], cells: usize, keys: &str) -> Vec<f64> {
+    let data: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let shape = format!("({}, 1, 1)", values.len());
+    let folder = Folder::new().with("d.npy", npy("<f8", NpyOrder::C, &shape, &data));
+    let s = folder.scene(&format!(
+        "[medium]\nmin=[0,0,0]\nmax=[2,1,1]\ncells=[{cells},1,1]\n[[medium.region]]\ndensity={{file='d.npy',min=[0,0,0],max=[2,1,1]{keys}}}\n"
+    ));
+    let v = s.voxel_grid().unwrap();
+    assert!((0..v.len()).all(|i| v.is_interpolated(i) != keys.contains("constant")));
+    (0..v.len()).map(|i| v.extinction(i).first()).collect()
+}
+
+#[test]
+fn cells_have_the_mean_of_the_trilinear_field() {
+    // 1 up to x = 0.5, 3 from x = 1.5, linear between; cells of 0.25 m.
+    let found = along_x(&[1.0, 3.0], 8, "");
+    for (k, wanted) in [1.0, 1.0, 1.25, 1.75, 2.25, 2.75, 3.0, 3.0].iter().enumerate() {
+        assert!((found[k] - wanted).abs() < 1e-14, "{found:?}");
+    }
+    // Samples finer than the cells: the mean of a hat function of height 4 and width 1/2 about x = 0.875.
+    let found = along_x(&[0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0], 2, "");
+    assert!((found[0] - 0.875).abs() < 1e-14 && (found[1] - 0.125).abs() < 1e-14, "{found:?}");
+    assert_eq!(along_x(&[1.0, 3.0], 8, ",interpolation='constant'"), [[1.0; 4], [3.0; 4]].concat());
+    // Elements that are the cells keep their values.
+    assert_eq!(along_x(&[1.0, 3.0, 0.5], 3, ""), [1.0, 3.0, 0.5]);
+}
+
+#[test]
+fn double_precision_is_kept() {
+    let values = [0.1, 1.0 / 3.0, 1.2];
+    assert_eq!(along_x(&values, 3, ""), values);
+    let halves = along_x(&values, 6, ",interpolation='constant'");
+    assert!(halves.iter().enumerate().all(|(k, v)| (v / values[k / 2] - 1.0).abs() < 1e-15), "{halves:?}");
+}
+
+#[test]
+fn a_box_over_a_density_has_its_own_borders() {
+    let folder =
+        Folder::new().with("d.npy", npy("<f4", NpyOrder::C, "(2, 3, 4)", &f32s(&elements(NpyOrder::C))));
+    let s = folder.scene(
+        "[medium]\nmin=[0,0,0]\nmax=[2,3,4]\ncell_size=0.5\n[[medium.region]]\ndensity={file='d.npy',min=[0,0,0],max=[2,3,4]}\n\
+         [[medium.region]]\nbox={min=[0,0,0],max=[1,1,1]}\nextinction=5\n",
+    );
+    let v = s.voxel_grid().unwrap();
+    for i in 0..v.len() {
+        let c = v.centre(v.coordinates(i));
+        assert_eq!(v.is_interpolated(i), c.x > 1.0 || c.y > 1.0 || c.z > 1.0, "{c:?}");
+    }
+    let refused = "[medium]\nmin=[0,0,0]\nmax=[2,3,4]\ncell_size=0.5\nextinction=1\nalbedo={file='d.npy',interpolation='linear'}\n";
+    assert!(folder.refusal(refused).contains("interpolation"));
+}

@@ -35,6 +35,8 @@ pub struct VoxelGrid {
     source: CellValues<Bands>,
     /// Thermal conditions, in thermal mode.
     heat: Option<CellValues<ThermalCondition>>,
+    /// True for cells between which pictures interpolate the extinction.
+    interpolated: CellValues<bool>,
     /// True if cells of a grid that is too large for that were set.
     has_too_many_values: bool,
 }
@@ -74,6 +76,7 @@ impl VoxelGrid {
             emission: CellValues::Uniform(Bands::ZERO),
             source: CellValues::Uniform(Bands::ZERO),
             heat: None,
+            interpolated: CellValues::Uniform(false),
             has_too_many_values: false,
         })
     }
@@ -91,6 +94,24 @@ impl VoxelGrid {
         self.albedo.set(index, albedo, len);
         self.emission.set(index, emission, len);
         self.source.set(index, source, len);
+    }
+
+    /// Marks a cell between which and its marked neighbours pictures interpolate the extinction: it samples a smooth field. Solves do not depend on it.
+    pub fn set_interpolated(&mut self, index: usize, interpolated: bool) {
+        let len = self.len();
+        if len <= MAX_CELLS {
+            self.interpolated.set(index, interpolated, len);
+        }
+    }
+
+    /// True for a cell of [`VoxelGrid::set_interpolated`].
+    pub fn is_interpolated(&self, index: usize) -> bool {
+        self.interpolated.get(index)
+    }
+
+    /// True if some cell is one of [`VoxelGrid::set_interpolated`].
+    pub fn has_interpolated_cells(&self) -> bool {
+        self.interpolated != CellValues::Uniform(false)
     }
 
     /// Sets all cells to the same values, without memory for each cell; otherwise as [`VoxelGrid::set`].
@@ -156,6 +177,7 @@ impl VoxelGrid {
         for values in [&mut self.extinction, &mut self.albedo, &mut self.emission, &mut self.source] {
             values.seal();
         }
+        self.interpolated.seal();
         if let Some(heat) = &mut self.heat {
             heat.seal();
         }
@@ -228,6 +250,9 @@ impl VoxelGrid {
         out.emission = self.emission.gathered(cells());
         out.source = self.source.gathered(cells());
         out.heat = self.heat.as_ref().map(|h| h.gathered(cells()));
+        if !self.is_uniform() {
+            out.interpolated = self.interpolated.gathered(cells());
+        }
         Ok(out)
     }
 
@@ -263,7 +288,7 @@ impl VoxelGrid {
     /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         let heat = self.heat.as_ref().map_or(0, CellValues::bytes);
-        self.properties().map(CellValues::bytes).iter().sum::<usize>() + heat
+        self.properties().map(CellValues::bytes).iter().sum::<usize>() + heat + self.interpolated.bytes()
     }
     /// Number of cells.
     pub fn len(&self) -> usize {

@@ -1,8 +1,9 @@
 //! From a ray to its path: a traversal of the voxel grid, merged with the panes that the ray crosses.
 //!
 //! A pane of depth κt at the angle θ to its normal multiplies the transmittance by e^{−κt/|cosθ|} and adds the complement times B/π, with B
-//! its interpolated radiosity. Cost: one step per voxel and one lookup per pane.
+//! its interpolated radiosity. A voxel whose extinction is interpolated becomes up to four segments (`interpolated_extinction`). Cost: one step per voxel and one lookup per pane.
 
+use super::interpolated_extinction::InterpolatedExtinction;
 use super::ray_path::{RayPath, VoxelSegment};
 use crate::surface::patch_field::PatchField;
 use crate::surface::tiles::pane_field;
@@ -20,13 +21,16 @@ pub(crate) struct PathBuilder<'a> {
     panes: PatchField<'a>,
     /// Index of the first plate of each pane among all plates.
     first_plates: Vec<usize>,
+    /// The extinction between cells, where it is interpolated.
+    extinction: Option<InterpolatedExtinction<'a>>,
 }
 
 impl<'a> PathBuilder<'a> {
     /// Prepares the field of the panes.
     pub(crate) fn new(solution: &'a Solution, transport: &'a Transport<'a>) -> PathBuilder<'a> {
         let (panes, first_plates) = pane_field(solution);
-        PathBuilder { solution, transport, panes, first_plates }
+        let extinction = solution.scene.voxel_grid().and_then(InterpolatedExtinction::new);
+        PathBuilder { solution, transport, panes, first_plates, extinction }
     }
 
     /// The panes between two points, by distance.
@@ -66,16 +70,22 @@ impl<'a> PathBuilder<'a> {
             return;
         };
         let z = self.solution.zones.voxels.at(zone);
-        path.segments.push(VoxelSegment {
-            t0,
-            t1,
-            zone,
-            extinction: z.extinction,
-            scattering: z.extinction * z.albedo,
-            transmittance: path.transmittance,
-        });
-        if z.extinction != Bands::ZERO {
-            path.transmittance *= (-z.extinction * (t1 - t0)).exp();
+        let mut push = |(t0, t1): (f64, f64), extinction: Bands| {
+            path.segments.push(VoxelSegment {
+                t0,
+                t1,
+                zone,
+                extinction,
+                scattering: extinction * z.albedo,
+                transmittance: path.transmittance,
+            });
+            if extinction != Bands::ZERO {
+                path.transmittance *= (-extinction * (t1 - t0)).exp();
+            }
+        };
+        match self.extinction.as_ref().filter(|f| f.is_interpolated(cell)) {
+            Some(field) => field.for_each_part(cell, |t| ray.at(t), (t0, t1), push),
+            None => push((t0, t1), z.extinction),
         }
     }
 

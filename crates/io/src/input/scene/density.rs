@@ -2,6 +2,16 @@
 //!
 //! Arrays (npy, Mitsuba's vol) fill the box min … max; of an OpenVDB grid only the active voxels fill. Either way ∫ extinction dV over the
 //! part inside the medium is that of the file.
+//!
+//! The elements of an array of densities are samples at their centres, between which the field is trilinear; beyond the outermost centres it is constant. With
+//! the hat functions h of the samples along each axis, a voxel of the edges a … b along an axis gets
+//!
+//! ```text
+//! κ = scale Σ_ijk w_i w_j w_k f_ijk,   w_i = ∫_a^b h_i(x) dx / (b − a)
+//! ```
+//!
+//! per axis: the exact mean of the trilinear field. Arrays whose elements are the voxels themselves, all other quantities, and `interpolation = "constant"` have boxes
+//! for h. In pictures the extinction of the voxels that an interpolated density fills is interpolated too (`VoxelGrid::set_interpolated`).
 
 use super::shapes;
 use super::voxel_field::VoxelField;
@@ -11,12 +21,15 @@ use crate::input::error::{FileFault, InputError};
 use crate::input::memory_arrays;
 use crate::input::npy::{self, ScalarArray};
 use crate::input::scene_reader::SceneReader;
-use crate::input::toml::key_tables::{VDB_KEYS, VOXEL_FILE};
+use crate::input::toml::key_tables::{DENSITY_FILE, VDB_KEYS, VOXEL_FILE};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::vdb::resample::{self, GridPlacement};
 use crate::input::{vdb, vol};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
+
+/// Distance between the planes of elements and those of voxels, in voxels, below which the elements are the voxels.
+const SAME_CELLS_TOLERANCE: f64 = 1e-6;
 
 /// Refuses keys of OpenVDB files for other arrays.
 fn refuse_vdb_keys(t: &TomlTable<'_>) -> Result<(), InputError> {
@@ -33,11 +46,12 @@ pub(super) fn read_density(
     field: &VoxelField<'_>,
     reader: &mut SceneReader<'_>,
 ) -> Result<usize, InputError> {
-    let t = node.table(VOXEL_FILE)?;
+    let t = node.table(if field.is_density { DENSITY_FILE } else { VOXEL_FILE })?;
     let has_bounds = t.get("min").or_else(|| t.get("max")).is_some();
     let bounds = has_bounds.then(|| shapes::read_bounds(&t)).transpose()?;
     let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ONE);
     let scale = scale.map(|s| s.powi(field.scale_exponent));
+    let interpolated = read_interpolation(&t, field)?;
     let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
@@ -45,7 +59,8 @@ pub(super) fn read_density(
         refuse_vdb_keys(&t)?;
         let array = memory_arrays::grid(&memory, &name, field.noun).map_err(|f| file.error(f.to_string()))?;
         let bounds = bounds.or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
-        return Ok(ArrayFill { arrays: &[array], bounds, scale, colours: &Bands::from_rgb }.fill(field, grid));
+        let colours = &Bands::from_rgb;
+        return Ok(ArrayFill { arrays: &[array], bounds, scale, colours, interpolated }.fill(field, grid));
     }
     if let Some(hint) = converters::conversion_hint(&path, FileContents::Voxels) {
         return Err(file.error(format!("{name}: {hint}")));
@@ -58,6 +73,10 @@ pub(super) fn read_density(
         let placement = GridPlacement::read(&t, bounds)?;
         let resampled = resample::resample(&name, &bytes, &placement, scale, field, grid);
         let (cells, note) = resampled.map_err(refused)?;
+        if interpolated {
+            grid.mark_interpolated(&cells);
+        }
+        let cells = cells.len();
         note.into_iter().for_each(|text| reader.note(Diagnostic::note("grid-outside", text)));
         return Ok(cells);
     }
@@ -75,7 +94,20 @@ pub(super) fn read_density(
     check_channels(arrays.len(), field, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
     let source = &reader.source;
     let colours = |rgb| source.bands().from_rgb(source.triple(), rgb).unwrap_or(Bands::from_rgb(rgb));
-    Ok(ArrayFill { arrays: &arrays, bounds, scale, colours: &colours }.fill(field, grid))
+    Ok(ArrayFill { arrays: &arrays, bounds, scale, colours: &colours, interpolated }.fill(field, grid))
+}
+
+/// True if the values are samples of a field that is interpolated: those of densities, unless the table says otherwise.
+fn read_interpolation(t: &TomlTable<'_>, field: &VoxelField<'_>) -> Result<bool, InputError> {
+    if !field.is_density {
+        return Ok(false);
+    }
+    let Some(node) = t.get("interpolation") else { return Ok(true) };
+    match node.text()? {
+        "linear" => Ok(true),
+        "constant" => Ok(false),
+        _ => Err(node.error("an interpolation is \"linear\" or \"constant\"; write one of them")),
+    }
 }
 
 /// Refuses three channels of a quantity that has one value in all bands, and in bands of which no colour is known.
@@ -101,6 +133,8 @@ struct ArrayFill<'a> {
     scale: Bands,
     /// The values of the bands of red, green and blue.
     colours: &'a dyn Fn([f64; 3]) -> Bands,
+    /// True if the elements are samples of a trilinear field.
+    interpolated: bool,
 }
 
 impl ArrayFill<'_> {
@@ -108,8 +142,16 @@ impl ArrayFill<'_> {
     fn fill(&self, field: &VoxelField<'_>, grid: &mut VoxelGridBuilder) -> usize {
         let Some(array) = self.arrays.first() else { return 0 };
         let (min, max) = self.bounds;
-        let overlaps =
-            [0, 1, 2].map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), array.shape[axis]));
+        // Elements that are the voxels keep their values.
+        let is_same = |axis: usize| {
+            let to_voxels = |x: f64| (x - grid.min[axis]) / grid.cell[axis];
+            let step = (max[axis] - min[axis]) / array.shape[axis] as f64 / grid.cell[axis];
+            let off = to_voxels(min[axis]) - to_voxels(min[axis]).round();
+            off.abs().max((step - 1.0).abs() * array.shape[axis] as f64) < SAME_CELLS_TOLERANCE
+        };
+        let hats = self.interpolated && !(0..3).all(is_same);
+        let overlaps = [0, 1, 2]
+            .map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), (array.shape[axis], hats)));
         let [nx, ny, nz] = [0, 1, 2].map(|axis| overlaps[axis].len());
         for x in &overlaps[0] {
             for y in &overlaps[1] {
@@ -127,6 +169,9 @@ impl ArrayFill<'_> {
                     };
                     let properties = (field.properties)(values);
                     grid.fill([x.cell, y.cell, z.cell], fraction.min(1.0), &properties);
+                    if self.interpolated {
+                        grid.mark_interpolated(&[grid.grid.index([x.cell, y.cell, z.cell])]);
+                    }
                 }
             }
         }
@@ -143,8 +188,13 @@ struct AxisOverlap {
     elements: Vec<(usize, f64)>,
 }
 
-/// The voxels along one axis that an array of `n` elements from lo to hi overlaps.
-fn axis_overlaps(grid: &VoxelGridBuilder, axis: usize, (lo, hi): (f64, f64), n: usize) -> Vec<AxisOverlap> {
+/// The voxels along one axis that an array of `n` elements from lo to hi overlaps; the weights of the elements are those of hat functions where `hats` says so.
+fn axis_overlaps(
+    grid: &VoxelGridBuilder,
+    axis: usize,
+    (lo, hi): (f64, f64),
+    (n, hats): (usize, bool),
+) -> Vec<AxisOverlap> {
     let step = (hi - lo) / n as f64;
     let cells = grid.overlaps(axis, lo, hi).into_iter().map(|(cell, _)| {
         let start = grid.min[axis] + cell as f64 * grid.cell[axis];
@@ -152,13 +202,35 @@ fn axis_overlaps(grid: &VoxelGridBuilder, axis: usize, (lo, hi): (f64, f64), n: 
         let (a, b) = ((start - lo) / step, (start + grid.cell[axis] - lo) / step);
         let (a, b) = (a.max(0.0), b.min(n as f64));
         let to_cell = step / grid.cell[axis];
-        let elements: Vec<(usize, f64)> = (a.floor() as usize..(b.ceil().max(0.0) as usize).min(n))
-            .map(|i| (i, (b.min(i as f64 + 1.0) - a.max(i as f64)) * to_cell))
+        // A hat reaches half an element farther.
+        let reach = if hats { 0.5 } else { 0.0 };
+        let first = (a - reach).floor().max(0.0) as usize;
+        let elements: Vec<(usize, f64)> = (first..((b + reach).ceil().max(0.0) as usize).min(n))
+            .map(|i| {
+                let own =
+                    |x: f64| if hats { hat_integral(x, i, n) } else { x.clamp(i as f64, i as f64 + 1.0) };
+                (i, (own(b) - own(a)) * to_cell)
+            })
             .filter(|(_, w)| *w > 0.0)
             .collect();
         AxisOverlap { cell, fraction: elements.iter().map(|(_, w)| w).sum(), elements }
     });
     cells.filter(|c| c.fraction > 0.0).collect()
+}
+
+/// Integral from 0 to `x` of the hat function of element `i` of `n`, in units of elements: 1 at its centre i + ½, 0 at those beside it; those of the first and
+/// the last element are 1 up to the border.
+fn hat_integral(x: f64, i: usize, n: usize) -> f64 {
+    let d = x - (i as f64 + 0.5);
+    let below = match i {
+        0 => (d + 0.5).clamp(0.0, 0.5),
+        _ => 0.5 * (d + 1.0).clamp(0.0, 1.0).powi(2),
+    };
+    let above = match i + 1 == n {
+        true => d.clamp(0.0, 0.5),
+        false => 0.5 - 0.5 * (1.0 - d).clamp(0.0, 1.0).powi(2),
+    };
+    if d <= 0.0 { below } else { below + above }
 }
 
 /// Σ f(value) × weights over the elements of one voxel.

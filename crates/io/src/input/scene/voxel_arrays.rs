@@ -50,6 +50,7 @@ pub(super) fn read_arrays(
             properties: &properties,
             has_bands: matches!(key, "albedo" | "emission"),
             default_bounds: Some(bounds),
+            is_density: false,
             noun: if key == "heat_source" { "heat source" } else { key },
         };
         if density::read_density(&node, grid, &field, reader)? == 0 {
@@ -82,6 +83,7 @@ fn read_gas_arrays(
             properties: &properties,
             has_bands: false,
             default_bounds: Some(bounds),
+            is_density: false,
             noun: key,
         };
         if density::read_density(&node, grid, &field, reader)? == 0 {

@@ -17,6 +17,8 @@ pub(crate) struct VoxelField<'a> {
     pub(crate) has_bands: bool,
     /// The box of an array without one.
     pub(crate) default_bounds: Option<(Vec3, Vec3)>,
+    /// True of a density, whose values are samples of a field that is interpolated.
+    pub(crate) is_density: bool,
     /// The noun for a value in messages.
     pub(crate) noun: &'static str,
 }
@@ -30,6 +32,7 @@ impl<'a> VoxelField<'a> {
             properties,
             has_bands: true,
             default_bounds: None,
+            is_density: true,
             noun: "density",
         }
     }

@@ -473,14 +473,25 @@ pub(crate) const VDB_KEYS: &[KeySpec] = &[
     ),
     key("level_set", "boolean", "", "false", "reads a level set as the density 1 inside its surface"),
 ];
-/// `density`, and arrays of medium properties.
-pub(crate) const VOXEL_FILE: KeyGroups = &[
-    &[
-        key("file", "file name", "", "required", ".npy, .vdb or .vol"),
-        key("min", "point", "m", "the file's box", "smallest corner of the box that the array fills"),
-        key("max", "point", "m", "the file's box", "largest corner of the box that the array fills"),
-        key("scale", "bands from 0", "that of the quantity", "1", "factor of the values"),
-    ],
+/// Arrays of medium properties, and what a density has in common with them.
+const ARRAY_FILE: &[KeySpec] = &[
+    key("file", "file name", "", "required", ".npy, .vdb or .vol"),
+    key("min", "point", "m", "the file's box", "smallest corner of the box that the array fills"),
+    key("max", "point", "m", "the file's box", "largest corner of the box that the array fills"),
+    key("scale", "bands from 0", "that of the quantity", "1", "factor of the values"),
+];
+/// Arrays of medium properties.
+pub(crate) const VOXEL_FILE: KeyGroups = &[ARRAY_FILE, VDB_KEYS];
+/// `density`.
+pub(crate) const DENSITY_FILE: KeyGroups = &[
+    ARRAY_FILE,
+    &[key(
+        "interpolation",
+        "\"linear\" | \"constant\"",
+        "",
+        "\"linear\"",
+        "field between the values of a density: trilinear, or constant over each element",
+    )],
     VDB_KEYS,
 ];
 
@@ -522,7 +533,7 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("medium.region[]", REGION),
     ("medium.region[].box", BOUNDS),
     ("medium.region[].mesh", MESH),
-    ("medium.region[].density", VOXEL_FILE),
+    ("medium.region[].density", DENSITY_FILE),
     ("medium.region[].ARRAY", VOXEL_FILE),
     ("medium.region[].gas", GAS),
     ("medium.region[].gas.ARRAY", VOXEL_FILE),

@@ -56,7 +56,7 @@ impl GridPlacement {
     }
 }
 
-/// Fills the medium; returns the number of overlapped cells, and a note if part of the grid lies outside.
+/// Fills the medium; returns the overlapped cells, and a note if part of the grid lies outside.
 pub(crate) fn resample(
     file: &str,
     bytes: &[u8],
@@ -64,7 +64,7 @@ pub(crate) fn resample(
     scale: Bands,
     field: &VoxelField<'_>,
     medium: &mut VoxelGridBuilder,
-) -> Result<(usize, Option<String>), FileFault> {
+) -> Result<(Vec<usize>, Option<String>), FileFault> {
     let (name, grid) = open_grid(file, bytes, placement.grid.as_deref())?;
     let refused = |message: String| FileFault::new(file, format!("grid '{name:.60}'"), message);
     let quantity = VoxelQuantity::of(&grid, placement, field).map_err(|e| refused(e.to_string()))?;
@@ -396,17 +396,17 @@ impl<'a> CellAccumulator<'a> {
         let fraction = 1.0 - inside / self.total;
         (fraction > OUTSIDE_FRACTION_NOTED).then_some(fraction)
     }
-    /// Fills the cells; returns their number.
-    fn fill(self, scale: Bands, field: &VoxelField<'_>) -> usize {
+    /// Fills the cells; returns them.
+    fn fill(self, scale: Bands, field: &VoxelField<'_>) -> Vec<usize> {
         let [_, ny, nz] = self.medium.dims;
-        let mut filled = 0;
+        let mut filled = Vec::new();
         for (i, (&fraction, &density)) in self.fraction.iter().zip(&self.density).enumerate() {
             // Cubes of a rotated voxel may overlap slightly: the integral is kept, and the fraction is cut to 1.
             let fraction = fraction.min(1.0);
             if fraction > 0.0 {
                 let properties = (field.properties)(scale * density / fraction);
                 self.medium.fill([i / (ny * nz), i / nz % ny, i % nz], fraction, &properties);
-                filled += 1;
+                filled.push(i);
             }
         }
         filled

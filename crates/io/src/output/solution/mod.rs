@@ -25,6 +25,7 @@
 //! | `texture_0` … | [height, width, 3] f32 | linear textures |
 //! | `sky_0` … | [height, width, 3] f32 | pictures of skies, by the number of the light |
 //! | `voxmap_extinction`, `_albedo`, `_emission`, `_source` | [nx, ny, nz, bands] | the medium |
+//! | `voxmap_interpolated` | \[cells\], or \[1\] for all | where a density samples a smooth field: 1 for cells between which pictures interpolate the extinction |
 //! | `voxmap_heat` | [nx, ny, nz, 3] | in thermal mode: 1, T, 0 for a given temperature (K), else 0, 0, Q (W/m³) |
 //!
 //! Arrays of bands have one column for each band of `header["bands"]`; files without it have red, green and blue. `cell_fraction_kind` [cells] and

@@ -285,6 +285,16 @@ fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<Voxel
             voxel_grid.set(i, extinction[i], albedo[i], emission[i], source[i]);
         }
     }
+    if npz.has("voxmap_interpolated") {
+        let marks = npz.ints("voxmap_interpolated", None, 2)?;
+        if marks.len() != 1 && marks.len() != voxel_grid.len() {
+            return Err(npz.error(
+                "voxmap_interpolated",
+                format!("has {} marks for {} cells; solve the scene again", marks.len(), voxel_grid.len()),
+            ));
+        }
+        (0..voxel_grid.len()).for_each(|i| voxel_grid.set_interpolated(i, marks[i % marks.len()] == 1));
+    }
     if npz.has("voxmap_heat") {
         // Rows of (1, temperature, 0) or (0, 0, heat source).
         let condition = |[is_temperature, temperature, flux]: [f64; 3]| match is_temperature > 0.0 {

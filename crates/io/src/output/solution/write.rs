@@ -254,6 +254,11 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -
         npz.band_rows("voxmap_albedo", &dims, |t, i| grids[t].albedo(i))?;
         npz.band_rows("voxmap_emission", &dims, |t, i| grids[t].emission(i))?;
         npz.band_rows("voxmap_source", &dims, |t, i| grids[t].source(i))?;
+        if v.has_interpolated_cells() {
+            let all = (0..v.len()).all(|i| v.is_interpolated(i));
+            let rows = if all { 1 } else { v.len() };
+            npz.ints("voxmap_interpolated", (0..rows).map(|i| usize::from(v.is_interpolated(i))))?;
+        }
         if v.is_thermal() {
             let known = |i| match v.heat(i) {
                 Some(ThermalCondition::Temperature(t)) => [1.0, t, 0.0],
