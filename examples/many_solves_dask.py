@@ -36,7 +36,7 @@ def solve_case(folder, cells, extinction, height):
     source = "read" if path.exists() else "solved"
     try:
         if source == "read":
-            solution = zn.read_solution(path)
+            solution = zn.load_solution(path)
         else:
             solution = furnace(extinction, height, cells).solve(threads=1, max_memory=4)
             solution.save(path)  # writes a file beside it and renames that: the name stands for a whole file
@@ -45,8 +45,7 @@ def solve_case(folder, cells, extinction, height):
     table, status = solution.table, solution.report["status"]
     floor, gas = table["name"].index("wall.z0"), table["name"].index("medium")
     status = "converged" if all(s == "converged" for s in status) else "not converged"
-    error = table["net_power_error"][floor] + table["net_power_discretization_error"][floor]
-    numbers = [table["net_power"][floor], error, table["temperature"][gas]]
+    numbers = [table["net_power"][floor], table["net_power_error"][floor], table["temperature"][gas]]
     return dict(zip(COLUMNS, [extinction, height, status, *map(float, numbers), source]))
 
 

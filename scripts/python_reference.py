@@ -18,8 +18,8 @@ HEADER = """# Python package
 """
 # Names in the order of the page.
 ORDER = [
-    "view_factors", "ViewFactors", "CompressedRows", "load", "Scene", "Gas", "Solution", "Camera", "read_solution", "encode_png", "show", "Dataset", "read_dataset", "ExchangeAreas", "StateSolver", "ThermalState", "update",
-    "gas", "keys", "Key", "validate", "Error", "InputError", "FileError", "MemoryLimitError", "Interrupted",
+    "view_factors", "ViewFactors", "CompressedRows", "load_scene", "Scene", "Gas", "Solution", "Diagnostic", "Camera", "load_solution", "encode_png", "show", "Dataset", "load_dataset", "ExchangeAreas", "StateSolver", "ThermalState", "update",
+    "gas_properties", "keys", "Key", "validate", "Error", "InputError", "FileError", "MemoryLimitError", "Interrupted",
 ]  # fmt: skip
 # Long signatures are written over several lines.
 MAX_SIGNATURE = 120

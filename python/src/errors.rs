@@ -27,19 +27,30 @@ pub(crate) enum DocumentOrigin {
 /// The exception of an error in a scene.
 pub(crate) fn of_input(e: &InputError, origin: DocumentOrigin) -> PyErr {
     let key = (!e.key().is_empty()).then(|| e.key().to_string());
+    let array = array_message(e.message()).filter(|_| origin == DocumentOrigin::Memory);
+    // An array stands in place of a file: its key is the argument itself.
+    let key = key.map(|k| k.strip_suffix(".file").filter(|_| array.is_some()).map_or(k.clone(), str::to_string));
     match origin {
         DocumentOrigin::File => {
             let place = e.line_and_column().map(|(line, column)| format!("{line}:{column}"));
             classes::InputError::new_err((e.to_string(), Some(e.file().to_string()), place, key))
         }
         DocumentOrigin::Memory => {
+            let text = array.unwrap_or(e.message());
             let message = match &key {
-                Some(key) => format!("{key}: {}", e.message()),
-                None => e.message().to_string(),
+                Some(key) => format!("{key}: {text}"),
+                None => text.to_string(),
             };
             classes::InputError::new_err((message, None::<String>, key.clone(), key))
         }
     }
+}
+
+/// The message about an array or a mesh in memory, without the folder that its name seems to be in; none about files.
+fn array_message(message: &str) -> Option<&str> {
+    let name = message.split(": ").next().unwrap_or(message);
+    let folder = name.rfind(['/', '\\']).map_or(0, |k| k + 1);
+    ["array ", "mesh "].iter().any(|kind| name[folder..].starts_with(kind)).then(|| &message[folder..])
 }
 
 /// The exception of an error of a solve or of its settings.

@@ -6,6 +6,7 @@ use crate::arrays;
 use crate::errors::{of_failure, of_scene};
 use crate::long_call::{self, CallSettings, Observer};
 use crate::scene::Scene;
+use crate::solution::{DiagnosticRow, diagnostic_row};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -155,10 +156,10 @@ impl ExchangeAreas {
         self.facts(|a| a.grade().name().to_string())
     }
 
-    /// Notes and warnings.
+    /// Notes and warnings: severity, code, part and text.
     #[getter]
-    fn notes(&self) -> Vec<String> {
-        self.facts(|a| a.diagnostics.iter().map(|d| d.line()).collect())
+    fn diagnostics(&self) -> Vec<DiagnosticRow> {
+        self.facts(|a| a.diagnostics.iter().map(diagnostic_row).collect())
     }
 
     /// Numbers of pairs by method, and of rays.

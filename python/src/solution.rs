@@ -23,8 +23,11 @@ use zonal_cli::commands::relight::{
 use zonal_cli::commands::solving::with_hash;
 use zonal_cli::commands::voxel_factors::VoxelFactors;
 use zonal_cli::commands::{export, render};
+use zonal_cli::table::distinct_diagnostics;
 use zonal_io::output::{self, CheckpointFolder, CheckpointState};
-use zonal_scene::{Bands, CheckpointStore, Fields, NoCheckpoints, SceneError, SceneErrorKind};
+use zonal_scene::{
+    Bands, CheckpointStore, Diagnostic, Fields, NoCheckpoints, SceneError, SceneErrorKind,
+};
 use zonal_solve::SolveSettings;
 
 /// Interval at which a thread that waits for a solution handles signals.
@@ -35,6 +38,14 @@ pub(crate) const BAND_FIELDS: [&str; 6] =
     ["radiosity", "incident", "direct", "error", "direct_error", "surroundings_error"];
 /// The fields of thermal mode, in the order of [`HeatFields`].
 const HEAT_FIELDS: [&str; 4] = ["temperature", "temperature_error", "net", "net_error"];
+
+/// Severity, code, part (empty for the whole) and text of a note or warning.
+pub(crate) type DiagnosticRow = (&'static str, String, String, String);
+
+/// A note or warning for the package.
+pub(crate) fn diagnostic_row(d: &Diagnostic) -> DiagnosticRow {
+    (d.severity.name(), d.code.clone(), d.location.clone(), d.text.clone())
+}
 
 type BandFields = [Py<PyArray2<f64>>; BAND_FIELDS.len()];
 type HeatFields = [Py<PyArray1<f64>>; HEAT_FIELDS.len()];
@@ -445,6 +456,32 @@ impl Solution {
     #[pyo3(signature = () -> "dict[str, typing.Any]")]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.with(py, |s| zone_arrays::table(py, s))
+    }
+
+    /// Columns of the power that surfaces absorb in light mode.
+    #[pyo3(signature = () -> "dict[str, typing.Any]")]
+    fn absorbed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.with(py, |s| zone_arrays::absorbed(py, s))
+    }
+
+    /// Columns of results by face of the meshes.
+    #[pyo3(signature = () -> "dict[str, typing.Any]")]
+    fn face_table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let fields = self.copied_fields(py);
+        let mut taken = self.take(py)?;
+        if let (Some(solution), Some(fields)) = (&mut taken.solution, fields) {
+            solution.fields = fields;
+        }
+        match &taken.solution {
+            Some(solution) => zone_arrays::face_table(py, solution),
+            None => Err(PyKeyError::new_err("the solution is in use")),
+        }
+    }
+
+    /// Notes and warnings of the solve and of its discretization error: severity, code, part and text.
+    #[getter]
+    fn diagnostics(&self, py: Python<'_>) -> PyResult<Vec<DiagnosticRow>> {
+        self.with(py, |s| Ok(distinct_diagnostics(s).into_iter().map(diagnostic_row).collect()))
     }
 
     /// The solution with other light groups, reflectances or albedo.

@@ -52,15 +52,15 @@ fn part_columns<'py>(py: Python<'py>, parts: &[StatePart]) -> PyResult<Bound<'py
     let column = |of: &dyn Fn(&StatePart) -> f64| arrays::list(py, parts.iter().map(of).collect());
     out.set_item("size", column(&|p| p.size))?;
     out.set_item("net_power", column(&|p| p.power[0]))?;
-    out.set_item("net_power_error", column(&|p| p.power[1]))?;
+    out.set_item("net_power_exchange_error", column(&|p| p.power[1]))?;
     out.set_item("net_flux", column(&|p| p.flux()[0]))?;
-    out.set_item("net_flux_error", column(&|p| p.flux()[1]))?;
+    out.set_item("net_flux_exchange_error", column(&|p| p.flux()[1]))?;
     out.set_item("temperature", column(&|p| p.temperature[0]))?;
-    out.set_item("temperature_error", column(&|p| p.temperature[1]))?;
+    out.set_item("temperature_exchange_error", column(&|p| p.temperature[1]))?;
     out.set_item("incident", column(&|p| p.incident[0]))?;
-    out.set_item("incident_error", column(&|p| p.incident[1]))?;
+    out.set_item("incident_exchange_error", column(&|p| p.incident[1]))?;
     out.set_item("radiosity", column(&|p| p.radiosity[0]))?;
-    out.set_item("radiosity_error", column(&|p| p.radiosity[1]))?;
+    out.set_item("radiosity_exchange_error", column(&|p| p.radiosity[1]))?;
     Ok(out)
 }
 

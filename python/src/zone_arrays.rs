@@ -17,11 +17,13 @@
 use crate::arrays;
 use crate::solution::BAND_FIELDS;
 use numpy::PyArrayMethods;
-use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use zonal_io::output::FaceColumns;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Fields, HeatReport, LightGroup, Plate, PlateKind, Solution, ZoneValues};
+use zonal_scene::{
+    Bands, Fields, HeatReport, LightGroup, Plate, PlateKind, Solution, SurfaceResult, ZoneValues,
+};
 
 /// The names of the arrays.
 pub(crate) const NAMES: [&str; 13] = [
@@ -215,7 +217,8 @@ fn scale(g: &LightGroup, name: &str) -> Option<(&'static str, Bands)> {
     })
 }
 
-/// Columns of results by name: of surfaces, medium and panes in thermal mode, of surfaces in light mode. Unknown numbers are NaN.
+/// Columns of results by name: of surfaces, medium and panes in thermal mode, of surfaces in light mode. Unknown numbers are NaN, unknown errors
+/// infinite.
 pub(crate) fn table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
     match &s.report.heat {
         Some(heat) => heat_table(py, s, heat),
@@ -228,57 +231,103 @@ fn numbers(py: Python<'_>, values: Vec<Option<f64>>) -> Bound<'_, PyAny> {
     arrays::list(py, values.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()).into_any()
 }
 
+/// Value, whole error and its parts as four columns: `NAME`, `NAME_error`, `NAME_exchange_error`, `NAME_discretization_error`.
+fn set_quantity(out: &Bound<'_, PyDict>, name: &str, rows: &[[Option<f64>; 4]]) -> PyResult<()> {
+    for (k, part) in ["", "_error", "_exchange_error", "_discretization_error"].into_iter().enumerate() {
+        let column = rows.iter().map(|r| r[k]).collect();
+        out.set_item(format!("{name}{part}"), numbers(out.py(), column))?;
+    }
+    Ok(())
+}
+
+/// Temperatures, fluxes and powers of surfaces, medium and panes. Each error is whole, and its parts stand beside it; unknown ones are infinite.
 fn heat_table<'py>(py: Python<'py>, s: &Solution, heat: &HeatReport) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    let numbers = |values| numbers(py, values);
-    let zones = s.report.discretization_error.as_ref().map(|z| &z.heat);
-    let zone_error = |k: usize, of: usize| zones.and_then(|z| z.get(k)).map(|e| e[of]);
+    let zones = s.report.discretization_error.as_ref();
     let rows = &heat.rows;
     out.set_item("name", rows.iter().map(|r| r.name.clone()).collect::<Vec<_>>())?;
     out.set_item("kind", rows.iter().map(|r| r.kind.name()).collect::<Vec<_>>())?;
-    out.set_item("size", numbers(rows.iter().map(|r| Some(r.size)).collect()))?;
-    out.set_item("temperature", numbers(rows.iter().map(|r| r.temperature).collect()))?;
-    out.set_item("temperature_error", numbers(rows.iter().map(|r| r.temperature_error).collect()))?;
-    out.set_item("net_flux", numbers(rows.iter().map(|r| Some(r.flux()[0])).collect()))?;
-    out.set_item("net_flux_error", numbers(rows.iter().map(|r| Some(r.flux()[1])).collect()))?;
-    out.set_item("net_power", numbers(rows.iter().map(|r| Some(r.power)).collect()))?;
-    out.set_item("net_power_error", numbers(rows.iter().map(|r| Some(r.power_error)).collect()))?;
-    let each = |of: usize| (0..rows.len()).map(|k| zone_error(k, of)).collect();
-    out.set_item("temperature_discretization_error", numbers(each(0)))?;
-    out.set_item("net_power_discretization_error", numbers(each(1)))?;
+    out.set_item("size", numbers(py, rows.iter().map(|r| Some(r.size)).collect()))?;
+    let mut columns: [Vec<[Option<f64>; 4]>; 3] = Default::default();
+    for (k, r) in rows.iter().enumerate() {
+        let of_zones = zones.and_then(|z| z.heat.get(k)).copied();
+        let [kelvin, watts] = of_zones.unwrap_or([f64::INFINITY; 2]);
+        let [of_temperature, of_flux, of_power] = r.errors(of_zones);
+        let [flux, flux_error] = r.flux();
+        let flux_of_zones = if watts.is_finite() { r.over_size(watts) } else { watts };
+        let known = |x: f64| r.temperature.map(|_| x);
+        columns[0].push([r.temperature, known(of_temperature), r.temperature_error, known(kelvin)]);
+        columns[1].push([flux, of_flux, flux_error, flux_of_zones].map(Some));
+        columns[2].push([r.power, of_power, r.power_error, watts].map(Some));
+    }
+    for (name, rows) in ["temperature", "net_flux", "net_power"].into_iter().zip(&columns) {
+        set_quantity(&out, name, rows)?;
+    }
+    if s.scene.bands().has_solar_band() {
+        out.set_item("absorbed_sunlight", numbers(py, rows.iter().map(|r| r.absorbed_sunlight).collect()))?;
+    }
     Ok(out)
 }
 
+/// Fluxes and powers of surfaces in light mode, with errors as in [`heat_table`].
 fn surface_table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    let numbers = |values| numbers(py, values);
     let rows = s.surfaces();
     out.set_item("name", rows.iter().map(|r| r.name.clone()).collect::<Vec<_>>())?;
     out.set_item("kind", rows.iter().map(|_| "surface").collect::<Vec<_>>())?;
-    out.set_item("size", numbers(rows.iter().map(|r| Some(r.area)).collect()))?;
-    out.set_item("net_flux", numbers(rows.iter().map(|r| Some(r.net_flux())).collect()))?;
-    out.set_item("net_power", numbers(rows.iter().map(|r| Some(r.net_power)).collect()))?;
-    out.set_item("net_power_error", numbers(rows.iter().map(|r| Some(r.error)).collect()))?;
-    out.set_item(
-        "net_power_discretization_error",
-        numbers(rows.iter().map(|r| r.discretization_error).collect()),
-    )?;
-    for (key, list) in [
-        ("absorbed", &s.report.energy.absorbed_surfaces),
-        ("absorbed_error", &s.report.energy_error.absorbed_surfaces),
-    ] {
-        if !list.is_empty() {
-            let flat: Vec<f64> = (0..rows.len())
-                .flat_map(|k| {
-                    s.all_bands(|t| {
-                        let energy =
-                            if key == "absorbed" { &t.report.energy } else { &t.report.energy_error };
-                        energy.absorbed_surfaces.get(k).map_or(Bands::splat(f64::NAN), |x| x.1)
-                    })
-                })
-                .collect();
-            out.set_item(key, arrays::rows(py, flat, s.scene.bands().count())?.into_bound_py_any(py)?)?;
-        }
+    out.set_item("size", numbers(py, rows.iter().map(|r| Some(r.area)).collect()))?;
+    let power = |r: &SurfaceResult| {
+        let unknown = f64::INFINITY;
+        let [whole, of_zones] = [r.total_error(), r.discretization_error].map(|e| e.unwrap_or(unknown));
+        [r.net_power, whole, r.exchange_error, of_zones]
+    };
+    let over_area = |r: &SurfaceResult, x: f64| if r.area > 0.0 { x / r.area } else { 0.0 };
+    let flux = |r: &SurfaceResult| power(r).map(|x| if x.is_finite() { over_area(r, x) } else { x });
+    set_quantity(&out, "net_flux", &rows.iter().map(|r| flux(r).map(Some)).collect::<Vec<_>>())?;
+    set_quantity(&out, "net_power", &rows.iter().map(|r| power(r).map(Some)).collect::<Vec<_>>())?;
+    Ok(out)
+}
+
+/// Power that every surface absorbs in each band in light mode, W, its whole error, and the parts of the error; (surfaces, bands) each.
+pub(crate) fn absorbed<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let by_name = |list: &[(String, Bands)], k: usize, missing: f64| {
+        list.get(k).map_or(Bands::splat(missing), |x| x.1)
+    };
+    let unknown = f64::INFINITY;
+    let exchange = |t: &Solution, k: usize| by_name(&t.report.energy_error.absorbed_surfaces, k, unknown);
+    let zones = |t: &Solution, k: usize| {
+        let zones = t.report.discretization_error.as_ref();
+        zones.map_or(Bands::splat(unknown), |z| by_name(&z.energy.absorbed_surfaces, k, unknown))
+    };
+    let value = |t: &Solution, k: usize| by_name(&t.report.energy.absorbed_surfaces, k, f64::NAN);
+    let whole = |t: &Solution, k: usize| exchange(t, k) + zones(t, k);
+    let columns: [(&str, &dyn Fn(&Solution, usize) -> Bands); 4] = [
+        ("absorbed", &value),
+        ("absorbed_error", &whole),
+        ("absorbed_exchange_error", &exchange),
+        ("absorbed_discretization_error", &zones),
+    ];
+    let surfaces = if s.report.heat.is_none() { s.scene.surfaces().len() } else { 0 };
+    for (name, of) in columns {
+        let flat: Vec<f64> = (0..surfaces).flat_map(|k| s.all_bands(|t| of(t, k))).collect();
+        out.set_item(name, arrays::rows(py, flat, s.scene.bands().count())?)?;
+    }
+    Ok(out)
+}
+
+/// Columns of results by face of the meshes, with the names and units of the table of `zonal export --faces`.
+pub(crate) fn face_table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
+    let table = FaceColumns::new(s);
+    let out = PyDict::new(py);
+    let (meshes, surfaces) = (&s.scene.faces().meshes, s.scene.surfaces());
+    let names = table.keys.iter().map(|k| meshes[k.0].name.clone()).collect::<Vec<_>>();
+    out.set_item("mesh", names)?;
+    out.set_item("face", arrays::integers(py, table.keys.iter().map(|k| k.1)))?;
+    let surface = |k: &(usize, usize, Option<usize>)| k.2.map_or(String::new(), |i| surfaces[i].name.clone());
+    out.set_item("surface", table.keys.iter().map(surface).collect::<Vec<_>>())?;
+    for (name, values) in table.columns {
+        out.set_item(name, arrays::list(py, values))?;
     }
     Ok(out)
 }

@@ -102,7 +102,7 @@ def test_solutions_have_the_bits_of_the_command(name, run, tmp_path):
     scene.save(tmp_path / "scene.toml")
     run("solve", tmp_path / "scene.toml", "-o", tmp_path / "command.npz", "--quiet")
     scene.solve(threads=2).save(tmp_path / "memory.npz")
-    zn.load(tmp_path / "scene.toml").solve(threads=1).save(tmp_path / "file.npz")
+    zn.load_scene(tmp_path / "scene.toml").solve(threads=1).save(tmp_path / "file.npz")
     expected = (tmp_path / "command.npz").read_bytes()
     assert (tmp_path / "file.npz").read_bytes() == expected
     # A scene in memory has the same numbers; only names of files may differ.
@@ -183,7 +183,7 @@ def test_check_reports_what_the_command_reports(run, tmp_path):
 
     furnace().save(tmp_path / "f.toml")
     report = json.loads(run("check", tmp_path / "f.toml", "--json").stdout)
-    ours = zn.load(tmp_path / "f.toml").check()
+    ours = zn.load_scene(tmp_path / "f.toml").check()
     for key in ("verdict", "patches", "voxel_zones", "pairs", "engine", "warnings"):
         assert ours[key] == report[key], key
 
@@ -192,10 +192,10 @@ def test_gas_models_are_those_of_the_command(run):
     import json
 
     text = run("gas", "wsgg-bordbar-2020", "--h2o", "0.2", "--co2", "0.1", "--json").stdout
-    assert zn.gas("wsgg-bordbar-2020", h2o=0.2, co2=0.1) == json.loads(text)
-    assert "wsgg-bordbar-2020" in [m["name"] for m in zn.gas()]
+    assert zn.gas_properties("wsgg-bordbar-2020", h2o=0.2, co2=0.1) == json.loads(text)
+    assert "wsgg-bordbar-2020" in [m["name"] for m in zn.gas_properties()]
     with pytest.raises(zn.InputError, match="not a gas model"):
-        zn.gas("air")
+        zn.gas_properties("air")
 
 
 def test_validation_runs_in_process():
@@ -247,7 +247,7 @@ def test_data_sets_have_the_bits_of_the_command(run, tmp_path):
     assert (np.abs(made.energy_residual) < 1e-6).all() and "5 samples" in repr(made)
     # The same inputs as a table, and without a file.
     columns = {key: made.inputs[:, k] for k, key in enumerate(made.keys)}
-    again = zn.load(tmp_path / "f.toml").dataset(inputs=columns)
+    again = zn.load_scene(tmp_path / "f.toml").dataset(inputs=columns)
     assert np.array_equal(again["temperature"], made["temperature"])
     for bad, match in (
         ({"vary": {"medium.heat": (0, 1)}}, "heat"),
@@ -265,7 +265,7 @@ def test_data_sets_have_the_bits_of_the_command(run, tmp_path):
     np.savez(tmp_path / "other.npz", a=[1.0])
     for name in ("other.npz", "none.npz", "f.toml"):
         with pytest.raises(zn.FileError):
-            zn.read_dataset(tmp_path / name)
+            zn.load_dataset(tmp_path / name)
 
 
 def test_pictures_in_files_have_the_bits_of_the_command(run, tmp_path):

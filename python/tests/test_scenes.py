@@ -57,14 +57,14 @@ def test_every_key_of_scenes_is_a_parameter():
 def test_documents_and_texts_are_inverse(tmp_path):
     scene = furnace()
     scene.save(tmp_path / "f.toml")
-    again = zn.load(tmp_path / "f.toml")
+    again = zn.load_scene(tmp_path / "f.toml")
     assert again.document == scene.document | {"surface": again.document["surface"], "medium": again.document["medium"]}
     assert again.to_toml() == scene.to_toml()
 
 
 def test_a_loaded_scene_can_be_changed(tmp_path):
     furnace().save(tmp_path / "f.toml")
-    scene = zn.load(tmp_path / "f.toml")
+    scene = zn.load_scene(tmp_path / "f.toml")
     scene.document["medium"]["heat_source"] = 0
     scene.settings(tolerance=0.5)
     cold = scene.solve(discretization_error=False)
@@ -76,11 +76,11 @@ def test_a_loaded_scene_can_be_changed(tmp_path):
     scene = zn.Scene(mode="thermal")
     scene.surface((vertices, faces), name="s", emissivity=1.0, temperature=300, patch_size=10.0)
     scene.save(tmp_path / "s.toml")
-    moved = zn.load(tmp_path / "s.toml")
+    moved = zn.load_scene(tmp_path / "s.toml")
     moved.settings(tolerance=0.1)
     (tmp_path / "other").mkdir()
     moved.save(tmp_path / "other/s.toml")
-    assert zn.load(tmp_path / "other/s.toml").check()["patches"] == len(faces)
+    assert zn.load_scene(tmp_path / "other/s.toml").check()["patches"] == len(faces)
 
 
 def test_layouts_and_types_of_arrays_give_the_same_medium():
@@ -189,15 +189,15 @@ def test_errors_of_files_have_line_and_column(tmp_path):
     bad = tmp_path / "bad.toml"
     bad.write_text("[[surface]]\nboxx = 1")
     with pytest.raises(zn.InputError) as caught:
-        zn.load(bad).check()
+        zn.load_scene(bad).check()
     assert (caught.value.file, caught.value.place, caught.value.key) == (str(bad), "2:1", "surface #1.boxx")
     bad.write_text("[[surface")
     with pytest.raises(zn.InputError, match="this is not TOML"):
-        zn.load(bad)
+        zn.load_scene(bad)
     with pytest.raises(zn.InputError, match="there is no such file"):
-        zn.load(tmp_path / "none.toml")
+        zn.load_scene(tmp_path / "none.toml")
     with pytest.raises(zn.FileError) as missing:
-        zn.read_solution(tmp_path / "none.npz")
+        zn.load_solution(tmp_path / "none.npz")
     assert missing.value.file == str(tmp_path / "none.npz")
     assert isinstance(missing.value, OSError) and isinstance(missing.value, zn.Error)
 
@@ -226,3 +226,43 @@ def test_arguments_are_checked():
     scene.settings(engine="dense")
     with pytest.raises(zn.MemoryLimitError):
         scene.solve(max_memory=1e-6)
+
+
+def test_messages_about_arrays_name_argument_and_shape(tmp_path):
+    corners, faces = sphere(3)
+
+    def mesh(**values: object) -> zn.Scene:
+        scene = zn.Scene(mode="thermal")
+        scene.surface((corners, faces[:, ::-1]), name="m", patch_size=10.0, **{"emissivity": 0.5, "temperature": 300.0, **values})
+        return scene
+
+    def medium(extinction: np.ndarray) -> zn.Scene:
+        scene = zn.Scene()
+        scene.medium([0, 0, 0], [1, 1, 1], cells=[2, 2, 2], extinction=extinction)
+        return scene
+
+    count = len(faces)
+    wrong = np.full(count, 300.0)
+    wrong[7] = -1.0
+    cases = [
+        (mesh(temperature=np.full(count + 1, 300.0)), ["surface 'm'.temperature", f"({count + 1},)", f"({count},)"]),
+        (mesh(temperature=wrong), ["surface 'm'.temperature", f"({count},)", "[7]", "-1"]),
+        (mesh(emissivity=np.full(count, 2.0)), ["surface 'm'.emissivity", f"({count},)", "[0]"]),
+        (mesh(temperature=np.full(count, "hot")), ["temperature", f"({count},)", "<U3"]),
+        (mesh(temperature=np.full(count, 1j)), ["temperature", f"({count},)", "complex128"]),
+        (mesh(temperature=np.full((2, 2, 2, 2), 1.0)), ["temperature", "(2, 2, 2, 2)"]),
+        (medium(np.full((2, 2, 2), -1.0)), ["medium.extinction", "(2, 2, 2)", "[0, 0, 0]", "-1"]),
+        (medium(np.full((2, 2), 1.0)[None, None]), ["medium.extinction", "(1, 1, 2, 2)"]),
+    ]
+    mesh().save(tmp_path / "saved.toml")
+    loaded = zn.load_scene(tmp_path / "saved.toml")
+    loaded.document["surface"][0]["temperature"] = np.full(count + 1, 300.0)
+    cases.append((loaded, ["surface 'm'.temperature", f"({count + 1},)", f"({count},)"]))
+    for scene, words in cases:
+        with pytest.raises(zn.InputError) as caught:
+            scene.check()
+        text = str(caught.value)
+        assert all(word in text for word in words), text
+        # No file and no row exists.
+        assert not any(word in text for word in ("file", " row", "number 1")), text
+        assert caught.value.remedy, text

@@ -62,7 +62,7 @@ def test_arrays_are_read_only_and_kept(lit):
 def test_solutions_survive_pickles_and_files(lit, hot, tmp_path):
     for solution in (lit, hot):
         solution.save(tmp_path / "s.npz")
-        for again in (pickle.loads(pickle.dumps(solution)), copy.deepcopy(solution), zn.read_solution(tmp_path / "s.npz")):
+        for again in (pickle.loads(pickle.dumps(solution)), copy.deepcopy(solution), zn.load_solution(tmp_path / "s.npz")):
             assert again.report == solution.report
             assert np.array_equal(again.radiosity, solution.radiosity)
             again.save(tmp_path / "t.npz")

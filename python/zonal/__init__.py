@@ -19,12 +19,13 @@ After a fork the child starts threads of its own, and its results have the same 
 from __future__ import annotations
 
 from . import _zonal
-from .dataset import Dataset, read_dataset
+from .dataset import Dataset, load_dataset
+from .diagnostics import Diagnostic
 from .errors import Error, FileError, InputError, Interrupted, MemoryLimitError
 from .exchange import ExchangeAreas, StateSolver, ThermalState, update
-from .scene import Scene, load
-from .solution import Camera, Solution, encode_png, read_solution
-from .tools import Gas, Key, gas, keys, show, validate
+from .scene import Scene, load_scene
+from .solution import Camera, Solution, encode_png, load_solution
+from .tools import Gas, Key, gas_properties, keys, show, validate
 from .factors import CompressedRows, ViewFactors, view_factors
 
 __version__: str = _zonal.version()
@@ -33,6 +34,7 @@ __all__ = [
     "Camera",
     "CompressedRows",
     "Dataset",
+    "Diagnostic",
     "Error",
     "ExchangeAreas",
     "FileError",
@@ -47,11 +49,11 @@ __all__ = [
     "ThermalState",
     "ViewFactors",
     "encode_png",
-    "gas",
+    "gas_properties",
     "keys",
-    "load",
-    "read_dataset",
-    "read_solution",
+    "load_dataset",
+    "load_scene",
+    "load_solution",
     "show",
     "update",
     "validate",

@@ -33,10 +33,11 @@ class Arrays:
     def __init__(self) -> None:
         self.values: dict[str, Array | MeshArrays] = {}
 
-    def add(self, key: str, value: Array | MeshArrays) -> str:
-        """Adds an array that stands at ``key``; returns its name."""
-        kind = f"mesh of {value.face_count} faces" if isinstance(value, MeshArrays) else f"array {value.shape}"
-        name = f"{key} ({kind}, number {len(self.values) + 1})"
+    def add(self, value: Array | MeshArrays) -> str:
+        """Adds an array; returns its name, which messages have."""
+        shape = f"of {value.face_count} faces" if isinstance(value, MeshArrays) else f"of shape {value.shape}"
+        kind = "mesh" if isinstance(value, MeshArrays) else "array"
+        name = f"{kind} {len(self.values) + 1} {shape}"
         self.values[name] = value
         return name
 
@@ -45,14 +46,21 @@ def grid_array(key: str, value: Any) -> Array:
     """An array of three axes in a layout that needs no copy where possible."""
     array = np.asarray(value)
     if array.ndim != 3:
-        raise InputError(f"{key}: the array has {array.ndim} axes; give one of shape (nx, ny, nz)")
+        raise InputError(f"{key}: the array has the shape {array.shape}; give one of shape (nx, ny, nz)")
     if array.dtype.kind not in "fiub":
-        raise InputError(f"{key}: the array has elements of type {array.dtype}; give numbers")
+        raise InputError(f"{key}: the array of shape {array.shape} has elements of type {array.dtype}; give numbers")
     if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8) or not array.dtype.isnative:
         array = array.astype(np.float64)
     if not (array.flags.c_contiguous or array.flags.f_contiguous):
         array = np.ascontiguousarray(array)
     return array
+
+
+def face_array(key: str, value: Array) -> Array:
+    """An array of one value for each face."""
+    if value.dtype.kind not in "fiub":
+        raise InputError(f"{key}: the array of shape {value.shape} has elements of type {value.dtype}; give numbers")
+    return np.ascontiguousarray(value, dtype=np.float64)
 
 
 def labelled_grid(key: str, value: Any) -> tuple[Array, tuple[list[float], list[float]] | None]:
@@ -111,27 +119,27 @@ class Writer:
     def mesh(self, value: Any, path: str) -> str:
         if is_path(value):
             return cast("str", os.fspath(value))
-        return self.arrays.add(path, mesh_arrays(value))
+        return self.arrays.add(mesh_arrays(value))
 
     def labelled(self, value: Any, path: str, key: str) -> Any:
         if value.ndim == 1:
             return self.array(np.asarray(value.values), path, key)
         array, box = labelled_grid(path, value)
-        name = self.arrays.add(path, array)
+        name = self.arrays.add(array)
         if key == "file":
             return name
         return {"file": name} if box is None else {"file": name, "min": box[0], "max": box[1]}
 
     def array(self, value: Array, path: str, key: str) -> Any:
         if value.ndim == 3:
-            name = self.arrays.add(path, grid_array(path, value))
+            name = self.arrays.add(grid_array(path, value))
             return name if key == "file" else {"file": name}
         by_face = path.startswith("surface") and (key in FACE_VALUE_KEYS or key == "file")
         if value.ndim == 1 and by_face:
-            name = self.arrays.add(path, np.ascontiguousarray(value, dtype=np.float64))
+            name = self.arrays.add(face_array(path, value))
             return name if key == "file" else {"file": name}
         if value.ndim > 2:
-            raise InputError(f"{path}: the array has {value.ndim} axes; give one of shape (nx, ny, nz)")
+            raise InputError(f"{path}: the array has the shape {value.shape}; give one of shape (nx, ny, nz)")
         return value.tolist()
 
 

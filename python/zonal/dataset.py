@@ -12,7 +12,7 @@ import numpy as np
 from ._types import Floats, Path
 from .errors import FileError, InputError
 
-__all__ = ["Dataset", "read_dataset"]
+__all__ = ["Dataset", "load_dataset"]
 
 Distribution: TypeAlias = tuple[float, float] | Sequence[float] | str | float
 """``(low, high)`` uniform, a list of numbers of which one is taken, a number, or the text of the command: ``"log:1:100"``, ``"normal:5:2"``."""
@@ -23,12 +23,13 @@ _STATUS = ("converged", "not converged", "refused")
 class Dataset:
     """Inputs and results of many solves of one scene; arrays have a row for each sample.
 
-    Made by :meth:`Scene.dataset` and :func:`read_dataset`. Objects can be pickled.
+    Made by :meth:`Scene.dataset` and :func:`load_dataset`. Objects can be pickled.
     """
 
     def __init__(self, arrays: Mapping[str, Any], about: Mapping[str, Any]) -> None:
         self.arrays: dict[str, Any] = dict(arrays)
-        """Results by name, (samples, …): ``temperature`` (K), ``net_flux`` (W/m2, W/m3), ``named_power`` (W) and their errors in thermal mode; ``radiosity``,
+        """Results by name, (samples, …): ``temperature`` (K), ``net_flux`` (W/m2, W/m3), ``named_power`` (W) and their errors in thermal mode (of names ``named_power_exchange_error``; with
+        ``discretization_error=True`` also ``named_power_discretization_error``, and the sum of both as ``named_power_error``); ``radiosity``,
         ``incident`` and ``incident_error`` (W/m2, (samples, zones, bands)) in light mode. Also ``zone_centre`` (m), ``zone_size`` (m2, m3)."""
         self.about: dict[str, Any] = dict(about)
         """What the file states: ``keys``, ``names``, ``units``, ``seed``, ``patches``, ``voxel_zones``, ``cells``, ``version``."""
@@ -80,7 +81,7 @@ class Dataset:
         return f"<zonal.Dataset: {len(self)} samples of {', '.join(self.keys)}>"
 
 
-def read_dataset(path: Path) -> Dataset:
+def load_dataset(path: Path) -> Dataset:
     """Reads a data set that :meth:`Scene.dataset` or ``zonal dataset`` wrote.
 
     Parameters

@@ -12,6 +12,7 @@ import numpy as np
 from . import _zonal
 from ._progress import Progress, observed
 from ._types import Floats, Integers, Path
+from .diagnostics import Diagnostic, of_rows
 from .errors import InputError
 from .solution import zones_of
 
@@ -96,9 +97,14 @@ class ExchangeAreas:
         return self._native.grade
 
     @property
-    def notes(self) -> list[str]:
-        """Notes and warnings."""
-        return self._native.notes
+    def warnings(self) -> list[Diagnostic]:
+        """Warnings: a stated number may be wrong, or an error is unknown or exceeds the tolerance."""
+        return of_rows(self._native.diagnostics, "warning")
+
+    @property
+    def notes(self) -> list[Diagnostic]:
+        """Notes: the stated numbers are valid."""
+        return of_rows(self._native.diagnostics, "note")
 
     def view_factors(self) -> Floats:
         """F_ij / closure_i of the first matrix, (zones, zones): between patches without a medium, view factors."""
@@ -138,7 +144,8 @@ class ThermalState:
     """A thermal state: columns of results by zone, by name and by face.
 
     Each of :attr:`zones`, :attr:`by_name` and :attr:`by_face` has the columns ``size`` (m2, m3), ``net_power`` (W), ``net_flux`` (W/m2, W/m3), ``temperature`` (K),
-    ``incident`` and ``radiosity`` (W/m2), and their errors (``net_power_error``, …); unknown errors are infinite.
+    ``incident`` and ``radiosity`` (W/m2), and their errors by the exchange areas (``net_power_exchange_error``, …); unknown errors are infinite. There is no whole
+    error: that of the finite zones is not estimated, and :meth:`Scene.solve` estimates it.
     """
 
     names: list[str]
@@ -299,7 +306,10 @@ def update(
     threads: int | None = None,
     progress: Progress = None,
 ) -> ThermalState:
-    """Fluxes and temperatures for other temperatures, powers or emissivities, as ``zonal update``.
+    """Fluxes and temperatures for other temperatures, powers or emissivities, as ``zonal update``: one state.
+
+    Every call makes a new :class:`StateSolver`, which reads the areas and prepares the equations again. For several states, as in a loop over time or over
+    parameters, make one :class:`StateSolver` and call its methods: in a room of 600 zones that takes about 2 ms for each state in place of 110 ms.
 
     Parameters
     ----------

@@ -32,12 +32,12 @@ from ._types import (
     VoxelValues,
     ZoneBasis,
 )
-from .dataset import Dataset, Distribution, distribution, read_dataset
+from .dataset import Dataset, Distribution, distribution, load_dataset
 from .errors import FileError, InputError
 from .exchange import ExchangeAreas
 from .solution import Solution, command_options, memory_limit
 
-__all__ = ["Scene", "load"]
+__all__ = ["Scene", "load_scene"]
 
 
 def _given(**keys: Any) -> dict[str, Any]:
@@ -1358,7 +1358,7 @@ class Scene:
                 notes = _zonal.write_dataset(arguments, function, threads)
             for text in notes:
                 warnings.warn(text, RuntimeWarning, stacklevel=2)
-            return read_dataset(target)
+            return load_dataset(target)
 
 
 def _moment(time: str | datetime | None) -> str | None:
@@ -1416,7 +1416,7 @@ def _density(value: Any, low: Vector, high: Vector) -> dict[str, Any]:
     return {"file": value, "min": low, "max": high}
 
 
-def load(path: Path) -> Scene:
+def load_scene(path: Path) -> Scene:
     """Opens a scene file.
 
     An unchanged scene is read by the solver as it stands; errors name line and column. Names of files in it are relative to its folder.
@@ -1442,7 +1442,7 @@ def load(path: Path) -> Scene:
     >>> scene = zn.Scene()
     >>> scene.surface(box=([0, 0, 0], [1, 1, 1]), emission=1.0)
     >>> scene.save(path)
-    >>> zn.load(path).check()["verdict"]
+    >>> zn.load_scene(path).check()["verdict"]
     'valid'
     """
     return Scene._load(path)  # pyright: ignore[reportPrivateUsage]

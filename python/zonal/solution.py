@@ -17,9 +17,10 @@ import numpy.typing as npt
 from . import _zonal
 from ._progress import Progress, observed
 from ._types import Bands, Floats, Integers, Path, Quantity, Vector
+from .diagnostics import Diagnostic, of_rows
 from .errors import InputError
 
-__all__ = ["Camera", "Solution", "encode_png", "read_solution"]
+__all__ = ["Camera", "Solution", "encode_png", "load_solution"]
 
 
 def memory_limit(gigabytes: float) -> int:
@@ -65,7 +66,10 @@ class Solution:
     Fields have a row for each zone: patches of surfaces first, then voxel zones, then pane zones. Band by band, they are B (radiosity) and the incident flux: the
     irradiance H of patches, the fluence G of volume zones. Arrays of up to three bands lie in the memory of the solver and are read-only.
 
-    Solutions are read by :func:`read_solution`, and can be pickled.
+    The errors of zones are those of the exchange, of direct light and of the solver. The error of the finite zones (discretization error) is known by name: it is part of
+    the errors of :attr:`table`.
+
+    Solutions are read by :func:`load_solution`, and can be pickled.
 
     Examples
     --------
@@ -124,7 +128,7 @@ class Solution:
 
     @property
     def error(self) -> Floats:
-        """Estimated error of :attr:`incident`, (zones, bands), W/m2; infinite where unknown."""
+        """Estimated error of :attr:`incident` by the exchange and the solver, (zones, bands), W/m2; infinite where unknown."""
         return self.array("error")
 
     @property
@@ -144,7 +148,7 @@ class Solution:
 
     @property
     def temperature_error(self) -> Floats:
-        """Estimated error of :attr:`temperature`, (zones,), K; 0 where it is given."""
+        """Estimated error of :attr:`temperature` by the exchange and the solver, (zones,), K; 0 where it is given."""
         return self._heat("temperature_error")
 
     @property
@@ -154,7 +158,7 @@ class Solution:
 
     @property
     def net_flux_error(self) -> Floats:
-        """Estimated error of :attr:`net_flux`, (zones,); 0 where it is given."""
+        """Estimated error of :attr:`net_flux` by the exchange and the solver, (zones,); 0 where it is given."""
         return self._heat("net_error")
 
     def _heat(self, name: str) -> Floats:
@@ -246,24 +250,49 @@ class Solution:
         """Results by name as columns, for ``pandas.DataFrame(solution.table)``.
 
         In thermal mode a row for each surface, the medium and each pane: ``name``, ``kind``, ``size`` (m2 or m3), ``temperature`` (K), ``net_flux`` (W/m2 or W/m3),
-        ``net_power`` (W) and their errors. In light mode a row for each surface: ``size``, ``net_flux``, ``net_power``, and ``absorbed`` (surfaces, bands), W, is
-        apart in :attr:`absorbed`. Unknown numbers are NaN, unknown errors infinite.
+        ``net_power`` (W), and in scenes with sunlight ``absorbed_sunlight`` (W). In light mode a row for each surface: ``size``, ``net_flux``, ``net_power``; absorbed
+        powers by band are apart in :attr:`absorbed`.
+
+        ``net_power_error`` is the whole error, as ``zonal solve`` prints it behind ±: the sum of ``net_power_exchange_error`` (exchange, direct light, solver) and
+        ``net_power_discretization_error`` (finite zones). Likewise for ``net_flux`` and ``temperature``. Unknown numbers are NaN, unknown errors infinite; a whole error
+        is unknown where one of its parts is, so also where no discretization error was requested (``discretization_error=True``, the default in thermal mode).
         """
-        columns = self._native.table()
-        columns.pop("absorbed", None)
-        columns.pop("absorbed_error", None)
-        return columns
+        return self._native.table()
 
     @property
     def absorbed(self) -> tuple[Floats, Floats]:
-        """Absorbed power of each surface and its error, (surfaces, bands) each, W, in light mode."""
-        columns = self._native.table()
-        empty = np.empty((0, len(self.bands)))
-        return columns.get("absorbed", empty), columns.get("absorbed_error", empty)
+        """Absorbed power of each surface and its whole error, (surfaces, bands) each, W, in light mode; the parts of the error are in :attr:`absorbed_errors`."""
+        columns = self._native.absorbed()
+        return columns["absorbed"], columns["absorbed_error"]
+
+    @property
+    def absorbed_errors(self) -> dict[str, Floats]:
+        """The errors of :attr:`absorbed` by ``exchange`` (exchange, direct light, solver) and by ``discretization`` (finite zones), (surfaces, bands) each, W."""
+        columns = self._native.absorbed()
+        return {part: columns[f"absorbed_{part}_error"] for part in ("exchange", "discretization")}
+
+    @property
+    def face_table(self) -> dict[str, Any]:
+        """Results by face of the meshes as columns, for ``pandas.DataFrame(solution.face_table)``, as ``zonal export --faces``.
+
+        A row for each face, in the order of the meshes: ``mesh``, ``face``, ``surface``, ``area`` (m2), ``net_flux`` (W/m2), ``temperature`` (K), ``incident_flux`` and
+        ``radiosity`` (W/m2) with errors (``net_flux_error``, …), and in scenes with sunlight ``absorbed_sunlight`` (W). In light mode each band has its columns
+        (``net_flux_0``, ``net_flux_0_error``, …). Faces without patches have NaN. Errors are those of the exchange; the error of the finite zones is known by surface
+        (:attr:`table`).
+        """
+        units = ("_W_m2", "_m2", "_K", "_W")
+        columns: dict[str, Any] = {}
+        for name, values in self._native.face_table().items():
+            unit = next((u for u in units if name.endswith(u)), "")
+            columns[name.removesuffix(unit)] = values
+        return columns
 
     @property
     def zone_table(self) -> dict[str, Any]:
-        """Results by zone as columns, for ``pandas.DataFrame(solution.zone_table)``; fields of several bands have a column for each."""
+        """Results by zone as columns, for ``pandas.DataFrame(solution.zone_table)``; fields of several bands have a column for each.
+
+        Errors are those of the exchange; the error of the finite zones is known by name (:attr:`table`).
+        """
         names = np.asarray(self.names, dtype=object)
         kinds = np.asarray(["patch", "voxel", "pane"], dtype=object)
         columns: dict[str, Any] = {
@@ -291,10 +320,14 @@ class Solution:
         return report
 
     @property
-    def warnings(self) -> list[str]:
-        """Notes and warnings of the solve."""
-        entries: list[dict[str, Any]] = self.report["warnings"]
-        return [str(w["message"]) for w in entries]
+    def warnings(self) -> list[Diagnostic]:
+        """Warnings of the solve and of its discretization error: a stated number may be wrong, or an error is unknown or exceeds the tolerance."""
+        return of_rows(self._native.diagnostics, "warning")
+
+    @property
+    def notes(self) -> list[Diagnostic]:
+        """Notes of the solve and of its discretization error: the stated numbers are valid."""
+        return of_rows(self._native.diagnostics, "note")
 
     # Files.
 
@@ -307,11 +340,6 @@ class Solution:
             If the file cannot be written.
         """
         self._native.write(os.fspath(path))
-
-    @staticmethod
-    def load(path: Path) -> Solution:
-        """Reads a solution; see :func:`read_solution`."""
-        return read_solution(path)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _from_bytes, (self._native.to_bytes(),)
@@ -756,7 +784,7 @@ def _from_bytes(data: bytes) -> Solution:
     return Solution(_zonal.Solution.from_bytes(data))
 
 
-def read_solution(path: Path) -> Solution:
+def load_solution(path: Path) -> Solution:
     """Reads a solution that :meth:`Solution.save` or ``zonal solve`` wrote.
 
     Parameters

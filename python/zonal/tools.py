@@ -12,7 +12,7 @@ from ._progress import Progress, observed
 from ._types import Path, VoxelValues
 from .solution import Solution
 
-__all__ = ["Gas", "Key", "gas", "keys", "show", "validate"]
+__all__ = ["Gas", "Key", "gas_properties", "keys", "show", "validate"]
 
 
 def Gas(  # noqa: N802
@@ -28,7 +28,7 @@ def Gas(  # noqa: N802
     Parameters
     ----------
     model : str
-        Name of the model, such as ``"wsgg-bordbar-2020"``; ``gas()`` lists them.
+        Name of the model, such as ``"wsgg-bordbar-2020"``; ``gas_properties()`` lists them.
     h2o, co2 : float or array
         Mole fractions of water vapour and carbon dioxide, 0 to 1.
     soot : float or array
@@ -45,7 +45,7 @@ def Gas(  # noqa: N802
     return {"model": model, "h2o": h2o, "co2": co2, "soot": soot, "pressure": pressure}
 
 
-def gas(
+def gas_properties(
     model: str | None = None,
     *,
     h2o: float = 0.0,
@@ -81,7 +81,7 @@ def gas(
     Examples
     --------
     >>> import zonal as zn
-    >>> mixture = zn.gas("wsgg-bordbar-2020", h2o=0.2, co2=0.1, temperature=1500, lengths=[1.0])
+    >>> mixture = zn.gas_properties("wsgg-bordbar-2020", h2o=0.2, co2=0.1, temperature=1500, lengths=[1.0])
     >>> 0.1 < mixture["emissivity"][0]["emissivity"] < 0.4
     True
     """

@@ -70,6 +70,13 @@ fn discretization_errors_are_those_of_single_solves() {
     let (shape, errors) = array(&f, "set.npz", "named_power_discretization_error");
     assert_eq!(shape[0], 2);
     assert!(errors.iter().any(|e| *e > 0.0) && errors.iter().all(|e| e.is_finite()), "{errors:?}");
+    let is_sum = |file: &str, name: &str| {
+        let [whole, exchange, zones] = ["_error", "_exchange_error", "_discretization_error"]
+            .map(|part| array(&f, file, &format!("{name}{part}")).1);
+        let parts = exchange.iter().zip(&zones);
+        whole.iter().zip(parts).all(|(e, (x, z))| *e == x + z || e.is_nan())
+    };
+    assert!(is_sum("set.npz", "named_power") && is_sum("set.npz", "named_temperature"));
     // In light mode, powers by surface, medium and panes.
     f.put("room.toml", "[solve]\npatch_size = 0.5\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\nreflectance = 0.5\nfaces.z1 = { emission = 1 }\n");
     let vary = ["--vary", "surface.room.reflectance=0.5:0.5"];
@@ -85,6 +92,7 @@ fn discretization_errors_are_those_of_single_solves() {
     let one = report["discretization_error"]["energy"]["absorbed_surfaces"][0]["power"][0].as_f64().unwrap();
     let set = array(&f, "room.npz", "absorbed_power_discretization_error").1;
     assert!(one > 0.0 && (set[0] - one).abs() <= 1e-12 * one, "{one} {set:?}");
+    assert!(is_sum("room.npz", "absorbed_power"));
 }
 
 #[test]

@@ -189,7 +189,7 @@ fn updates_of_gases_and_lights_equal_fresh_solves() {
         assert!((json["emitters"].as_f64().unwrap() - wanted).abs() < 1e-9, "{json} {wanted}");
         assert_eq!(wanted, if scene == LIT { 200.0 } else { 0.0 });
         // What errors of the powers explain of the balance of an open box in light.
-        let stated: f64 = column(&table, "net_power_error_W").iter().sum();
+        let stated: f64 = column(&table, "net_power_exchange_error_W").iter().sum();
         assert!(json["balance"].as_f64().unwrap().abs() <= stated + 1e-6 * largest, "{json}");
     }
 }

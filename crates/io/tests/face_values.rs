@@ -150,7 +150,7 @@ fn wrong_files_name_numbers_line_and_remedy() {
     for (value, wanted) in [
         (
             "{ file = 'short.csv' }",
-            "short.csv:3: the file has 2 rows of values, and there are 8 faces in the mesh file; give one row",
+            "short.csv:3: the file has 2 rows of values, and there are 8 faces in the mesh; give one row",
         ),
         ("{ file = 'nan.csv' }", "nan.csv:3: the value is not a number (NaN); give a number"),
         ("{ file = 'cold.csv' }", "cold.csv:5: -4 K is out of range; give kelvin above 0"),

@@ -11,6 +11,7 @@
 //! has the patches of both. Cost: linear in the number of patches.
 
 use crate::bands::Bands;
+use crate::fields::ThermalFields;
 use crate::solution::Solution;
 use crate::thermal::blackbody_emissive_power;
 
@@ -29,6 +30,8 @@ pub struct FaceResult {
     pub radiosity: [Bands; 2],
     /// Temperature and its error, K; none in light mode, NaN where it is undefined.
     pub temperature: Option<[f64; 2]>,
+    /// Absorbed sunlight, W, which the net flux contains with a negative sign; none in scenes without sunlight.
+    pub absorbed_sunlight: Option<f64>,
 }
 
 /// Sums over the patches of a face, times area.
@@ -41,29 +44,44 @@ struct FaceSums {
     radiosity: [Bands; 2],
     /// T⁴ and T³ δT.
     powers: [f64; 2],
+    /// Absorbed sunlight, W.
+    sunlight: f64,
 }
 
 impl Solution {
-    /// Results of all faces of the mesh files of the scene, in the order of [`crate::FaceTable`].
+    /// Results of all faces of the mesh files of the scene, in the order of [`crate::FaceTable`]; by band in the first three of more bands.
     #[must_use]
     pub fn faces(&self) -> Vec<FaceResult> {
-        let table = self.scene.faces();
-        let mut sums = vec![FaceSums::default(); table.len()];
-        for (i, p) in self.zones.patches.iter().enumerate() {
-            if let Some(face) = table.face_of(p.facet) {
-                self.add_patch(i, &mut sums[face]);
-            }
-        }
-        let is_thermal = self.fields.heat.is_some();
-        sums.into_iter().map(|s| s.result(is_thermal)).collect()
+        self.faces_of(self)
     }
 
-    fn add_patch(&self, i: usize, s: &mut FaceSums) {
+    /// [`Solution::faces`] of every triple of bands. Areas, temperatures and sunlight are the same in all.
+    #[must_use]
+    pub fn faces_by_triple(&self) -> Vec<Vec<FaceResult>> {
+        self.triples().map(|t| self.faces_of(t)).collect()
+    }
+
+    fn faces_of(&self, triple: &Solution) -> Vec<FaceResult> {
+        let table = self.scene.faces();
+        let mut sums = vec![FaceSums::default(); table.len()];
+        let heat = self.fields.heat.as_ref();
+        for (i, p) in self.zones.patches.iter().enumerate() {
+            if let Some(face) = table.face_of(p.facet) {
+                triple.add_patch(i, heat, &mut sums[face]);
+                sums[face].sunlight += p.area * self.absorbed_sunlight(i);
+            }
+        }
+        let is_thermal = heat.is_some();
+        let has_sunlight = self.scene.bands().has_solar_band();
+        sums.into_iter().map(|s| s.result(is_thermal, has_sunlight)).collect()
+    }
+
+    fn add_patch(&self, i: usize, heat: Option<&ThermalFields>, s: &mut FaceSums) {
         let (p, f) = (&self.zones.patches[i], &self.fields);
         let (area, h, dh) = (p.area, f.incident[i] + f.direct_light(i), f.total_error(i));
         let absorb = 1.0 - p.reflectance;
         let mut radiosity_error = p.reflectance * dh;
-        let net = match (&f.heat, self.scene.thermal()) {
+        let net = match (heat, self.scene.thermal()) {
             (Some(heat), Some(thermal)) => {
                 let (t, dt) = (heat.temperature[i], heat.temperature_error[i]);
                 let e = blackbody_emissive_power(t);
@@ -87,6 +105,16 @@ impl Solution {
         add(&mut s.radiosity, [f.radiosity[i], radiosity_error]);
     }
 
+    /// Sunlight that patch `i` absorbs, W/m²: (1 − ρ) (H + direct light) in the band of sunlight; 0 without one.
+    fn absorbed_sunlight(&self, i: usize) -> f64 {
+        let of_triple = |(t, s): (usize, &Solution)| {
+            let own = self.scene.bands().in_solar_band(t, 1.0);
+            let incident = s.fields.incident[i] + s.fields.direct_light(i);
+            (own * (1.0 - s.zones.patches[i].reflectance) * incident).sum()
+        };
+        self.triples().enumerate().map(of_triple).sum()
+    }
+
     /// Flux that patch `i` emits in light mode, W/m²; that of a direct emitter is taken at the centre of the patch.
     pub(crate) fn emitted_flux(&self, i: usize) -> Bands {
         let p = &self.zones.patches[i];
@@ -99,7 +127,7 @@ impl Solution {
 }
 
 impl FaceSums {
-    fn result(self, is_thermal: bool) -> FaceResult {
+    fn result(self, is_thermal: bool, has_sunlight: bool) -> FaceResult {
         let mean = |x: [Bands; 2]| if self.area > 0.0 { x.map(|x| x / self.area) } else { [Bands::ZERO; 2] };
         let kelvin = || {
             let t = (self.powers[0] / self.area).sqrt().sqrt();
@@ -112,6 +140,7 @@ impl FaceSums {
             incident: mean(self.incident),
             radiosity: mean(self.radiosity),
             temperature: is_thermal.then(kelvin),
+            absorbed_sunlight: has_sunlight.then_some(self.sunlight),
         }
     }
 }

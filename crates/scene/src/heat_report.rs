@@ -20,7 +20,8 @@ impl HeatRowKind {
     }
 }
 
-/// Temperature and net power of a named surface, of the medium or of a pane. Errors are sums of the moduli of the zones' estimated errors.
+/// Temperature and net power of a named surface, of the medium or of a pane. Errors are sums of the moduli of the zones' estimated errors: of the
+/// exchange, of direct light and of the solver. That of the finite zones is apart, in [`crate::DiscretizationError::heat`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatRow {
     /// Name.
@@ -45,6 +46,14 @@ impl HeatRow {
     /// Net power over size, W/m² of surfaces, W/m³ of media and panes, and its error.
     pub fn flux(&self) -> [f64; 2] {
         [self.over_size(self.power), self.over_size(self.power_error)]
+    }
+    /// Whole errors of temperature (K, NaN without one), net flux (W/m², W/m³) and net power (W): of the exchange plus that of the finite zones,
+    /// `discretization` in K and W. Infinite if either is unknown, so also without an estimate of the latter.
+    pub fn errors(&self, discretization: Option<[f64; 2]>) -> [f64; 3] {
+        let [kelvin, watts] = discretization.unwrap_or([f64::INFINITY; 2]);
+        let power = self.power_error + watts;
+        let flux = if power.is_finite() { self.over_size(power) } else { power };
+        [self.temperature_error.map_or(f64::NAN, |e| e + kelvin), flux, power]
     }
     /// A power (W) over the size: W/m² or W/m³; 0 for size 0.
     pub fn over_size(&self, power: f64) -> f64 {

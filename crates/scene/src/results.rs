@@ -16,18 +16,18 @@ pub struct SurfaceResult {
     /// Net power that the surface gives, emitted less absorbed, all bands together, W.
     pub net_power: f64,
     /// Error of `net_power` by the exchange, direct light and the solver, W; the error of the finite zones is apart.
-    pub error: f64,
+    pub exchange_error: f64,
     /// Error of `net_power` by the finite zones, W; none where it was not estimated.
     pub discretization_error: Option<f64>,
     /// Temperature, K: (mean of T⁴ over the area)^¼; none in light mode, and where none is defined.
     pub temperature: Option<f64>,
     /// Error of `temperature` by the exchange and the solver, K; the error of the finite zones is apart.
-    pub temperature_error: Option<f64>,
+    pub temperature_exchange_error: Option<f64>,
     /// Error of `temperature` by the finite zones, K; none where it was not estimated.
     pub temperature_discretization_error: Option<f64>,
     /// Absorbed power in each band, W; in the first three of more bands.
     pub absorbed: Bands,
-    /// Error of `absorbed`, W.
+    /// Error of `absorbed` by the exchange, direct light and the solver, W.
     pub absorbed_error: Bands,
 }
 
@@ -38,10 +38,10 @@ impl SurfaceResult {
         if self.area > 0.0 { self.net_power / self.area } else { 0.0 }
     }
 
-    /// Error of `net_power` with that of the finite zones, W; none where the latter was not estimated.
+    /// The whole error of `net_power`: of the exchange and of the finite zones, W; none where the latter was not estimated.
     #[must_use]
     pub fn total_error(&self) -> Option<f64> {
-        self.discretization_error.map(|e| self.error + e)
+        self.discretization_error.map(|e| self.exchange_error + e)
     }
 }
 
@@ -70,10 +70,10 @@ impl Solution {
             name: self.scene.surfaces()[index].name.clone(),
             area,
             net_power: (emitted - absorbed).sum(),
-            error: absorbed_error.sum(),
+            exchange_error: absorbed_error.sum(),
             discretization_error: zones.map(|z| error_by_name(&z.energy.absorbed_surfaces).sum()),
             temperature: None,
-            temperature_error: None,
+            temperature_exchange_error: None,
             temperature_discretization_error: None,
             absorbed,
             absorbed_error,
@@ -85,10 +85,10 @@ impl Solution {
         if let Some((k, row)) = report.heat.as_ref().and_then(of_surface) {
             let of_zones = zones.and_then(|z| z.heat.get(k)).copied();
             result.net_power = row.power;
-            result.error = row.power_error;
+            result.exchange_error = row.power_error;
             result.discretization_error = of_zones.map(|e| e[1]);
             result.temperature = row.temperature;
-            result.temperature_error = row.temperature_error;
+            result.temperature_exchange_error = row.temperature_error;
             result.temperature_discretization_error = row.temperature.and(of_zones.map(|e| e[0]));
         } else {
             self.add_bands(index, &mut result);
@@ -104,13 +104,13 @@ impl Solution {
             let of = |list: &[(String, Bands)]| list.get(index).map_or(f64::INFINITY, |s| total(s.1));
             let (_, emitted) = self.area_and_emitted_power(index);
             result.net_power = total(emitted - result.absorbed);
-            result.error = of(&report.energy_error.absorbed_surfaces);
+            result.exchange_error = of(&report.energy_error.absorbed_surfaces);
             let zones = report.discretization_error.as_ref();
             result.discretization_error = zones.map(|z| of(&z.energy.absorbed_surfaces));
         }
         for other in self.further_triples.iter().map(|t| t.surface_result(index)) {
             result.net_power += other.net_power;
-            result.error += other.error;
+            result.exchange_error += other.exchange_error;
             result.discretization_error =
                 result.discretization_error.zip(other.discretization_error).map(|(a, b)| a + b);
         }

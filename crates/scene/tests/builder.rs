@@ -68,7 +68,7 @@ fn errors_that_a_report_lacks_are_infinite() {
         version: String::new(),
     };
     let sheet = solution.surface("sheet").unwrap();
-    assert_eq!((sheet.error, sheet.discretization_error), (f64::INFINITY, Some(f64::INFINITY)));
+    assert_eq!((sheet.exchange_error, sheet.discretization_error), (f64::INFINITY, Some(f64::INFINITY)));
     assert_eq!(sheet.total_error(), Some(f64::INFINITY));
 }
 

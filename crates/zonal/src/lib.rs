@@ -18,10 +18,10 @@
 //!         .build()?; // validated once; an error names the part
 //!     let solution = Solver::new(&scene).tolerance(0.05).solve()?;
 //!     for row in solution.surfaces() {
-//!         println!("{}: {:.1} ± {:.1} W", row.name, row.net_power, row.error);
+//!         println!("{}: {:.1} ± {:.1} W", row.name, row.net_power, row.exchange_error);
 //!     }
 //!     let walls = solution.surface("walls").ok_or("no walls").unwrap();
-//!     assert!(walls.net_power < 0.0 && walls.error < 0.2 * walls.net_power.abs());
+//!     assert!(walls.net_power < 0.0 && walls.exchange_error < 0.2 * walls.net_power.abs());
 //!     Ok(())
 //! }
 //! ```

@@ -1,6 +1,7 @@
 # %% [markdown]
 # # A data set for a neural model
-# Many states of one furnace for a surrogate model: inputs are temperatures and emissivities, outputs are net fluxes with their errors. Exchange areas are
+# Many states of one furnace for a surrogate model: inputs are temperatures, outputs are net powers with their errors by the exchange areas (that of the finite
+# zones is not estimated). Exchange areas are
 # computed once; each state costs milliseconds.
 # %%
 import time
@@ -22,9 +23,9 @@ begin = time.perf_counter()
 for k, temperature in enumerate(inputs):
     solver.set_temperature(dict(zip(names, temperature)))
     state = solver.solve()
-    outputs[k], errors[k] = state.by_name["net_power"], state.by_name["net_power_error"]
+    outputs[k], errors[k] = state.by_name["net_power"], state.by_name["net_power_exchange_error"]
 print(f"{count} states, {1e3 * (time.perf_counter() - begin) / count:.1f} ms each; columns: {names}")
-np.savez("furnace-states.npz", temperature=inputs, net_power=outputs, net_power_error=errors, names=np.array(names))
+np.savez("furnace-states.npz", temperature=inputs, net_power=outputs, net_power_exchange_error=errors, names=np.array(names))
 # %% [markdown]
 # Net powers are linear in T^4. A least-squares fit finds the total exchange areas back: a check that a trained model must pass too.
 # %%
@@ -38,4 +39,4 @@ span = [outputs.min() / 1e3, outputs.max() / 1e3]
 ax.plot(span, span, linewidth=0.8, color="grey")
 ax.set(xlabel="solved net power / kW", ylabel="predicted / kW", title="Surrogate against states not seen")
 plt.show()
-print(f"largest deviation {np.abs(predicted - outputs[test]).max():.2e} W, largest stated error {errors.max():.2e} W")
+print(f"largest deviation {np.abs(predicted - outputs[test]).max():.2e} W, largest error by the exchange areas {errors.max():.2e} W")

@@ -68,15 +68,15 @@ pub enum Rows {
 const COLUMNS: [&str; 11] = [
     "size",
     "net_power_W",
-    "net_power_error_W",
+    "net_power_exchange_error_W",
     "net_flux",
-    "net_flux_error",
+    "net_flux_exchange_error",
     "temperature_K",
-    "temperature_error_K",
+    "temperature_exchange_error_K",
     "incident_flux_W_m2",
-    "incident_flux_error_W_m2",
+    "incident_flux_exchange_error_W_m2",
     "radiosity_W_m2",
-    "radiosity_error_W_m2",
+    "radiosity_exchange_error_W_m2",
 ];
 
 /// Runs the command.
@@ -304,8 +304,8 @@ fn report(args: &Args, data: &ExchangeData, state: &ThermalState, context: Conte
             .iter()
             .zip(&parts)
             .map(|(name, p)| {
-                json!({ "name": name, "size": p.size, "net_power": p.power[0], "net_power_error": p.power[1],
-                    "temperature": p.temperature[0], "temperature_error": p.temperature[1] })
+                json!({ "name": name, "size": p.size, "net_power": p.power[0], "net_power_exchange_error": p.power[1],
+                    "temperature": p.temperature[0], "temperature_exchange_error": p.temperature[1] })
             })
             .collect();
         let json = json!({

@@ -110,7 +110,7 @@ fn power_table(s: &Solution) -> Table {
 fn surface_table(s: &Solution) -> Table {
     let mut table = Table::new("Surfaces", &["", "area, m²", "emitted less absorbed, W", "per area, W/m²"]);
     for r in s.surfaces() {
-        let error = r.total_error().unwrap_or(r.error);
+        let error = r.total_error().unwrap_or(r.exchange_error);
         let per_area = if r.area > 0.0 { error / r.area } else { 0.0 };
         table.rows.push(vec![
             r.name.clone(),

@@ -10,6 +10,9 @@
 //! | `temperature_K`, `temperature_error_K` | in thermal mode |
 //! | `incident_flux_W_m2`, `…_error_W_m2` | incident flux, direct light included |
 //! | `radiosity_W_m2`, `…_error_W_m2` | radiosity |
+//! | `absorbed_sunlight_W` | absorbed sunlight, in thermal mode with lights |
+//!
+//! Errors are those of the exchange, of direct light and of the solver; that of the finite zones is known by surface only.
 //!
 //! Fluxes are totals in thermal mode. In light mode each band has its columns, `net_flux_0_W_m2` and so on. Faces without patches (without area, panes,
 //! covered faces, materials that are left out) have no values: the cell is empty, NaN in an npy.
@@ -21,33 +24,40 @@ use super::npz::arrays::write_array;
 use super::vtk::document::{DataArray, NumberType, VtkDocument};
 use std::io::Write;
 use std::path::Path;
-use zonal_scene::{Band, Bands, FaceResult, PlateKind, Solution};
+use zonal_scene::{Bands, FaceResult, PlateKind, Solution};
 
 /// Results by face as columns of numbers, NaN where there is none.
-struct FaceColumns {
-    /// Name and values of each column after `surface`.
-    columns: Vec<(String, Vec<f64>)>,
+pub struct FaceColumns {
+    /// Name, with the unit at its end, and values of each column after `surface`.
+    pub columns: Vec<(String, Vec<f64>)>,
     /// Mesh, face in the mesh, and surface of each row.
-    keys: Vec<(usize, usize, Option<usize>)>,
+    pub keys: Vec<(usize, usize, Option<usize>)>,
 }
 
 impl FaceColumns {
-    fn new(s: &Solution) -> FaceColumns {
-        let faces = s.faces();
+    /// The results by face of a solution.
+    #[must_use]
+    pub fn new(s: &Solution) -> FaceColumns {
+        let triples = s.faces_by_triple();
+        let faces = &triples[0];
         let meshes = s.scene.faces().meshes.iter().enumerate();
         let places = meshes.flat_map(|(m, mesh)| (0..mesh.faces).map(move |f| (m, f)));
-        let keys = places.zip(&faces).map(|((m, f), x)| (m, f, x.surface)).collect();
+        let keys = places.zip(faces).map(|((m, f), x)| (m, f, x.surface)).collect();
         let mut out = FaceColumns { columns: Vec::new(), keys };
         out.columns.push(("area_m2".into(), faces.iter().map(|f| f.area).collect()));
-        out.add_fluxes(s, &faces, "net_flux", |f| f.net);
+        out.add_fluxes(s, &triples, "net_flux", |f| f.net);
         if s.fields.heat.is_some() {
             for (k, name) in ["temperature_K", "temperature_error_K"].into_iter().enumerate() {
                 let kelvin = |f: &FaceResult| f.temperature.map_or(f64::NAN, |t| t[k]);
                 out.columns.push((name.into(), faces.iter().map(kelvin).collect()));
             }
         }
-        out.add_fluxes(s, &faces, "incident_flux", |f| f.incident);
-        out.add_fluxes(s, &faces, "radiosity", |f| f.radiosity);
+        out.add_fluxes(s, &triples, "incident_flux", |f| f.incident);
+        out.add_fluxes(s, &triples, "radiosity", |f| f.radiosity);
+        if s.scene.bands().has_solar_band() {
+            let watts = |f: &FaceResult| f.absorbed_sunlight.filter(|_| f.area > 0.0).unwrap_or(f64::NAN);
+            out.columns.push(("absorbed_sunlight_W".into(), faces.iter().map(watts).collect()));
+        }
         out
     }
 
@@ -55,23 +65,30 @@ impl FaceColumns {
     fn add_fluxes(
         &mut self,
         s: &Solution,
-        faces: &[FaceResult],
+        triples: &[Vec<FaceResult>],
         name: &str,
         of: fn(&FaceResult) -> [Bands; 2],
     ) {
-        let mut add = |name: String, k: usize, number: &dyn Fn(Bands) -> f64| {
-            let value = |f: &FaceResult| if f.area > 0.0 { number(of(f)[k]) } else { f64::NAN };
-            self.columns.push((name, faces.iter().map(value).collect()));
+        let windows: Vec<usize> = s.triples().map(|t| t.scene.window().len()).collect();
+        // All bands of face number `f`: values, or errors.
+        let bands = |f: usize, k: usize| -> Vec<f64> {
+            let of_triple = |(t, count): (usize, &usize)| of(&triples[t][f])[k].into_iter().take(*count);
+            windows.iter().enumerate().flat_map(of_triple).collect()
+        };
+        let mut add = |name: String, k: usize, number: &dyn Fn(Vec<f64>) -> f64| {
+            let value = |f: usize| if triples[0][f].area > 0.0 { number(bands(f, k)) } else { f64::NAN };
+            self.columns.push((name, (0..triples[0].len()).map(value).collect()));
         };
         let Some(thermal) = s.scene.thermal() else {
-            for b in Band::all() {
-                add(format!("{name}_{}_W_m2", b.index()), 0, &|x| x[b]);
-                add(format!("{name}_{}_error_W_m2", b.index()), 1, &|x| x[b]);
+            for b in 0..s.scene.bands().count() {
+                add(format!("{name}_{b}_W_m2"), 0, &|x| x[b]);
+                add(format!("{name}_{b}_error_W_m2"), 1, &|x| x[b]);
             }
             return;
         };
-        // The net flux is a total already.
-        let total = |x: Bands| if name == "net_flux" { x.first() } else { thermal.band_fractions.total(x) };
+        // The net flux is a total already, and the bands of a grey scene are.
+        let is_total = name == "net_flux" || thermal.band_fractions.is_grey();
+        let total = |x: Vec<f64>| if is_total { x[0] } else { x.iter().sum() };
         add(format!("{name}_W_m2"), 0, &total);
         add(format!("{name}_error_W_m2"), 1, &total);
     }
@@ -173,7 +190,7 @@ pub fn write_faces_vtu(path: &Path, s: &Solution) -> Result<(), FileError> {
 
 /// `net_flux_error_W_m2` ↦ `net flux error [W/m2]`, as in the other files of VTK.
 fn vtk_name(column: &str) -> String {
-    let units = [("_W_m2", " [W/m2]"), ("_K", " [K]"), ("_m2", " [m2]")];
+    let units = [("_W_m2", " [W/m2]"), ("_K", " [K]"), ("_m2", " [m2]"), ("_W", " [W]")];
     let unit = units.into_iter().find_map(|(end, unit)| Some((column.strip_suffix(end)?, unit)));
     let (name, unit) = unit.unwrap_or((column, ""));
     format!("{}{unit}", name.replace('_', " "))

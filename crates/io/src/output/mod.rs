@@ -38,7 +38,7 @@ pub use atomic::{check_writable, is_stream, remove_stale_temporaries, write_byte
 pub use checkpoint::{CheckpointFolder, CheckpointKeys, CheckpointState};
 pub use csv::{csv_cell, csv_name, write_photometric_csv, write_zones_csv};
 pub use error::FileError;
-pub use face_table::{write_faces_csv, write_faces_npy, write_faces_vtu};
+pub use face_table::{FaceColumns, write_faces_csv, write_faces_npy, write_faces_vtu};
 pub use glb::write_glb;
 pub use images::colour_map::{ColourMap, NO_VALUE_COLOUR};
 pub use images::exr::{

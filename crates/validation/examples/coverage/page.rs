@@ -58,7 +58,7 @@ pub(crate) fn write(
     let small = if plan.size == CampaignSize::Small { " --small yes" } else { "" };
     let text = format!(
         "# Coverage: stated against true errors\n\n\
-        Written by\n\n    cargo run --release -p zonal-validation --example coverage -- --random {n} --seed {seed} --walks {walks}{small} --page docs/coverage.md\n\n\
+        Written by\n\n<!-- test: skip: it solves 1000 scenes and walks for 45 minutes -->\n\n    cargo run --release -p zonal-validation --example coverage -- --random {n} --seed {seed} --walks {walks}{small} --page docs/coverage.md\n\n\
         {n} random scenes (boxes; rooms with solids, nested and touching; panes; plates; rotated rooms; hollow shells; periodic boxes; thin, thick and\n\
         varying media; all kinds of light; thermal mode with all boundary conditions; one to three bands) are solved by every applicable engine and\n\
         by {walks} random walks per band. A sum by name (absorbed power, net power, temperature) is compared with the continuous problem; its\n\

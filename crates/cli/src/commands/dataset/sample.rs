@@ -78,18 +78,22 @@ impl Sample {
                 let rows = &report.rows;
                 let of = |f: &dyn Fn(&zonal_scene::HeatRow) -> f64| rows.iter().map(f).collect::<Vec<_>>();
                 add("named_power", vec![rows.len()], "W", of(&|r| r.power));
-                add("named_power_error", vec![rows.len()], "W", of(&|r| r.power_error));
+                add("named_power_exchange_error", vec![rows.len()], "W", of(&|r| r.power_error));
                 let kelvin = |t: Option<f64>| t.unwrap_or(f64::NAN);
                 add("named_temperature", vec![rows.len()], "K", of(&|r| kelvin(r.temperature)));
-                add("named_temperature_error", vec![rows.len()], "K", of(&|r| kelvin(r.temperature_error)));
+                let exchange = of(&|r| kelvin(r.temperature_error));
+                add("named_temperature_exchange_error", vec![rows.len()], "K", exchange);
                 names = rows.iter().map(|r| r.name.clone()).collect();
                 if solution.scene.options().discretization_error == Some(true) {
                     // Unknown errors are infinite.
                     let errors = solution.report.discretization_error.as_ref().map(|d| &d.heat);
                     let of = |r: usize| errors.and_then(|e| e.get(r)).copied().unwrap_or([f64::INFINITY; 2]);
                     let column = |k: usize| (0..rows.len()).map(|r| of(r)[k]).collect::<Vec<_>>();
+                    let whole = |k: usize| (0..rows.len()).map(|r| rows[r].errors(Some(of(r)))[k]).collect();
                     add("named_temperature_discretization_error", vec![rows.len()], "K", column(0));
                     add("named_power_discretization_error", vec![rows.len()], "W", column(1));
+                    add("named_temperature_error", vec![rows.len()], "K", whole(0));
+                    add("named_power_error", vec![rows.len()], "W", whole(2));
                 }
             }
             _ => {
@@ -106,14 +110,16 @@ impl Sample {
                 let rows = named.len();
                 let absorbed = of(rows, &|s, r| absorbed_powers(&s.report.energy)[r].1);
                 add("absorbed_power", vec![rows, bands], "W", absorbed);
+                let exchange = |s: &Solution, r: usize| power_error(&s.report.energy_error, r, rows);
+                add("absorbed_power_exchange_error", vec![rows, bands], "W", of(rows, &exchange));
                 if solution.scene.options().discretization_error == Some(true) {
-                    // Unknown errors are infinite.
-                    let unknown = Bands::splat(f64::INFINITY);
                     let error = |s: &Solution, r: usize| {
                         let errors = s.report.discretization_error.as_ref();
-                        errors.map_or(unknown, |d| absorbed_powers(&d.energy)[r].1)
+                        errors.map_or(UNKNOWN, |d| power_error(&d.energy, r, rows))
                     };
+                    let whole = |s: &Solution, r: usize| error(s, r) + exchange(s, r);
                     add("absorbed_power_discretization_error", vec![rows, bands], "W", of(rows, &error));
+                    add("absorbed_power_error", vec![rows, bands], "W", of(rows, &whole));
                 }
                 names = named.into_iter().map(|(name, _)| name.to_string()).collect();
             }
@@ -123,6 +129,15 @@ impl Sample {
         let status = if converged { SampleStatus::Converged } else { SampleStatus::NotConverged };
         (Sample { status, energy_residual: energy_residual(solution), numbers }, Layout { arrays, names })
     }
+}
+
+/// An error that is not known.
+const UNKNOWN: Bands = Bands::splat(f64::INFINITY);
+
+/// The error of absorbed power number `row` of `rows`, W; errors that a report lacks are unknown.
+fn power_error(errors: &EnergyBalance, row: usize, rows: usize) -> Bands {
+    let errors = absorbed_powers(errors);
+    if errors.len() == rows { errors[row].1 } else { UNKNOWN }
 }
 
 /// Absorbed powers by name: the surfaces, the medium and the panes, W.

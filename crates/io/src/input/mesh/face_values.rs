@@ -61,7 +61,7 @@ pub(super) fn read_face_values(
         } else if values.values().len() == mesh.face_count {
             out.by_face.push((quantity, values.values().to_vec()));
         } else {
-            return Err(file.error(values.count_fault(mesh.face_count, "faces in the mesh file").to_string()));
+            return Err(file.error(values.count_fault(mesh.face_count, "faces in the mesh").to_string()));
         }
     }
     Ok(out)

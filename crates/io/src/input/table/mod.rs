@@ -68,6 +68,7 @@ pub(crate) fn read_column(
             names: None,
             values: memory_arrays::faces(&memory, file)?,
             lines: Vec::new(),
+            is_array: true,
         };
         return table.checked(wanted.quantity);
     }
@@ -106,7 +107,7 @@ fn npy_column(file: &str, bytes: &[u8], wanted: WantedColumn<'_>) -> Result<Valu
     let all: Vec<usize> = (0..names.len()).collect();
     let chosen = wanted.choose(&names, &all).map_err(|e| FileFault::new(file, "", e))?;
     let values = values.chunks_exact(columns.max(1)).map(|row| row[chosen]).collect();
-    Ok(ValueTable { file: file.into(), names: None, values, lines: Vec::new() })
+    Ok(ValueTable { file: file.into(), names: None, values, lines: Vec::new(), is_array: false })
 }
 
 fn vtk_column(file: &str, bytes: &[u8], wanted: WantedColumn<'_>) -> Result<ValueTable, FileFault> {
@@ -118,5 +119,5 @@ fn vtk_column(file: &str, bytes: &[u8], wanted: WantedColumn<'_>) -> Result<Valu
         .choose(&names, &all)
         .map_err(|e| FileFault::new(file, "", format!("among the arrays of cell data {e}")))?;
     let values = vtk.cell_values(names[chosen])?;
-    Ok(ValueTable { file: file.into(), names: None, values, lines: Vec::new() })
+    Ok(ValueTable { file: file.into(), names: None, values, lines: Vec::new(), is_array: false })
 }

@@ -59,6 +59,7 @@ pub(super) fn read(file: &str, bytes: &[u8], wanted: WantedColumn<'_>) -> Result
         })
     };
     Ok(ValueTable {
+        is_array: false,
         file: file.into(),
         names: by_name.then(|| rows.iter().map(|r| r[0].to_string()).collect()),
         values: rows.iter().map(value).collect::<Result<_, _>>()?,

@@ -27,6 +27,8 @@ pub struct ValueTable {
     pub(super) values: Vec<f64>,
     /// Line of each row; empty for files that are no text.
     pub(super) lines: Vec<usize>,
+    /// An array in memory in place of a file.
+    pub(super) is_array: bool,
 }
 
 impl ValueTable {
@@ -47,10 +49,11 @@ impl ValueTable {
         }
         Ok(self)
     }
-    /// The file and the place of a row: its line, or its number from 1.
+    /// The place of a row: its line, its number from 1, or the index of an element from 0.
     fn place(&self, row: usize) -> String {
         match self.lines.get(row) {
             Some(line) => line.to_string(),
+            None if self.is_array => format!("[{row}]"),
             None => format!("row {}", row + 1),
         }
     }
@@ -65,6 +68,10 @@ impl ValueTable {
     /// An error of the number of rows, at the last row: `wanted` are the `things` that need one row each.
     pub(crate) fn count_fault(&self, wanted: usize, things: &str) -> FileFault {
         let found = self.values.len();
+        if self.is_array {
+            let message = format!("the array has the shape ({found},), and there are {wanted} {things}");
+            return FileFault::new(&self.file, "", format!("{message}; give one of shape ({wanted},)"));
+        }
         let message = format!(
             "the file has {found} rows of values, and there are {wanted} {things}; give one row for each, in their order"
         );

@@ -2,10 +2,9 @@
 //!
 //! `report.heat.rows` have `{name, kind, size, temperature_K, temperature_error_K, net_flux, net_flux_error, net_power_W,
 //! net_power_error_W}` with `size` in m² of surfaces and m³ of media and panes, and net fluxes per m² or m³; `null` for undefined
-//! temperatures. `*_error` is the error of the exchange. With a second solve for the discretization error,
-//! `temperature_discretization_error_K`, `net_flux_discretization_error` and `net_power_discretization_error_W` state it, `null` if
-//! unknown. `temperature_total_error_K`, `net_flux_total_error` and `net_power_total_error_W` are the sums of both, `null` if either is
-//! unknown. `emitters_W` is the power of emitters of light, if there are any.
+//! temperatures. `*_error` is the whole error, the sum of `*_exchange_error` (exchange, direct light, solver) and
+//! `*_discretization_error` (finite zones): `null` if either is unknown, so also where no second solve estimated the latter, which then is
+//! absent. `absorbed_sunlight_W` stands in scenes with sunlight; `emitters_W` is the power of emitters of light, if there are any.
 
 use super::codec::{heat_row_kind, infinite_if_null, printable_text};
 use serde::{Deserialize, Serialize};
@@ -90,40 +89,42 @@ struct HeatRowFormat {
     size_unit: &'static str,
     #[serde(rename = "temperature_K")]
     temperature: Option<f64>,
+    /// The whole error; that of the exchange in files without the next field.
     #[serde(rename = "temperature_error_K")]
     temperature_error: Option<f64>,
-    #[serde(skip_deserializing)]
-    net_flux: f64,
-    #[serde(skip_deserializing)]
-    net_flux_error: f64,
-    #[serde(skip_deserializing)]
-    net_flux_unit: &'static str,
-    #[serde(rename = "net_power_W")]
-    power: f64,
-    #[serde(rename = "net_power_error_W", deserialize_with = "infinite_if_null")]
-    power_error: f64,
-    #[serde(rename = "absorbed_sunlight_W", default, skip_serializing_if = "Option::is_none")]
-    absorbed_sunlight: Option<f64>,
+    #[serde(rename = "temperature_exchange_error_K", default)]
+    temperature_exchange_error: Option<f64>,
     #[serde(
         rename = "temperature_discretization_error_K",
         alias = "temperature_zoning_error_K",
         skip_serializing_if = "Option::is_none"
     )]
     temperature_discretization_error: Option<f64>,
+    #[serde(skip_deserializing)]
+    net_flux: f64,
+    #[serde(skip_deserializing)]
+    net_flux_error: f64,
+    #[serde(skip_deserializing)]
+    net_flux_exchange_error: f64,
     #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
     net_flux_discretization_error: Option<f64>,
+    #[serde(skip_deserializing)]
+    net_flux_unit: &'static str,
+    #[serde(rename = "net_power_W")]
+    power: f64,
+    /// The whole error; that of the exchange in files without the next field.
+    #[serde(rename = "net_power_error_W", deserialize_with = "infinite_if_null")]
+    power_error: f64,
+    #[serde(rename = "net_power_exchange_error_W", default)]
+    power_exchange_error: Option<f64>,
     #[serde(
         rename = "net_power_discretization_error_W",
         alias = "net_power_zoning_error_W",
         skip_serializing_if = "Option::is_none"
     )]
     power_discretization_error: Option<f64>,
-    #[serde(rename = "temperature_total_error_K", skip_deserializing)]
-    temperature_total_error: Option<f64>,
-    #[serde(skip_deserializing)]
-    net_flux_total_error: f64,
-    #[serde(rename = "net_power_total_error_W", skip_deserializing)]
-    power_total_error: f64,
+    #[serde(rename = "absorbed_sunlight_W", default, skip_serializing_if = "Option::is_none")]
+    absorbed_sunlight: Option<f64>,
 }
 
 impl HeatFormat {
@@ -160,32 +161,28 @@ impl HeatFormat {
 
 impl HeatRowFormat {
     fn new(x: &HeatRow, discretization: Option<[f64; 2]>) -> HeatRowFormat {
-        let [net_flux, net_flux_error] = x.flux();
+        let [net_flux, net_flux_exchange_error] = x.flux();
         let is_surface = x.kind == HeatRowKind::Surface;
-        let [kelvin, watts] = discretization.unwrap_or([f64::INFINITY; 2]);
-        let power_total_error = x.power_error + watts;
+        let [temperature_error, net_flux_error, power_error] = x.errors(discretization);
         HeatRowFormat {
             name: x.name.clone(),
             kind: x.kind,
             size: x.size,
             size_unit: if is_surface { "m2" } else { "m3" },
             temperature: x.temperature,
-            temperature_error: x.temperature_error,
+            temperature_error: x.temperature_error.map(|_| temperature_error),
+            temperature_exchange_error: x.temperature_error,
+            temperature_discretization_error: discretization.map(|d| d[0]),
             net_flux,
             net_flux_error,
+            net_flux_exchange_error,
+            net_flux_discretization_error: discretization.map(|d| x.over_size(d[1])),
             net_flux_unit: if is_surface { "W/m2" } else { "W/m3" },
             power: x.power,
-            power_error: x.power_error,
-            absorbed_sunlight: x.absorbed_sunlight,
-            temperature_discretization_error: discretization.map(|d| d[0]),
-            net_flux_discretization_error: discretization.map(|d| x.over_size(d[1])),
+            power_error,
+            power_exchange_error: Some(x.power_error),
             power_discretization_error: discretization.map(|d| d[1]),
-            temperature_total_error: x.temperature_error.map(|e| e + kelvin),
-            net_flux_total_error: match power_total_error.is_finite() {
-                true => x.over_size(power_total_error),
-                false => power_total_error,
-            },
-            power_total_error,
+            absorbed_sunlight: x.absorbed_sunlight,
         }
     }
 
@@ -198,14 +195,16 @@ impl HeatRowFormat {
     }
 
     fn into_row(self) -> HeatRow {
+        // A null is an unknown error, and the whole error is then unknown too.
+        let temperature_error = self.temperature_exchange_error.or(self.temperature_error);
         HeatRow {
             name: self.name,
             kind: self.kind,
             size: self.size,
             temperature: self.temperature,
-            temperature_error: self.temperature.map(|_| self.temperature_error.unwrap_or(f64::INFINITY)),
+            temperature_error: self.temperature.map(|_| temperature_error.unwrap_or(f64::INFINITY)),
             power: self.power,
-            power_error: self.power_error,
+            power_error: self.power_exchange_error.unwrap_or(self.power_error),
             absorbed_sunlight: self.absorbed_sunlight,
         }
     }

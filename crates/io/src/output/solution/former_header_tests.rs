@@ -20,10 +20,23 @@ fn former_names(v: &serde_json::Value) -> serde_json::Value {
         ("temperature_discretization_error_K", "temperature_zoning_error_K"),
         ("net_power_discretization_error_W", "net_power_zoning_error_W"),
     ];
+    // The error without an adjective was that of the exchange.
+    let exchange_error = |map: &serde_json::Map<String, Value>, k: &str| {
+        let own = match k {
+            "temperature_error_K" => "temperature_exchange_error_K",
+            "net_power_error_W" => "net_power_exchange_error_W",
+            _ => return None,
+        };
+        map.get(own).cloned()
+    };
     match v {
         Value::Object(map) => Value::Object(
             map.iter()
+                .filter(|(k, _)| !k.contains("_exchange_error"))
                 .map(|(k, x)| {
+                    if let Some(error) = exchange_error(map, k) {
+                        return (k.clone(), error);
+                    }
                     let former = NAMES.iter().find(|n| n.0 == k).map_or(k.as_str(), |n| n.1);
                     let former = match (former, x.is_object()) {
                         ("discretization_error", true) => "zoning",
