@@ -1,7 +1,9 @@
 //! `zonal init`: a scene for a mesh file.
 
 use super::context::Context;
-use crate::scene_proposal::{FaceSides, LengthUnit, ModelOptions, SceneProposal, UpAxis, propose};
+use crate::scene_proposal::{
+    FaceSides, LengthUnit, ModelOptions, PartPatches, SceneProposal, UpAxis, propose, two_digits,
+};
 use std::path::{Path, PathBuf};
 use zonal_io::input::SurveyedMaterial;
 use zonal_io::output::write_bytes;
@@ -47,7 +49,7 @@ pub struct ModelArgs {
     /// Upward axis of the mesh file [default: that of the format, or guessed].
     #[arg(long, value_enum)]
     pub up: Option<UpAxis>,
-    /// Number of patches to aim at; every small triangle is one at least.
+    /// Number of patches to aim at, shared among the parts by area; triangles that are smaller than a patch come on top.
     #[arg(long, value_name = "N", default_value_t = DEFAULT_PATCHES, value_parser = clap::value_parser!(u32).range(100..=8_000_000))]
     pub patches: u32,
 }
@@ -96,6 +98,7 @@ fn json(p: &SceneProposal, output: &Path) -> serde_json::Value {
             "glass": m.is_glass, "double_sided": m.double_sided, "unread_transparency": m.unread_transparency,
         })
     };
+    let part = |part: &PartPatches| serde_json::json!({ "name": part.name, "patches": part.patches.round(), "edge_m": part.edge });
     let parts = &p.survey.parts;
     serde_json::json!({
         "written": output.display().to_string(), "faces": p.survey.faces,
@@ -104,12 +107,30 @@ fn json(p: &SceneProposal, output: &Path) -> serde_json::Value {
         "up": p.placement.up.name(), "up_reason": p.placement.up_reason,
         "parts": { "open": parts.open, "solids": parts.solids, "rooms": parts.rooms, "inverted_rooms": parts.inverted_rooms,
             "inverted_solids": parts.inverted_solids, "flipped_edges": parts.flipped_edges, "open_area_fraction": parts.open_area_fraction },
-        "doubled_faces": p.survey.doubled_faces, "both_sides": p.sides == FaceSides::Both,
+        "doubled_faces": p.survey.doubled_faces, "open_sides": if p.sides == FaceSides::OpenBoth { "both" } else { "file" },
+        "patch_size_m": p.patch_size,
+        "patches_of_parts": p.parts.iter().map(part).collect::<Vec<_>>(),
         "light": p.light, "inside": p.has_inside,
         "materials": p.survey.materials.iter().map(material).collect::<Vec<_>>(),
         "cameras": p.scene.cameras().iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
         "warnings": zonal_io::output::notes_json(p.scene.notes()),
     })
+}
+
+/// Parts whose patches the text lists.
+const MAX_LISTED_PARTS: usize = 12;
+
+/// Sizes of patches: the largest of the scene, and those of each part, which are smaller where its faces are.
+fn print_patches(p: &SceneProposal) -> Result<(), Failure> {
+    let all: f64 = p.parts.iter().map(|part| part.patches).sum();
+    say(&format!("  patches: about {all:.0} of at most {} m", p.patch_size))?;
+    for part in p.parts.iter().take(MAX_LISTED_PARTS) {
+        say(&format!("    {}: {:.0} of {} m", part.name, part.patches, two_digits(part.edge)))?;
+    }
+    match p.parts.len().saturating_sub(MAX_LISTED_PARTS) {
+        0 => Ok(()),
+        n => say(&format!("    and {n} further parts (--json lists all)")),
+    }
 }
 
 /// Materials that the text lists.
@@ -137,6 +158,7 @@ fn print_text(args: &Args, p: &SceneProposal, output: &Path) -> Result<(), Failu
     ))?;
     print_parts(p)?;
     print_materials(p)?;
+    print_patches(p)?;
     let cameras: Vec<&str> = p.scene.cameras().iter().map(|c| c.name.as_str()).collect();
     let of = match (survey.cameras.is_empty(), p.has_inside) {
         (false, _) => "of the file",
@@ -145,8 +167,7 @@ fn print_text(args: &Args, p: &SceneProposal, output: &Path) -> Result<(), Failu
     };
     say(&format!("  cameras {of}: {}", cameras.join(", ")))?;
     say(&format!("  light: {}", p.light))?;
-    survey.notes.iter().try_for_each(|n| say(&format!("  note: {n}")))?;
-    p.scene.notes().iter().filter(|d| d.is_warning()).try_for_each(|d| say(&format!("  {}", d.line())))?;
+    p.scene.notes().iter().try_for_each(|d| say(&format!("  {}", d.line())))?;
     let solution = output.with_extension("npz");
     say(&format!("written: {}", output.display()))?;
     say(&format!("next: zonal solve {} -o {}", output.display(), solution.display()))
@@ -171,7 +192,9 @@ fn print_parts(p: &SceneProposal) -> Result<(), Failure> {
         say(&format!("  {} faces have the corners of another face", p.survey.doubled_faces))?;
     }
     let policy = match p.sides {
-        FaceSides::Both => "both sides of every face exchange (sides = \"both\", solid = false)",
+        FaceSides::OpenBoth => {
+            "solids exchange outside, rooms inside, the others on both sides (open_sides = \"both\")"
+        }
         FaceSides::OfFile => "solids exchange outside, rooms inside",
     };
     say(&format!("  {policy}"))

@@ -1,6 +1,7 @@
 //! The text of a proposed scene.
 
-use super::lighting::ProposedLight;
+use super::lighting::{AddedLight, ProposedLight};
+use super::own_light::{MIN_IRRADIANCE, MIN_LIT_FRACTION};
 use super::placement::ModelPlacement;
 use std::fmt::Write;
 use zonal_io::input::ModelSurvey;
@@ -38,8 +39,8 @@ pub(super) struct SceneDocument<'a> {
 pub enum FaceSides {
     /// Closed parts have their outside or their inside, open parts what their file says.
     OfFile,
-    /// Both sides of every face.
-    Both,
+    /// Solids have their outside and rooms their inside; open parts and parts that are turned inside out have both.
+    OpenBoth,
 }
 
 impl SceneDocument<'_> {
@@ -97,9 +98,11 @@ impl SceneDocument<'_> {
             write!(mesh, ", rotate_degrees = {rotation:?}")?;
         }
         writeln!(out, "\n[[surface]]\nname = {}\nmesh = {{ {mesh} }}", quoted(self.name))?;
-        if self.sides == FaceSides::Both {
-            writeln!(out, "sides = \"both\"         # open or turned parts: no face is black from behind")?;
-            writeln!(out, "solid = false")?;
+        if self.sides == FaceSides::OpenBoth {
+            writeln!(
+                out,
+                "open_sides = \"both\"    # open parts and parts turned inside out are not black from behind"
+            )?;
         }
         for m in &self.survey.materials {
             if m.lacks_thickness {
@@ -111,30 +114,22 @@ impl SceneDocument<'_> {
     }
 
     fn write_light(&self, out: &mut String) -> std::fmt::Result {
-        match self.light {
-            None => Ok(()),
-            Some(ProposedLight::OfModel(small)) => small.iter().try_for_each(|name| {
-                writeln!(out, "\n[[light]]\nkind = \"emitter\"\nsurface = {}", quoted(name))
-            }),
-            Some(ProposedLight::SunAndSky(d)) => {
-                let [x, y, z] = d.array().map(|x| format!("{x:.4}"));
-                writeln!(out, "\n[[light]]\nkind = \"sun\"\nname = \"sun\"\ndirection = [{x}, {y}, {z}]")?;
-                writeln!(out, "irradiance = {SUN_IRRADIANCE:?}      # W/m2")?;
-                writeln!(out, "\n[[light]]\nkind = \"sky\"\nname = \"sky\"\nradiance = {SKY_RADIANCE:?}      # W/(m2 sr)")
-            }
-            Some(ProposedLight::Lamps(lamps)) => lamps.iter().enumerate().try_for_each(|(k, (corner, edge))| {
-                let [x, y, z] = corner.array();
-                let name = format!("zonal-lamp-{}", k + 1);
-                writeln!(out, "\n[[surface]]\nname = \"{name}\"")?;
-                // Counter-clockwise from below: the light goes down.
-                writeln!(
-                    out,
-                    "rectangle = {{ origin = [{x:.6}, {y:.6}, {z:.6}], edge1 = [0, {edge:.6}, 0], edge2 = [{edge:.6}, 0, 0] }}"
-                )?;
-                writeln!(out, "reflectance = 0\nsides = \"front\"\nemission = {LAMP_EMISSION}      # W/m2")?;
-                writeln!(out, "\n[[light]]\nkind = \"emitter\"\nsurface = \"{name}\"")
-            }),
+        let Some(light) = self.light else { return Ok(()) };
+        if light.of_model.is_some() && light.added.is_some() {
+            writeln!(
+                out,
+                "\n# The light of the model gives {MIN_IRRADIANCE} W/m2 or more to less than {:.0} % of its area; the following is added. Remove it to see the model by its own light.",
+                100.0 * MIN_LIT_FRACTION
+            )?;
         }
+        if let Some(added) = &light.added {
+            write_added_light(out, added)?;
+        }
+        light
+            .of_model
+            .iter()
+            .flatten()
+            .try_for_each(|name| writeln!(out, "\n[[light]]\nkind = \"emitter\"\nsurface = {}", quoted(name)))
     }
 
     /// A medium in comments.
@@ -149,6 +144,29 @@ impl SceneDocument<'_> {
         )?;
         writeln!(out, "# [medium]\n# min = [{low}]\n# max = [{high}]\n# cell_size = {cell:.4}       # m")?;
         writeln!(out, "# extinction = {:.5}     # 1/m\n# albedo = 0.9", 3.0 * std::f64::consts::LN_2 / size)
+    }
+}
+
+fn write_added_light(out: &mut String, light: &AddedLight) -> std::fmt::Result {
+    match light {
+        AddedLight::SunAndSky(d) => {
+            let [x, y, z] = d.array().map(|x| format!("{x:.4}"));
+            writeln!(out, "\n[[light]]\nkind = \"sun\"\nname = \"sun\"\ndirection = [{x}, {y}, {z}]")?;
+            writeln!(out, "irradiance = {SUN_IRRADIANCE:?}      # W/m2")?;
+            writeln!(out, "\n[[light]]\nkind = \"sky\"\nname = \"sky\"\nradiance = {SKY_RADIANCE:?}      # W/(m2 sr)")
+        }
+        AddedLight::Lamps(lamps) => lamps.iter().enumerate().try_for_each(|(k, (corner, edge))| {
+            let [x, y, z] = corner.array();
+            let name = format!("zonal-lamp-{}", k + 1);
+            writeln!(out, "\n[[surface]]\nname = \"{name}\"")?;
+            // Counter-clockwise from below: the light goes down.
+            writeln!(
+                out,
+                "rectangle = {{ origin = [{x:.6}, {y:.6}, {z:.6}], edge1 = [0, {edge:.6}, 0], edge2 = [{edge:.6}, 0, 0] }}"
+            )?;
+            writeln!(out, "reflectance = 0\nsides = \"front\"\nemission = {LAMP_EMISSION}      # W/m2")?;
+            writeln!(out, "\n[[light]]\nkind = \"emitter\"\nsurface = \"{name}\"")
+        }),
     }
 }
 

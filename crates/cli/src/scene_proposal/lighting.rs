@@ -1,4 +1,5 @@
-//! The light of a scene: small emitting surfaces of the model as direct light. For a model without any: sun and sky where the sky is seen from inside or where the model is a body, otherwise lamps below the ceiling.
+//! The light of a scene: that of the model, with small emitting surfaces as direct light. Where it reaches too little of the model (`own_light`), or there is none: sun
+//! and sky where the sky is seen from inside or where the model is a body, otherwise lamps below the ceiling.
 //!
 //! The sun stands where it reaches the largest number of free points inside. Lamps are squares a little below the ceiling, at free points far from each other.
 
@@ -26,27 +27,48 @@ const MIN_LAMP_DISTANCE: f64 = 1.6;
 
 /// The light that a scene gets.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum ProposedLight {
-    /// The model has lights, or surfaces that emit; those of small area by name, whose light is direct.
-    OfModel(Vec<String>),
+pub(super) struct ProposedLight {
+    /// Surfaces of the model that emit and have a small area, by name, whose light is direct; `None` of a model without light.
+    pub(super) of_model: Option<Vec<String>>,
+    /// Light that is added where the model has none, or too little.
+    pub(super) added: Option<AddedLight>,
+}
+
+/// Light beside that of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum AddedLight {
     /// Sun and sky; the direction of the sun's light.
     SunAndSky(Vec3),
     /// Square lamps that face down: a corner and the edge, m.
     Lamps(Vec<(Vec3, f64)>),
 }
 
-/// The light for a model; its own if it has any.
-pub(super) fn propose(transport: &Transport, inside: Option<&ModelInside>) -> ProposedLight {
-    if let Some(small) = emitting_surfaces(transport.scene()) {
-        return ProposedLight::OfModel(small);
-    }
-    match inside {
-        None => ProposedLight::SunAndSky(SUN_ON_BODY.normalized()),
-        Some(inside) if inside.open_sky() >= MIN_OPEN_SKY => {
-            ProposedLight::SunAndSky(sun_into(transport, inside))
+impl ProposedLight {
+    /// A name for reports.
+    pub(super) fn name(&self) -> String {
+        let added = self.added.as_ref().map(|added| match added {
+            AddedLight::SunAndSky(_) => "sun and sky",
+            AddedLight::Lamps(_) => "lamps below the ceiling",
+        });
+        match (&self.of_model, added) {
+            (_, None) => "that of the model".into(),
+            (None, Some(added)) => added.into(),
+            (Some(_), Some(added)) => format!("that of the model, which lights little of it, and {added}"),
         }
-        Some(inside) => ProposedLight::Lamps(lamps(transport, inside)),
     }
+}
+
+/// The light for a model: its own if it has any, and another where its own reaches too little of it (`own_light`).
+pub(super) fn propose(transport: &Transport, inside: Option<&ModelInside>, is_lit: bool) -> ProposedLight {
+    let of_model = emitting_surfaces(transport.scene());
+    let added = (!is_lit).then(|| match inside {
+        None => AddedLight::SunAndSky(SUN_ON_BODY.normalized()),
+        Some(inside) if inside.open_sky() >= MIN_OPEN_SKY => {
+            AddedLight::SunAndSky(sun_into(transport, inside))
+        }
+        Some(inside) => AddedLight::Lamps(lamps(transport, inside)),
+    });
+    ProposedLight { of_model, added }
 }
 
 /// The names of the surfaces that emit and are small, from the brightest on; `None` of a model without light.

@@ -4,13 +4,15 @@
 //! |---|---|
 //! | `placement` | unit and upward axis |
 //! | `viewpoints` | points inside the model, and cameras |
-//! | `lighting` | sun and sky, or lamps |
+//! | `own_light` | the part of the model that its own light reaches |
+//! | `lighting` | the light of the model, sun and sky, or lamps |
 //! | `document` | the text of the scene |
 //!
 //! Guesses stand in the text, and the caller can replace each by what it knows.
 
 mod document;
 mod lighting;
+mod own_light;
 mod placement;
 mod viewpoints;
 
@@ -18,13 +20,12 @@ pub use document::FaceSides;
 pub use placement::{LengthUnit, ModelPlacement, UpAxis};
 
 use document::SceneDocument;
-use lighting::ProposedLight;
 use std::path::{Component, Path, PathBuf};
 use zonal_io::input::{ModelSurvey, PartCounts, parse_scene, survey_model};
 use zonal_report::Failure;
 use zonal_scene::Scene;
 use zonal_transport::Transport;
-use zonal_transport::zoning::expected_patches;
+use zonal_transport::zoning::{expected_patches_of_surfaces, patches_of_area};
 
 /// What is known about a model beyond its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +34,7 @@ pub struct ModelOptions {
     pub unit: Option<LengthUnit>,
     /// Upward axis.
     pub up: Option<UpAxis>,
-    /// Number of patches wanted.
+    /// Number of patches wanted by area; faces smaller than a patch come on top.
     pub patches: u32,
 }
 
@@ -49,10 +50,25 @@ pub struct SceneProposal {
     pub placement: ModelPlacement,
     /// Sides that exchange.
     pub sides: FaceSides,
+    /// Largest edge of a patch, m.
+    pub patch_size: f64,
+    /// Patches of the parts of the model, those of many patches first.
+    pub parts: Vec<PartPatches>,
     /// Where the light comes from.
-    pub light: &'static str,
+    pub light: String,
     /// True if the cameras are seen from inside.
     pub has_inside: bool,
+}
+
+/// The patches of a part: of the faces of one material that are open, solids or rooms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartPatches {
+    /// Name of the surface in the scene.
+    pub name: String,
+    /// Expected number of patches, of both sides where both exchange.
+    pub patches: f64,
+    /// Edge of a square with the mean area of a patch, m.
+    pub edge: f64,
 }
 
 /// Proposes a scene for a mesh file. The scene names the file relative to `folder`, where it will lie.
@@ -80,65 +96,77 @@ pub fn propose(model: &Path, folder: &Path, options: &ModelOptions) -> Result<Sc
     // Explore the bare model.
     let bare = parse(&document.text())?;
     let transport = Transport::new(&bare);
-    let inside = viewpoints::find_inside(&bare, &transport);
-    let light = lighting::propose(&transport, inside.as_ref());
+    let is_lit = own_light::lit_fraction(&transport) >= own_light::MIN_LIT_FRACTION;
+    let inside = viewpoints::find_inside(&transport, is_lit);
+    let light = lighting::propose(&transport, inside.as_ref(), is_lit);
     let cameras = match survey.cameras.is_empty() {
         false => survey.cameras.iter().map(|c| placement.camera(c)).collect(),
         true => viewpoints::cameras(&bare, &transport, inside.as_ref()),
     };
-    document.patches = Some(patch_size(&bare, f64::from(options.patches)));
+    let size = patch_size(&bare, f64::from(options.patches));
+    let parts = patches_of_parts(&bare, size);
+    document.patches = Some((size, parts.iter().map(|p| p.patches).sum()));
     document.bounds = Some(bare.bounds());
     (document.light, document.cameras) = (Some(&light), &cameras);
     let text = document.text();
     let scene = parse(&text)?;
-    let light = match light {
-        ProposedLight::OfModel(_) => "that of the model",
-        ProposedLight::SunAndSky(_) => "sun and sky",
-        ProposedLight::Lamps(_) => "lamps below the ceiling",
-    };
-    Ok(SceneProposal { text, scene, has_inside: inside.is_some(), light, sides, survey, placement })
+    let light = light.name();
+    Ok(SceneProposal {
+        text,
+        scene,
+        has_inside: inside.is_some(),
+        patch_size: size,
+        parts,
+        light,
+        sides,
+        survey,
+        placement,
+    })
 }
 
-/// Both sides exchange unless all parts are bodies and rooms of the right orientation.
+/// Open parts and parts that are turned inside out exchange on both sides; solids and rooms on one.
 fn sides_of(parts: &PartCounts) -> FaceSides {
     let turned = parts.inverted_rooms + parts.inverted_solids;
     match parts.open == 0 && turned == 0 {
         true => FaceSides::OfFile,
-        false => FaceSides::Both,
+        false => FaceSides::OpenBoth,
     }
 }
 
 /// Steps of the bisection for a patch size: its last interval is 10⁻⁵ wide, relative to the size.
 const BISECTION_STEPS: usize = 20;
-/// Edges, each four fifths of the one before, among which that of the least number of patches is sought.
-const TRIED_EDGES: i32 = 40;
 
-/// Edge of a patch (m, two digits) for about `wanted` patches, and the number expected of it. Small triangles are patches whatever the edge.
-fn patch_size(scene: &Scene, wanted: f64) -> (f64, f64) {
+/// Edge of a patch (m, two digits) for `wanted` patches by area. Every part has the share of its area, however finely it is meshed; triangles that are
+/// smaller than a patch come on top of that number.
+fn patch_size(scene: &Scene, wanted: f64) -> f64 {
     let diagonal = scene.diagonal();
     let (mut small, mut large) = ((1e-5 * diagonal).ln(), diagonal.ln());
     for _ in 0..BISECTION_STEPS {
         let middle = 0.5 * (small + large);
-        match expected_patches(scene, middle.exp()) > wanted {
+        match patches_of_area(scene, middle.exp()) > wanted {
             true => small = middle,
             false => large = middle,
         }
     }
-    // The number falls no further with an edge beyond that of the smallest number.
-    let floor = expected_patches(scene, diagonal);
-    let size = if floor > 0.8 * wanted { edge_of_least_patches(scene, floor) } else { large.exp() };
-    let size = two_digits(size);
-    (size, expected_patches(scene, size))
+    two_digits(large.exp())
 }
 
-/// The smallest edge with which the number of patches exceeds the least by a tenth only.
-fn edge_of_least_patches(scene: &Scene, least: f64) -> f64 {
-    let diagonal = scene.diagonal();
-    let edges = (0..TRIED_EDGES).map(|k| diagonal * 0.8f64.powi(k));
-    edges.take_while(|e| expected_patches(scene, *e) <= 1.1 * least).last().unwrap_or(diagonal)
+/// The patches of each surface of a scene for an edge of `size` m.
+fn patches_of_parts(scene: &Scene, size: f64) -> Vec<PartPatches> {
+    let counts = expected_patches_of_surfaces(scene, size);
+    let parts = scene.surfaces().iter().zip(counts).map(|(s, of)| PartPatches {
+        name: s.name.clone(),
+        patches: of.patches,
+        edge: (of.area / of.patches.max(1.0)).sqrt(),
+    });
+    let mut parts: Vec<PartPatches> = parts.filter(|p| p.patches > 0.0).collect();
+    parts.sort_by(|a, b| b.patches.total_cmp(&a.patches));
+    parts
 }
 
-fn two_digits(x: f64) -> f64 {
+/// A number rounded to two digits.
+#[must_use]
+pub fn two_digits(x: f64) -> f64 {
     let rounded = format!("{x:.1e}").parse();
     rounded.unwrap_or(x)
 }

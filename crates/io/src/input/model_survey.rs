@@ -6,7 +6,7 @@
 use super::error::{FileFault, InputError};
 use super::mesh::model::{MeshData, MeshMaterial};
 use super::mesh::read_mesh_file;
-use super::mesh::shells::{ShellKind, Shells, find_shells};
+use super::mesh::shells::{ShellKind, TurnedPart, find_shells, turned_parts};
 use crate::files::FileSource;
 use std::collections::HashMap;
 use std::path::Path;
@@ -125,7 +125,7 @@ impl ModelSurvey {
             faces: mesh.face_count,
             materials,
             axis_areas,
-            parts: PartCounts::of(&find_shells(&opaque), bounds),
+            parts: PartCounts::of(&opaque, bounds),
             doubled_faces: doubled_faces(&plates, bounds),
             cameras: mesh.cameras,
             notes: mesh.notes,
@@ -150,34 +150,23 @@ impl SurveyedMaterial {
     }
 }
 
-/// Volume of a closed part over that of the bounding box of the model, above which it contains most of the model.
-const MIN_ROOM_VOLUME_FRACTION: f64 = 0.4;
-/// The same, below which a closed part with inward normals is a body and no room.
-const MAX_BODY_VOLUME_FRACTION: f64 = 0.02;
-
 impl PartCounts {
-    fn of(shells: &Shells, (low, high): (Vec3, Vec3)) -> PartCounts {
-        let all = (high - low).product();
+    fn of(plates: &[Plate], bounds: (Vec3, Vec3)) -> PartCounts {
+        let shells = find_shells(plates);
         let mut out = PartCounts::default();
         let (mut open_area, mut area) = (0.0, 0.0);
-        for s in shells.shells() {
+        for (s, turned) in shells.shells().iter().zip(turned_parts(plates, &shells, bounds)) {
             area += s.area;
             out.flipped_edges += s.flipped_edges;
-            match s.kind {
-                ShellKind::Open => {
+            match (turned, s.kind) {
+                (Some(TurnedPart::Room), _) => out.inverted_rooms += 1,
+                (Some(TurnedPart::Solid), _) => out.inverted_solids += 1,
+                (None, ShellKind::Open) => {
                     open_area += s.area;
                     out.open += 1;
                 }
-                ShellKind::Solid
-                    if shells.shells().len() > 1 && s.volume > MIN_ROOM_VOLUME_FRACTION * all =>
-                {
-                    out.inverted_rooms += 1;
-                }
-                ShellKind::Solid => out.solids += 1,
-                ShellKind::Enclosure if -s.volume < MAX_BODY_VOLUME_FRACTION * all => {
-                    out.inverted_solids += 1;
-                }
-                ShellKind::Enclosure => out.rooms += 1,
+                (None, ShellKind::Solid) => out.solids += 1,
+                (None, ShellKind::Enclosure) => out.rooms += 1,
             }
         }
         out.open_area_fraction = if area > 0.0 { open_area / area } else { 0.0 };

@@ -3,7 +3,7 @@
 use super::error::{FileFault, InputError};
 use super::images;
 use super::mesh::alpha_map::AlphaMap;
-use super::mesh::model::{AlphaChannel, AlphaSource, ImageSource};
+use super::mesh::model::{AlphaChannel, AlphaSource, ImageSource, LimitedImage};
 use super::scene::gas_composition::SceneGas;
 use super::scene::medium_properties::MediumProperties;
 use super::scene::surface_properties::SurfaceProperties;
@@ -12,7 +12,7 @@ use super::toml::node::TomlNode;
 use super::toml::source::SourceText;
 use crate::files::FileSource;
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use zonal_scene::{
@@ -51,6 +51,8 @@ pub(crate) struct SceneReader<'a> {
     /// Tables of emissivities by temperature.
     pub(crate) emissivity_tables: Vec<EmissivityTable>,
     texture_of_image: HashMap<String, usize>,
+    /// The textures with pixels that were reduced to a limit.
+    limited_textures: HashSet<usize>,
     /// Alpha of images already read.
     alpha_of_image: HashMap<(String, AlphaChannel), Rc<AlphaMap>>,
 }
@@ -66,6 +68,7 @@ impl<'a> SceneReader<'a> {
             interior_fills: Vec::new(),
             emissivity_tables: Vec::new(),
             texture_of_image: HashMap::new(),
+            limited_textures: HashSet::new(),
             alpha_of_image: HashMap::new(),
         }
     }
@@ -143,6 +146,7 @@ impl<'a> SceneReader<'a> {
                 let bytes = self.context.files.read(path, images::MAX_IMAGE_FILE_BYTES);
                 bytes.map(Cow::Owned).map_err(|e| FileFault::new(&image.name(), "", e))
             }
+            ImageSource::Limited(own) => self.bytes_of(&own.base),
             // Made of other images, without bytes of its own.
             ImageSource::Weighted(_) => Ok(Cow::Borrowed(&[])),
         }
@@ -179,11 +183,42 @@ impl<'a> SceneReader<'a> {
     }
     /// The index of an image's texture; every image is decoded once.
     pub(crate) fn image(&mut self, image: &ImageSource) -> Result<usize, FileFault> {
+        if let ImageSource::Limited(own) = image {
+            return self.limited_image(own, image.name());
+        }
         let name = image.name();
+        match self.texture_of_image.get(&name) {
+            Some(i) => Ok(*i),
+            None => self.add_texture(name, self.decoded(image)?),
+        }
+    }
+    /// True if pixels of a texture were reduced to the limit of reflectances.
+    pub(crate) fn is_limited(&self, texture: usize) -> bool {
+        self.limited_textures.contains(&texture)
+    }
+    /// The texture of an image with limited pixels: that of the image itself where none exceeds the limit.
+    fn limited_image(&mut self, own: &LimitedImage, name: String) -> Result<usize, FileFault> {
         if let Some(i) = self.texture_of_image.get(&name) {
             return Ok(*i);
         }
-        let mut texture = self.decoded(image)?;
+        let (mut texture, mut exceeds) = (self.decoded(&own.base)?, false);
+        for pixel in &mut texture.pixels {
+            exceeds |= (0..3).any(|k| pixel[k] > own.largest[k]);
+            *pixel = std::array::from_fn(|k| pixel[k].min(own.largest[k]));
+        }
+        if !exceeds {
+            let base_name = own.base.name();
+            return match self.texture_of_image.get(&base_name) {
+                Some(i) => Ok(*i),
+                None => self.add_texture(base_name, texture),
+            };
+        }
+        let index = self.add_texture(name, texture)?;
+        self.limited_textures.insert(index);
+        Ok(index)
+    }
+    /// Adds the texture of an image, in the bands of the scene.
+    fn add_texture(&mut self, name: String, mut texture: Texture) -> Result<usize, FileFault> {
         let (bands, triple) = (self.source.bands(), self.source.triple());
         if !bands.is_rgb() {
             for pixel in &mut texture.pixels {

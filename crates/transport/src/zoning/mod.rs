@@ -96,17 +96,43 @@ fn zones_without_mirrors(
     Ok(Zones { patches, voxels, panes, own_reflectances: Vec::new(), sheets })
 }
 
-/// Expected number of patches of a scene for patches of a size in metres: exact to a factor of two, without the cuts along walls.
+/// Patches that a surface is expected to have.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExpectedPatches {
+    /// Their number.
+    pub patches: f64,
+    /// Their area together, m².
+    pub area: f64,
+}
+
+/// Expected patches of each surface of a scene for a size in metres: their number is exact to a factor of two, without the cuts along walls.
 #[must_use]
-pub fn expected_patches(scene: &Scene, size: f64) -> f64 {
-    let of_facet = |f: &Facet| {
-        let s = &scene.surfaces()[f.surface];
-        let sides = if s.sides == Sides::Both && !s.solid { 2.0 } else { 1.0 };
-        sides * plate_subdivision::estimate_count(&f.plate, size, scene.options().patch_rule)
-    };
+pub fn expected_patches_of_surfaces(scene: &Scene, size: f64) -> Vec<ExpectedPatches> {
+    let mut out = vec![ExpectedPatches::default(); scene.surfaces().len()];
+    let rule = scene.options().patch_rule;
+    for f in scene.facets() {
+        let (sides, own) = (sides_of(scene, f), &mut out[f.surface]);
+        own.patches += sides * plate_subdivision::estimate_count(&f.plate, size, rule);
+        own.area += sides * f.plate.area();
+    }
+    out
+}
+
+/// Number of patches of a size in metres that the area of a scene has: faces smaller than a patch count by their area, so that the number does not depend on
+/// how finely a part is meshed.
+#[must_use]
+pub fn patches_of_area(scene: &Scene, size: f64) -> f64 {
+    let rule = scene.options().patch_rule;
+    let of_facet = |f: &Facet| sides_of(scene, f) * plate_subdivision::count_by_area(&f.plate, size, rule);
     // Sums of blocks, so that the result is the same for any number of threads.
     let blocks = scene.facets().par_chunks(FACETS_PER_BLOCK);
     blocks.map(|b| b.iter().map(of_facet).sum::<f64>()).collect::<Vec<_>>().into_iter().sum()
+}
+
+/// Number of sides of a facet that exchange.
+fn sides_of(scene: &Scene, f: &Facet) -> f64 {
+    let s = &scene.surfaces()[f.surface];
+    if s.sides == Sides::Both && !s.solid { 2.0 } else { 1.0 }
 }
 
 /// Refuses enclosures so thin that rays leave them: long rectangles of too small a width. Exempt are periodic scenes, whose enclosure

@@ -52,19 +52,26 @@ fn longest_edge(p: &Plate) -> (f64, Plate) {
 
 /// Estimate of the number of pieces of [`subdivide`]: at most twice their number.
 pub(super) fn estimate_count(p: &Plate, size: f64, rule: PatchRule) -> f64 {
+    match p.kind {
+        PlateKind::Parallelogram if is_skewed(p) => {
+            triangles_of(p).iter().map(|t| estimate_count(t, size, rule)).sum()
+        }
+        _ => count_by_area(p, size, rule).max(1.0),
+    }
+}
+
+/// The estimate of [`estimate_count`], but for a plate smaller than a piece its share of one.
+pub(super) fn count_by_area(p: &Plate, size: f64, rule: PatchRule) -> f64 {
     let (squares, lengths) = match rule {
         PatchRule::Edge | PatchRule::Voxels => (2.0, 1.0),
         PatchRule::Area => (1.0, 1.0 / MAX_EDGE_IN_SIZES),
     };
-    let of_triangle =
-        |p: &Plate| (squares * p.area() / (size * size)).max(lengths * longest_edge(p).0 / size).max(1.0);
-    match p.kind {
-        PlateKind::Parallelogram if !is_skewed(p) => {
-            step_count(p.e1.length(), size) * step_count(p.e2.length(), size)
-        }
-        PlateKind::Parallelogram => triangles_of(p).iter().map(of_triangle).sum(),
-        PlateKind::Triangle => of_triangle(p),
-    }
+    let pieces = p.area() / (size * size);
+    let count = match p.kind {
+        PlateKind::Parallelogram => step_count(p.e1.length(), size) * step_count(p.e2.length(), size),
+        PlateKind::Triangle => (squares * pieces).max(lengths * longest_edge(p).0 / size),
+    };
+    if count > 1.0 { count } else { pieces }
 }
 
 /// True for a parallelogram far from a rectangle.

@@ -112,6 +112,7 @@ fn has_alpha(files: FileSource<'_>, image: &ImageSource) -> bool {
     match image {
         ImageSource::Bytes { bytes, .. } => images::has_alpha(bytes),
         ImageSource::Weighted(own) => own.base.as_ref().is_some_and(|image| has_alpha(files, image)),
+        ImageSource::Limited(own) => has_alpha(files, &own.base),
         ImageSource::File(path) => {
             files.read(path, images::MAX_IMAGE_FILE_BYTES).is_ok_and(|b| images::has_alpha(&b))
         }

@@ -2,6 +2,7 @@
 
 use super::mesh_arrays;
 use super::model::MeshData;
+use super::reflectance_limit::limit_reflectance;
 use crate::files::FileSource;
 use crate::input::converters::{self, FileContents};
 use crate::input::error::FileFault;
@@ -11,8 +12,14 @@ use std::path::Path;
 /// Largest OBJ file, bytes.
 const MAX_OBJ_FILE_BYTES: u64 = 1 << 30;
 
-/// Reads a mesh file by its extension; `file` names it in messages.
+/// Reads a mesh file by its extension, with limited reflectances; `file` names it in messages.
 pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
+    let mut mesh = read_by_extension(files, path, file)?;
+    mesh.materials.iter_mut().for_each(limit_reflectance);
+    Ok(mesh)
+}
+
+fn read_by_extension(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
     if let Some(memory) = files.array(path) {
         return mesh_arrays::mesh(&memory, file);
     }

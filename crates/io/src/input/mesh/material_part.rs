@@ -4,7 +4,8 @@ use super::face_values::FaceValues;
 use super::material_overrides::{MaterialOverride, PaneOverride};
 use super::missing_values::MissingValue;
 use super::model::{GlassAttenuation, ImageSource, MeshFace, MeshMaterial};
-use super::shells::{ShellKind, check_closed, find_shells};
+use super::reflectance_limit::MAX_MODEL_REFLECTANCE;
+use super::shells::{OpenSides, ShellKind, check_closed, find_shells};
 use crate::input::error::InputError;
 use crate::input::scene::medium_properties::MediumProperties;
 use crate::input::scene::surface_properties::SurfaceProperties;
@@ -25,6 +26,8 @@ pub(crate) struct MaterialPart<'a, 'n> {
     pub(crate) scale: f64,
     /// Index of the mesh's first face in the scene.
     pub(crate) first_face: usize,
+    /// Sides of open parts.
+    pub(crate) open_sides: OpenSides,
     /// Values by face from files.
     pub(crate) values: &'a FaceValues,
     /// Properties of the material from files.
@@ -120,7 +123,7 @@ impl MaterialPart<'_, '_> {
             let of_kind: Vec<&MeshFace> = faces.iter().filter(|(_, s)| *s == kind).map(|(f, _)| *f).collect();
             let default = match (kind, self.material.double_sided) {
                 _ if template.transmission.is_some() => Sides::Both,
-                (ShellKind::Open, Some(false)) => Sides::Front,
+                (ShellKind::Open, Some(false)) if self.open_sides == OpenSides::OfFile => Sides::Front,
                 (ShellKind::Open, _) => Sides::Both,
                 _ => Sides::Front,
             };
@@ -163,6 +166,14 @@ impl MaterialPart<'_, '_> {
             true => self.texture(&m.texture, reader)?,
             false => properties.texture,
         };
+        let has_limited_texture = own_texture && reflectance_texture.is_some_and(|t| reader.is_limited(t));
+        if light_mode && properties.reflectance.is_none() && (m.is_limited || has_limited_texture) {
+            let text = format!(
+                "material '{}' reflects more than {MAX_MODEL_REFLECTANCE} of the light in its file; {MAX_MODEL_REFLECTANCE} is taken, since light that no wall absorbs ends nowhere: give the reflectance in the scene to replace it",
+                m.name
+            );
+            reader.note(Diagnostic::note("material-limit", text));
+        }
         let emission_texture = match properties.emission {
             None if light_mode => self.texture(&m.emission_texture, reader)?,
             _ => None,

@@ -7,7 +7,7 @@ use super::mesh_lights::add_lights;
 use super::missing_values::refuse_missing;
 use super::model::{MeshData, MeshFace};
 use super::placement::load_placed;
-use super::shells::{ShellKind, Shells, find_shells};
+use super::shells::{OpenSides, ShellKind, Shells, find_shells, turned_parts};
 use super::transparent_materials::cut_transparent_materials;
 use crate::input::error::InputError;
 use crate::input::scene::surface_properties::SurfaceProperties;
@@ -53,7 +53,9 @@ pub(crate) fn read_mesh_surface(
     cut_transparent_materials(&mut mesh, (scale, properties.patch_size), &overrides, reader)
         .map_err(|f| node.error(f.to_string()))?;
     let materials = MaterialUse::new(&mesh, &overrides);
-    let shell_of_face = find_shells_of_faces(table, &materials, name, properties.sides, reader)?;
+    let open_sides = read_open_sides(table, properties.sides)?;
+    let shell_of_face =
+        find_shells_of_faces((table, name), &materials, (properties.sides, open_sides), reader)?;
     // Collect the materials in use.
     let overs: Vec<MaterialOverride> = (0..mesh.materials.len()).map(|m| materials.override_of(m)).collect();
     let several = materials.faces.iter().filter(|f| !f.is_empty()).count() > 1;
@@ -67,6 +69,7 @@ pub(crate) fn read_mesh_surface(
             over: &overs[m],
             scale,
             first_face,
+            open_sides,
             values: &values,
             of_material: values.of_material(m),
         };
@@ -132,24 +135,43 @@ fn check_materials(
     }
 }
 
-/// The kind of shell of each face. Closed parts are found among the opaque faces, unless `solid = false` makes all faces open.
+/// Reads `open_sides`, which has no effect beside `sides`.
+fn read_open_sides(table: &TomlTable<'_>, sides: Option<Sides>) -> Result<OpenSides, InputError> {
+    let Some(node) = table.get("open_sides") else { return Ok(OpenSides::OfFile) };
+    if sides.is_some() {
+        return Err(node.error("sides gives the sides of all parts of this mesh; remove sides or open_sides"));
+    }
+    Ok([OpenSides::OfFile, OpenSides::Both][node.choice(&["file", "both"])?])
+}
+
+/// The kind of shell of each face, found by part of the mesh among the opaque faces; `solid = false` makes all parts open. Parts that are turned inside
+/// out are open where open parts exchange on both sides.
 fn find_shells_of_faces(
-    table: &TomlTable<'_>,
+    (table, name): (&TomlTable<'_>, &str),
     materials: &MaterialUse<'_>,
-    name: &str,
-    sides: Option<Sides>,
+    (sides, open_sides): (Option<Sides>, OpenSides),
     reader: &mut SceneReader<'_>,
 ) -> Result<Vec<ShellKind>, InputError> {
-    let mut shell_of_face = vec![ShellKind::Open; materials.mesh.faces.len()];
+    let all = &materials.mesh.faces;
+    let mut shell_of_face = vec![ShellKind::Open; all.len()];
     if !table.read("solid", |n| n.boolean())?.unwrap_or(true) {
         return Ok(shell_of_face);
     }
-    let (faces, shells) = materials.opaque_shells();
+    let (faces, plates, shells) = materials.opaque_shells();
     if sides.is_none() {
         warn_nearly_closed(&shells, name, reader);
     }
+    let turned = match open_sides {
+        OpenSides::OfFile => vec![None; shells.shells().len()],
+        OpenSides::Both => {
+            let bounds = all.iter().map(|f| f.plate.bounds());
+            let bounds = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
+            turned_parts(&plates, &shells, bounds)
+        }
+    };
     for (k, i) in faces.into_iter().enumerate() {
-        shell_of_face[i] = shells.of(k);
+        let is_turned = turned[shells.shell_index(k)].is_some();
+        shell_of_face[i] = if is_turned { ShellKind::Open } else { shells.of(k) };
     }
     Ok(shell_of_face)
 }
@@ -191,8 +213,8 @@ impl<'a> MaterialUse<'a> {
             (m, kind)
         })
     }
-    /// The faces of opaque materials and their shells: panes, cut-outs, regions and omitted materials close nothing.
-    fn opaque_shells(&self) -> (Vec<usize>, Shells) {
+    /// The faces of opaque materials, their plates and shells: panes, cut-outs, regions and omitted materials close nothing.
+    fn opaque_shells(&self) -> (Vec<usize>, Vec<Plate>, Shells) {
         let is_opaque = |m: usize| {
             let over = self.override_of(m);
             !self.is_pane(m) && !over.omit && !over.region && self.mesh.materials[m].alpha.is_none()
@@ -201,7 +223,8 @@ impl<'a> MaterialUse<'a> {
         let all = &self.mesh.faces;
         let faces: Vec<usize> = (0..all.len()).filter(|i| opaque[all[*i].material]).collect();
         let plates: Vec<Plate> = faces.iter().map(|i| all[*i].plate).collect();
-        (faces, find_shells(&plates))
+        let shells = find_shells(&plates);
+        (faces, plates, shells)
     }
 }
 

@@ -11,6 +11,7 @@
 //! | `mesh_lights` | lights of a mesh file as lights of the scene |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
 //! | `alpha_map`, `cut_outs`, `transparent_materials` | faces cut along the alpha of a picture |
+//! | `reflectance_limit` | reflectances of files, at most 0.95 |
 //! | `missing_values` | materials that lack values, in one error |
 
 pub(crate) mod alpha_map;
@@ -27,6 +28,7 @@ pub(crate) mod model;
 pub(crate) mod placement;
 pub(crate) mod polygon;
 pub(crate) mod polygon_list;
+pub(crate) mod reflectance_limit;
 pub(crate) mod shells;
 mod transparent_materials;
 

@@ -71,6 +71,14 @@ pub(crate) enum ImageSource {
     },
     /// A picture, white without one, times a weight by another picture.
     Weighted(Rc<WeightedImage>),
+    /// A picture whose pixels are at most a limit.
+    Limited(Rc<LimitedImage>),
+}
+
+/// A picture and the largest value of its pixels by channel.
+pub(crate) struct LimitedImage {
+    pub(crate) base: ImageSource,
+    pub(crate) largest: [f32; 3],
 }
 
 /// A picture times w or 1 − w, w = factor × a channel of another picture.
@@ -93,6 +101,7 @@ impl ImageSource {
                 let base = w.base.as_ref().map_or(String::new(), ImageSource::name);
                 format!("{base}*{}*{}{}{:?}", w.weight.name(), w.factor, w.complement, w.channel)
             }
+            ImageSource::Limited(own) => format!("{}<{:?}", own.base.name(), own.largest),
         }
     }
 }
@@ -135,6 +144,8 @@ pub(crate) struct MeshMaterial {
     /// None if the file gives none.
     pub(crate) reflectance: Option<Bands>,
     pub(crate) texture: Option<ImageSource>,
+    /// True if the file's reflectance is above the limit, and was reduced to it.
+    pub(crate) is_limited: bool,
     /// W/m².
     pub(crate) emission: Bands,
     pub(crate) emission_texture: Option<ImageSource>,
@@ -162,6 +173,7 @@ impl MeshMaterial {
             name: name.to_string(),
             reflectance: None,
             texture: None,
+            is_limited: false,
             emission: Bands::ZERO,
             emission_texture: None,
             transmittance: None,

@@ -43,6 +43,7 @@ mod tube;
 mod voxel_arrays;
 pub(crate) mod voxel_field;
 pub(crate) mod voxel_grid;
+mod white_walls;
 
 use super::error::InputError;
 use super::notes::merge_notes;
@@ -101,6 +102,7 @@ pub(crate) fn read_document(
     // Validate the whole scene.
     let mut notes = merge_notes(std::mem::take(&mut reader.parts.notes));
     notes.extend(root.source.take_notes());
+    notes.extend(white_walls::white_walls(&reader.parts));
     reader.parts.notes = notes;
     Scene::new(reader.parts).map_err(|e| root.source.scene_error(&e))
 }

@@ -11,11 +11,12 @@ use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{Facet, Plate};
 
 /// Keys that belong to some shapes only.
-const KEYS_OF_SHAPES: [(&str, &[&str]); 5] = [
+const KEYS_OF_SHAPES: [(&str, &[&str]); 6] = [
     ("faces", &["box", "room"]),
     ("omit", &["room"]),
     ("materials", &["mesh"]),
     ("solid", &["mesh"]),
+    ("open_sides", &["mesh"]),
     ("lights", &["mesh"]),
 ];
 

@@ -175,6 +175,13 @@ const SURFACE_KEYS: &[KeySpec] = &[
     key("omit", "list of faces", "", "[]", "walls that a room lacks"),
     key("materials", "table of materials", "", "", "properties of single materials of a mesh"),
     key("solid", "boolean", "", "true", "treats closed parts of a mesh as solids and rooms"),
+    key(
+        "open_sides",
+        "\"file\" | \"both\"",
+        "",
+        "\"file\"",
+        "sides of the open parts of a mesh; with \"both\", parts that are turned inside out count as open",
+    ),
     key("lights", "boolean", "", "true", "adds the lights of a glTF mesh to the scene (light mode)"),
 ];
 /// The shapes of a surface, of which one is given.
