@@ -1,6 +1,6 @@
 //! Notes of reading, with repetitions merged.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use zonal_scene::Diagnostic;
 
 /// Names listed in a note that stands for several.
@@ -8,10 +8,14 @@ const MAX_NAMES_IN_NOTE: usize = 3;
 /// Names listed in a warning about materials without a value of their own, which are to be given one each.
 const MAX_NAMES_IN_MATERIAL_WARNING: usize = 24;
 
+/// Names listed in a note about properties of materials that are not read.
+const MAX_NAMES_IN_MATERIAL_NOTE: usize = 8;
+
 /// A note, the names that its repetitions differ in, and their number.
 struct MergedNote {
     note: Diagnostic,
     names: Vec<String>,
+    known_names: HashSet<String>,
     count: usize,
 }
 
@@ -22,12 +26,12 @@ pub(crate) fn merge_notes(notes: Vec<Diagnostic>) -> Vec<Diagnostic> {
     for note in notes {
         let name = first_quoted_name(&note.text).to_string();
         let at = *index_of.entry(merge_key(&note, &name)).or_insert_with(|| {
-            merged.push(MergedNote { note, names: Vec::new(), count: 0 });
+            merged.push(MergedNote { note, names: Vec::new(), known_names: HashSet::new(), count: 0 });
             merged.len() - 1
         });
         let m = &mut merged[at];
         m.count += 1;
-        if !m.names.contains(&name) {
+        if m.known_names.insert(name.clone()) {
             m.names.push(name);
         }
     }
@@ -42,7 +46,11 @@ fn first_quoted_name(text: &str) -> &str {
 
 /// Code and text of a note without its name and without line numbers.
 fn merge_key(note: &Diagnostic, name: &str) -> String {
-    let text = if name.is_empty() { note.text.clone() } else { note.text.replace(name, "\0") };
+    // The name in quotes, so that the text around a short name is unchanged.
+    let text = match name {
+        "" => note.text.clone(),
+        _ => note.text.replace(&format!("'{name}'"), "\0").replace(&format!("\"{name}\""), "\0"),
+    };
     let is_line = |part: &&str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
     let parts: Vec<&str> = text.split(':').filter(|part| !is_line(part)).collect();
     format!("{} {}", note.code, parts.join(":"))
@@ -50,9 +58,10 @@ fn merge_key(note: &Diagnostic, name: &str) -> String {
 
 impl MergedNote {
     fn into_note(self) -> Diagnostic {
-        let MergedNote { note, names, count } = self;
+        let MergedNote { note, names, count, .. } = self;
         let listed_names = match note.code.as_str() {
             "default-material" => MAX_NAMES_IN_MATERIAL_WARNING,
+            "mesh" | "material-limit" => MAX_NAMES_IN_MATERIAL_NOTE,
             _ => MAX_NAMES_IN_NOTE,
         };
         let suffix = match (count, names.len()) {

@@ -1,9 +1,11 @@
 //! The JSON of a glTF document, validated: indices in range, no required extension that is not read.
 
+use super::broken_textures;
 use super::compression::{DRACO, MESHOPT, draco_extension, draco_view};
 use crate::input::error::FileFault;
 use gltf::Document;
 use gltf::json::{Index, Root, mesh::Semantic, validation::Checked};
+use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// Extensions that a file may require, besides those of materials.
@@ -18,12 +20,48 @@ const CONVERSIONS: [(&str, &str); 4] = [
     ("KHR_texture_basisu", "npx @gltf-transform/cli ktxdecompress in.glb out.glb (with ktx of KTX-Software)"),
 ];
 
-/// Parses and validates the JSON of a document.
-pub(super) fn parse_document(file: &str, json: &[u8]) -> Result<Document, FileFault> {
-    let mut root: Root = gltf::json::deserialize::from_slice(json).map_err(|e| {
-        let place = format!("JSON line {} column {}", e.line(), e.column());
-        FileFault::new(file, place, format!("{e}; export the file again"))
-    })?;
+/// Most broken references that have notes of their own.
+const MAX_NOTED_DEFECTS: usize = 16;
+
+/// Parses and validates the JSON of a document. Broken references of textures do not make it invalid; they are returned as notes.
+pub(super) fn parse_document(file: &str, json: &[u8]) -> Result<(Document, Vec<String>), FileFault> {
+    let parsed = gltf::json::deserialize::from_slice(json).map_err(|e| json_fault(file, &e));
+    let fault = match parsed.and_then(|root| validated(file, root)) {
+        Ok(document) => return Ok((document, Vec::new())),
+        Err(fault) => fault,
+    };
+    // Repair textures only where the document is not valid, which takes a second reading.
+    let Ok(mut value) = serde_json::from_slice::<Value>(json) else { return Err(fault) };
+    let defects = broken_textures::repair(&mut value);
+    if defects.is_empty() {
+        return Err(fault);
+    }
+    let root = match serde_json::from_value(value) {
+        Ok(root) => root,
+        // The defect of before has a line.
+        Err(e) if fault.to_string().contains(&e.to_string()) => return Err(fault),
+        Err(e) => return Err(json_fault(file, &e)),
+    };
+    let document = validated(file, root)?;
+    let rest = defects.len().saturating_sub(MAX_NOTED_DEFECTS);
+    let mut notes: Vec<String> = defects.into_iter().take(MAX_NOTED_DEFECTS).collect();
+    notes.iter_mut().for_each(|defect| *defect = format!("{file}: {defect}; it is not used"));
+    if rest > 0 {
+        notes.push(format!("{file}: {rest} further textures, images or samplers are broken, and not used"));
+    }
+    Ok((document, notes))
+}
+
+fn json_fault(file: &str, e: &serde_json::Error) -> FileFault {
+    let place = match e.line() {
+        0 => "JSON".to_string(),
+        line => format!("JSON line {line} column {}", e.column()),
+    };
+    FileFault::new(file, place, format!("{e}; export the file again"))
+}
+
+/// The validated document of a parsed JSON.
+fn validated(file: &str, mut root: Root) -> Result<Document, FileFault> {
     let readable = |e: &str| e.starts_with("KHR_materials_") || READ_EXTENSIONS.contains(&e);
     if let Some(e) = root.extensions_required.iter().find(|e| !readable(e)) {
         let command = CONVERSIONS.iter().find(|(name, _)| name == e).map(|(_, command)| *command);

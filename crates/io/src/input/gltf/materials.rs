@@ -2,7 +2,7 @@
 //!
 //! | glTF | this program |
 //! |---|---|
-//! | base colour and its texture | reflectance; the metallic factor is ignored |
+//! | base colour and its texture, or the diffuse ones of KHR_materials_pbrSpecularGlossiness | reflectance, at most 0.95; the metallic factor is ignored |
 //! | emissive factor × strength × texture | a radiance L; emission = π L |
 //! | unlit | reflectance = base colour, at most 0.95; no emission |
 //! | diffuse transmission, rough transmission without volume | sheet of two sides (`sheets`) |
@@ -12,8 +12,12 @@
 //! | alpha mask; alpha blend by the alpha of a texture | faces cut along their alpha (`mesh::transparent_materials`) |
 
 use super::accessors::Buffers;
+use super::broken_textures::BROKEN_IMAGE;
 use super::container::{path_beside, resolve_uri};
+use super::material_notes::ignored_properties;
+use super::nodes::NodeInstance;
 use super::sheets::SheetFactors;
+use super::specular_glossiness::DiffuseFactors;
 use super::texture_mapping::TextureMapping;
 use crate::files::FileSource;
 use crate::input::error::FileFault;
@@ -64,17 +68,18 @@ impl MaterialTable {
     }
 }
 
-/// Reads all materials into `mesh.materials`, in the file's order.
+/// Reads all materials into `mesh.materials`, in the file's order; of those that no instance shows, which may be broken, the name only.
 pub(super) fn read_materials(
     document: &Document,
-    files: FileSource<'_>,
-    path: &Path,
+    instances: &[NodeInstance],
+    (files, path): (FileSource<'_>, &Path),
     buffers: &Buffers<'_>,
     mesh: &mut MeshData,
 ) -> Result<MaterialTable, FileFault> {
     let mut mappings = Vec::new();
     let mut names = HashSet::new();
-    let mut images = ImageReader { files, path, buffers, image_cache: HashMap::new(), metallic_count: 0 };
+    let shown = shown_materials(document, instances);
+    let mut images = ImageReader { files, path, buffers, image_cache: HashMap::new() };
     for (i, m) in document.materials().enumerate() {
         let mut name = m.name().unwrap_or("").trim().to_string();
         if name.is_empty() {
@@ -84,15 +89,26 @@ pub(super) fn read_materials(
             name = format!("{name}#{i}");
             names.insert(name.clone());
         }
+        if !shown.contains(&i) {
+            mesh.materials.push(MeshMaterial::named(&name));
+            mappings.push(TextureMapping::NO_TEXTURE);
+            continue;
+        }
+        let ignored = ignored_properties(&m).into_iter();
+        mesh.notes.extend(ignored.map(|text| format!("{}: material '{name}': {text}", buffers.file)));
         let (material, mapping) = images.read_material(&m, name, &mut mesh.notes)?;
         mesh.materials.push(material);
         mappings.push(mapping);
     }
-    if images.metallic_count > 0 {
-        let (file, n) = (buffers.file, images.metallic_count);
-        mesh.notes.push(format!("{file}: {n} metallic materials were read as diffuse"));
-    }
     Ok(MaterialTable { mappings, default: None })
+}
+
+/// The materials of the meshes that instances show.
+fn shown_materials(document: &Document, instances: &[NodeInstance]) -> HashSet<usize> {
+    let meshes: HashSet<usize> = instances.iter().filter_map(|n| n.mesh).collect();
+    let json = &document.as_json().meshes;
+    let primitives = meshes.iter().filter_map(|i| json.get(*i)).flat_map(|m| &m.primitives);
+    primitives.filter_map(|p| Some(p.material?.value())).collect()
 }
 
 /// The alpha of a material that is cut out, or blends by the alpha of its texture.
@@ -181,8 +197,6 @@ struct ImageReader<'a> {
     buffers: &'a Buffers<'a>,
     /// Images already read, by index.
     image_cache: HashMap<usize, ImageSource>,
-    /// Number of metallic materials.
-    metallic_count: usize,
 }
 
 impl ImageReader<'_> {
@@ -196,7 +210,9 @@ impl ImageReader<'_> {
         let file = self.buffers.file;
         let place = format!("material '{name}'");
         let pbr = m.pbr_metallic_roughness();
-        let [r, g, b, alpha] = pbr.base_color_factor().map(f64::from);
+        let diffuse = DiffuseFactors::of(m);
+        let factor = diffuse.as_ref().map_or(pbr.base_color_factor().map(f64::from), |d| d.colour);
+        let [r, g, b, alpha] = factor;
         let base = Bands::from_rgb([r, g, b]);
         let emissive = Bands::from_rgb(m.emissive_factor().map(f64::from));
         let strength = m.emissive_strength().map_or(1.0, f64::from);
@@ -209,9 +225,10 @@ impl ImageReader<'_> {
         out.double_sided = Some(m.double_sided());
         out.reflectance = Some(base.map(|x| x.min(if m.unlit() { MAX_UNLIT_REFLECTANCE } else { 1.0 })));
         let mut mapping = TextureMapping::NO_TEXTURE;
-        if let Some(info) = pbr.base_color_texture() {
-            out.texture = Some(self.image_of(info.texture().index(), &place)?);
-            mapping = TextureMapping::new(&info);
+        let of_base = || pbr.base_color_texture().map(|t| (t.texture().index(), TextureMapping::new(&t)));
+        if let Some((texture, own)) = diffuse.map_or_else(of_base, |d| d.texture) {
+            out.texture = Some(self.image_of(texture, &place)?);
+            mapping = own;
         }
         if m.unlit() {
             notes.push(format!(
@@ -223,9 +240,6 @@ impl ImageReader<'_> {
         } else {
             out.emission = emissive.map(|x| x * strength * PI);
             self.read_emissive_texture(m, &place, &mut mapping, &mut out, notes)?;
-            if pbr.metallic_factor() > 0.0 && pbr.metallic_roughness_texture().is_none() {
-                self.metallic_count += 1;
-            }
         }
         self.read_transparency(m, (base, alpha), &place, (&mut out, &mut mapping), notes)?;
         Ok((out, mapping))
@@ -320,11 +334,15 @@ impl ImageReader<'_> {
     fn image_of(&mut self, texture: usize, place: &str) -> Result<ImageSource, FileFault> {
         let file = self.buffers.file;
         let root = self.buffers.root;
+        let fault =
+            |message: String| Err(FileFault::new(file, place, format!("{message}; export the file again")));
         let index = root.textures.get(texture).map(|t| t.source.value());
         let Some((index, image)) = index.and_then(|i| Some((i, root.images.get(i)?))) else {
-            let message = "its texture has no image; export the file again";
-            return Err(FileFault::new(file, place, message));
+            return fault(format!("its texture {texture} has no image"));
         };
+        if let Some(defect) = image.name.as_deref().and_then(|name| name.strip_prefix(BROKEN_IMAGE)) {
+            return fault(defect.to_string());
+        }
         if let Some(p) = self.image_cache.get(&index) {
             return Ok(p.clone());
         }
@@ -339,10 +357,7 @@ impl ImageReader<'_> {
                 self.image_cache.insert(index, image_source.clone());
                 return Ok(image_source);
             }
-            (None, None) => {
-                let message = "this image has neither data nor a file; export the file again";
-                return Err(FileFault::new(file, label, message));
-            }
+            (None, None) => return fault(format!("{label} has neither data nor a file")),
         };
         let image_source = ImageSource::Bytes { name: format!("{file}:{label}"), bytes: Rc::from(bytes) };
         self.image_cache.insert(index, image_source.clone());

@@ -13,7 +13,7 @@ use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use serde_json::Value;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 use zonal_math::Vec3;
 
@@ -29,6 +29,8 @@ pub(super) struct PrimitiveReader<'a> {
     pub(super) skipped: usize,
     /// Number of positions and corners read, counted at every node that shows them.
     pub(super) shown: usize,
+    /// Materials of primitives with colours of vertices.
+    pub(super) coloured: BTreeSet<usize>,
     /// Primitives that Draco compresses, by their buffer view.
     pub(super) draco: HashMap<usize, Rc<DracoMesh>>,
 }
@@ -56,6 +58,30 @@ impl PrimitiveReader<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The notes about contents that were not read.
+    pub(super) fn notes(&self, document: &Document, instances: &[NodeInstance]) -> Vec<String> {
+        let file = self.buffers.file;
+        let coloured = self.coloured.iter().map(|m| {
+            let name = &self.mesh.materials[*m].name;
+            format!("{file}: material '{name}': the colours of its vertices are not read")
+        });
+        let mut out: Vec<String> = coloured.collect();
+        let json = document.as_json();
+        let shown = |node: usize| json.nodes.get(node).filter(|n| n.mesh.is_some());
+        let skinned = instances.iter().filter_map(|n| shown(n.node)).filter(|n| n.skin.is_some()).count();
+        let has_targets = |mesh: usize| {
+            json.meshes.get(mesh).is_some_and(|m| m.primitives.iter().any(|p| p.targets.is_some()))
+        };
+        let morphed = instances.iter().filter_map(|n| n.mesh).filter(|m| has_targets(*m)).count();
+        let counted = [
+            (skinned, "meshes with a skeleton were read in the pose in which they are stored"),
+            (morphed, "meshes with morph targets were read without them"),
+            (self.skipped, "primitives of points or lines were left out"),
+        ];
+        out.extend(counted.iter().filter(|c| c.0 > 0).map(|(n, what)| format!("{file}: {n} {what}")));
+        out
     }
 
     /// The data of a primitive that Draco compresses; each buffer view is decoded once.
@@ -156,6 +182,9 @@ impl PrimitiveReader<'_> {
         // Read texture coordinates.
         let material = self.materials.index_of(primitive.material.map(|m| m.value()), &mut self.mesh);
         let mapping = self.materials.mapping(material);
+        if attribute(Semantic::Colors(0)).is_some() {
+            self.coloured.insert(material);
+        }
         let uvs = match attribute(Semantic::TexCoords(mapping.set)).filter(|_| mapping.used) {
             Some(a) => self.attribute::<2>(a, &format!("TEXCOORD_{}", mapping.set), draco.as_ref(), place)?,
             None => Vec::new(),

@@ -16,7 +16,7 @@ use zonal_scene::Bands;
 /// Roughness from which on a transmission is diffuse, not specular.
 pub(super) const MIN_ROUGHNESS: f64 = 0.25;
 /// Name of the extension.
-const DIFFUSE_TRANSMISSION: &str = "KHR_materials_diffuse_transmission";
+pub(super) const DIFFUSE_TRANSMISSION: &str = "KHR_materials_diffuse_transmission";
 
 /// The transmission of a sheet by its file.
 pub(super) struct SheetFactors {

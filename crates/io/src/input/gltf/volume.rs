@@ -53,7 +53,7 @@ fn read(path: &Path, file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
 
 fn parse(bytes: &[u8], file: &str) -> Result<Vec<VolumeMaterial>, FileFault> {
     let (json, _) = split_chunks(file, bytes)?;
-    let document = parse_document(file, json)?;
+    let (document, _) = parse_document(file, json)?;
     let instances = node_instances(file, &document)?;
     let meshes = &document.as_json().meshes;
     let mut out = Vec::new();
