@@ -168,10 +168,13 @@ impl<'a> AdaptiveSampler<'a> {
             let strip = self.sample_strip(first, last);
             let rows: Vec<Vec<[f32; 3]>> = (first..last)
                 .into_par_iter()
-                .map(|y| (0..self.options.width).map(|x| self.pixel(&strip, x, y)).collect())
+                .map(|y| {
+                    let row = (0..self.options.width).map(|x| self.pixel(&strip, x, y)).collect();
+                    progress.advance(1);
+                    row
+                })
                 .collect();
             out.extend(rows.into_iter().flatten());
-            progress.advance((last - first) as u64);
         }
         out
     }

@@ -112,7 +112,7 @@ fn run_live(args: &Args, context: Context) -> Result<(), Failure> {
         json: context.json,
     };
     let scene = input.read()?;
-    let page = Arc::new(LivePage::default());
+    let page = Arc::new(LivePage::with_observer(context.progress()));
     let server = bind(args.port, page::live_routes(&page))?;
     let stop = Arc::new(AtomicBool::new(false));
     let (ended, stopper) = (stop.clone(), server.stopper());

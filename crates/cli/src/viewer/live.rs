@@ -9,6 +9,7 @@
 //! Version 0 means that there are no data yet. A solve that fails leaves the data of the last one in place.
 
 use super::server::RouteBody;
+use crate::progress::{ProgressBars, StageNames};
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -22,6 +23,8 @@ pub struct LivePage {
     steps: [AtomicU64; 2],
     /// True if the solve in progress is to end.
     interrupted: AtomicBool,
+    /// Shows the progress on standard error too.
+    observer: Option<ProgressBars>,
 }
 
 #[derive(Default)]
@@ -29,6 +32,8 @@ struct LiveState {
     package: Arc<[u8]>,
     version: u64,
     stage: String,
+    /// Names of the stages of the solve so far.
+    stages: StageNames,
     quality: String,
     is_done: bool,
     error: Option<String>,
@@ -39,10 +44,17 @@ impl LivePage {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// A page whose solves are shown by `observer` too.
+    #[must_use]
+    pub fn with_observer(observer: ProgressBars) -> LivePage {
+        LivePage { observer: Some(observer), ..LivePage::default() }
+    }
+
     /// A solve of this quality begins.
     pub fn begin_solve(&self, quality: &str) {
         let mut state = self.state();
         (state.quality, state.is_done, state.error) = (quality.into(), false, None);
+        state.stages = StageNames::default();
         self.interrupted.store(false, Ordering::SeqCst);
     }
 
@@ -99,15 +111,27 @@ pub fn finished_progress() -> Vec<u8> {
 
 impl Progress for LivePage {
     fn begin(&self, stage: &str, total: u64) {
-        self.state().stage = stage.into();
+        let mut state = self.state();
+        state.stage = state.stages.next(stage);
+        let stage = format!("{}: {stage}", state.quality);
+        drop(state);
+        if let Some(observer) = &self.observer {
+            observer.begin(&stage, total);
+        }
         self.steps[0].store(0, Ordering::Relaxed);
         self.steps[1].store(total, Ordering::Relaxed);
     }
     fn advance(&self, steps: u64) {
         self.steps[0].fetch_add(steps, Ordering::Relaxed);
+        if let Some(observer) = &self.observer {
+            observer.advance(steps);
+        }
     }
     fn end(&self) {
         self.steps[0].store(self.steps[1].load(Ordering::Relaxed), Ordering::Relaxed);
+        if let Some(observer) = &self.observer {
+            observer.end();
+        }
     }
     fn is_interrupted(&self) -> bool {
         self.interrupted.load(Ordering::SeqCst)
@@ -134,6 +158,11 @@ mod tests {
         page.begin_solve("normal");
         page.interrupt();
         assert!(page.is_interrupted());
+        // A stage that is repeated has a new name: its fraction does not fall.
+        page.begin("gather", 4);
+        assert_eq!(progress()["stage"], "gather");
+        page.begin("gather", 4);
+        assert_eq!(progress()["stage"], "gather (2)");
         page.finish(Some("the scene is not valid".into()));
         let p = progress();
         assert_eq!((p["version"].as_u64(), p["done"].as_bool()), (Some(1), Some(true)));
