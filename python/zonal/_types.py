@@ -36,6 +36,7 @@ Quantity: TypeAlias = Literal["temperature", "net_flux", "radiosity", "irradianc
 Boundary: TypeAlias = Literal["mirror", "periodic", "scene"]
 BoundaryEnd: TypeAlias = Literal["mirror", "scene"]
 Sides: TypeAlias = Literal["front", "both"]
+OpenSides: TypeAlias = Literal["file", "both"]
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.int64]

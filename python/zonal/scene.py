@@ -25,6 +25,7 @@ from ._types import (
     FaceValues,
     LightGroups,
     Mesh,
+    OpenSides,
     PatchRule,
     Path,
     Sides,
@@ -216,6 +217,7 @@ class Scene:
         omit: Sequence[str] | None = None,
         materials: Mapping[str, Mapping[str, Any]] | None = None,
         solid: bool | None = None,
+        open_sides: OpenSides | None = None,
         lights: bool | None = None,
         scale: float | None = None,
         translate: Vector | None = None,
@@ -267,6 +269,8 @@ class Scene:
             Properties of single materials of a mesh.
         solid : bool, optional
             Whether closed parts of a mesh are solids and rooms; true by default.
+        open_sides : {"file", "both"}, optional
+            Sides of the open parts of a mesh: those of its file (default), or both; then parts that are turned inside out count as open.
         lights : bool, optional
             Whether the lights of a glTF mesh become lights of the scene (light mode); true by default.
         scale, translate, rotate_degrees : optional
@@ -304,6 +308,7 @@ class Scene:
             omit=omit,
             materials=materials,
             solid=solid,
+            open_sides=open_sides,
             lights=lights,
         )
         if mesh is not None:
