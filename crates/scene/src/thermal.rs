@@ -20,8 +20,8 @@ use crate::scene_error::{SceneError, invalid};
 use crate::thermal_network::ThermalNetwork;
 use std::sync::Arc;
 
-/// The Stefan–Boltzmann constant σ, W/(m² K⁴) (CODATA 2018).
-pub const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
+/// The Stefan–Boltzmann constant σ = 2π⁵k⁴/(15h³c²), W/(m² K⁴), to double precision (SI of 2019, CODATA 2018).
+pub const STEFAN_BOLTZMANN: f64 = 5.670374419184429e-8;
 
 /// Band fractions below this are rounding errors, such as that of a `"rest"` that should be zero.
 const MIN_BAND_FRACTION: f64 = 1e-12;

@@ -40,7 +40,7 @@ pub use band::{BandEmission, BandSolution, SlabBand};
 pub use equilibrium::{Equilibrium, SlabCondition};
 
 /// Stefan–Boltzmann constant, W/(m² K⁴).
-pub const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
+pub const STEFAN_BOLTZMANN: f64 = 5.670374419184429e-8;
 
 /// Layers between two walls, in any number of bands.
 #[derive(Clone, Debug, PartialEq)]

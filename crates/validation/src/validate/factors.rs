@@ -157,7 +157,7 @@ fn hot_plate() -> f64 {
 }
 
 /// The Stefan–Boltzmann constant, W/(m² K⁴).
-pub(super) const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
+pub(super) const STEFAN_BOLTZMANN: f64 = 5.670374419184429e-8;
 
 fn fds_plates(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     let mut out = CaseOutcome::default();
