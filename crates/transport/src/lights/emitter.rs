@@ -280,9 +280,24 @@ impl<'a> Emitter<'a> {
                 tree.any_facet(|c, r| ahead(c) + r > 0.0, |range| self.facets[range].iter().any(may_light))
             }
         };
-        // The flux of one side of a plane of this emission, or that of both.
-        let most = if matches!(receiver, Receiver::Free) { 4.0 } else { 1.0 };
-        if lights { self.max_emission * most } else { Bands::ZERO }
+        if !lights {
+            return Bands::ZERO;
+        }
+        // The flux of one side of a plane of this emission, or that of both, unless the facets are too far and too small for that.
+        let most: f64 = if matches!(receiver, Receiver::Free) { 4.0 } else { 1.0 };
+        let centre = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) / corners.len() as f64;
+        let ball = (centre, corners.iter().fold(0.0f64, |m, c| m.max((*c - centre).length())));
+        let seen = match &self.tree {
+            Some(tree) => tree.solid_angle_bound(ball),
+            None => {
+                let of_facet = |f: &EmitterFacet| {
+                    let middle = f.plate.centre();
+                    light_tree::ball_solid_angle_bound(f.plate.area(), (middle, f.plate.diameter()), ball)
+                };
+                self.facets.iter().map(of_facet).sum()
+            }
+        };
+        self.max_emission * most.min(seen / PI)
     }
 
     /// True where the facets are many and form clusters.

@@ -162,6 +162,21 @@ impl LightTree {
         false
     }
 
+    /// An upper bound of Σ A/d² over the tree from any point of a ball (centre, m, and radius, m), sr: from the largest nodes of small angular size; infinite near a leaf.
+    pub(crate) fn solid_angle_bound(&self, ball: (Vec3, f64)) -> f64 {
+        let (mut sum, mut open) = (0.0, vec![0]);
+        while let Some(k) = open.pop() {
+            let Some(node) = self.nodes.get(k) else { continue };
+            let is_near = node.radius + ball.1 > SMALL_RADIUS_OVER_DISTANCE * (node.centre - ball.0).length();
+            if is_near && node.second > 0 {
+                open.extend([node.second, k + 1]);
+            } else {
+                sum += ball_solid_angle_bound(node.area, (node.centre, node.radius), ball);
+            }
+        }
+        sum
+    }
+
     fn importance(&self, k: usize, p: Vec3, receiver: Receiver) -> f64 {
         let LightTreeNode { centre, radius, area, .. } = &self.nodes[k];
         let offset = *centre - p;
@@ -171,6 +186,12 @@ impl LightTree {
             Receiver::Surface(n) => area * (n.dot(offset) + radius).max(0.0) / (d2 * d2.sqrt()),
         }
     }
+}
+
+/// An upper bound of the solid angle, sr, of an area, m², within one ball (centre, m, and radius, m) from any point of another; infinite where they touch.
+pub(crate) fn ball_solid_angle_bound(area: f64, own: (Vec3, f64), other: (Vec3, f64)) -> f64 {
+    let gap = (own.0 - other.0).length() - own.1 - other.1;
+    if gap > 0.0 { area / (gap * gap) } else { f64::INFINITY }
 }
 
 type BoundsPair = (Vec3, Vec3);
