@@ -359,3 +359,74 @@ fn oblique_wall_separates_the_volumes_of_both_sides() {
     assert!((sums[0] + sums[1] - 1.0).abs() < 2e-3, "{sums:?}");
     assert!(sums.iter().any(|s| (s - left).abs() < 2e-3), "{sums:?}");
 }
+
+fn of_plate(p: Plate, size: f64, rule: PatchRule) -> Result<Zones, zonal_scene::SceneError> {
+    let mut parts =
+        SceneParts { surfaces: vec![surface("blade")], facets: vec![facet(0, p)], ..SceneParts::default() };
+    parts.options.patch_size = Some(size);
+    parts.options.patch_rule = rule;
+    let s = Scene::new(parts).unwrap();
+    build_zones(&s, &Transport::new(&s))
+}
+
+#[test]
+fn number_of_pieces_grows_with_the_length_of_needles() {
+    let rules = [PatchRule::Edge, PatchRule::Area];
+    for (length, rule) in [100.0, 1e3, 1e4].into_iter().flat_map(|l| rules.map(|r| (l, r))) {
+        for apex in [0.0, 0.3, 0.5, 1.0] {
+            let needle = Plate::triangle(Vec3::ZERO, vec3(0.0, length, 0.0), vec3(1.0, apex * length, 0.0));
+            let sheared =
+                Plate::parallelogram(Vec3::ZERO, vec3(0.0, length, 0.0), vec3(1.0, apex * length, 0.0));
+            for p in [needle, sheared, needle.flipped()] {
+                let z = of_plate(p, 1.0, rule).unwrap();
+                let limit = if p.kind == zonal_scene::PlateKind::Triangle { 2.2 } else { 4.4 };
+                assert!(
+                    (z.patches.len() as f64) < limit * length + 10.0,
+                    "{} pieces of {length} m, {rule:?}",
+                    z.patches.len()
+                );
+                let area: f64 = z.patches.iter().map(|q| q.area).sum();
+                assert!((area / p.area() - 1.0).abs() < 1e-9);
+                assert!(z.patches.iter().all(|q| q.normal.dot(p.normal()) > 0.999));
+                let longest = if rule == PatchRule::Area { 6.5 } else { 2.5 };
+                assert!(z.patches.iter().all(|q| q.plate.diameter() < longest));
+            }
+        }
+    }
+}
+
+#[test]
+fn wide_needles_have_pieces_as_large_as_the_patch_size() {
+    // 10 m wide and 1 km long: pieces of 1 m along the tip, and of the whole width beyond.
+    let p = Plate::triangle(Vec3::ZERO, vec3(0.0, 1000.0, 0.0), vec3(10.0, 0.0, 0.0));
+    let z = of_plate(p, 1.0, PatchRule::Edge).unwrap();
+    assert!(z.patches.iter().all(|q| q.plate.diameter() < 2.5));
+    assert!((5_000..30_000).contains(&z.patches.len()), "{}", z.patches.len());
+}
+
+#[test]
+fn too_many_pieces_are_refused_before_they_are_made() {
+    let needle = Plate::triangle(Vec3::ZERO, vec3(0.0, 1e8, 0.0), vec3(1e-3, 0.0, 0.0));
+    let skewed = Plate::parallelogram(Vec3::ZERO, vec3(1e7, 0.0, 0.0), vec3(9e6, 1.0, 0.0));
+    let square = Plate::parallelogram(Vec3::ZERO, vec3(1e7, 0.0, 0.0), vec3(0.0, 1e7, 0.0));
+    for (p, size) in [(needle, 1e-2), (skewed, 1e-3), (square, 1e-6), (needle, 1e-300)] {
+        for rule in [PatchRule::Edge, PatchRule::Area] {
+            let e = of_plate(p, size, rule).unwrap_err();
+            let text = e.to_string();
+            assert!(text.contains("surface 'blade'") && text.contains("larger patch_size"), "{text}");
+        }
+    }
+    let pane = Pane {
+        name: "glass".into(),
+        plates: vec![needle],
+        thickness: 0.01,
+        extinction: Bands::ONE,
+        albedo: Bands::ZERO,
+        emission: Bands::ZERO,
+    };
+    let mut parts = SceneParts { panes: vec![pane], ..SceneParts::default() };
+    parts.options.patch_size = Some(1e-2);
+    let s = Scene::new(parts).unwrap();
+    let text = build_zones(&s, &Transport::new(&s)).unwrap_err().to_string();
+    assert!(text.contains("pane 'glass'"), "{text}");
+}

@@ -13,16 +13,50 @@ const MIN_PIECE_SHARE_OF_SIZE2: f64 = 0.1;
 /// Texture samples of a patch along each parameter.
 const TEXTURE_SAMPLES_PER_SIDE: usize = 4;
 
-fn check_patch_count(count: f64, key: String) -> Result<(), SceneError> {
-    if count <= MAX_PATCHES as f64 {
-        return Ok(());
+/// Pieces that are split along walls before their number is compared with the limit.
+const PIECES_PER_BLOCK: usize = 1 << 16;
+
+/// Number of pieces of a scene by surface, while it is counted.
+struct PieceCounter<'a> {
+    scene: &'a Scene,
+    total: f64,
+    of_surface: Vec<f64>,
+}
+
+impl<'a> PieceCounter<'a> {
+    fn new(scene: &'a Scene) -> PieceCounter<'a> {
+        PieceCounter { scene, total: 0.0, of_surface: vec![0.0; scene.surfaces().len()] }
     }
-    Err(SceneError::new(
-        key,
-        format!(
-            "this patch size makes about {count:.1e} patches, more than the {MAX_PATCHES} allowed; use a larger one"
-        ),
-    ))
+
+    /// Adds pieces of a surface.
+    ///
+    /// # Errors
+    /// When the scene has more than [`MAX_PATCHES`].
+    fn add(&mut self, surface: usize, count: f64) -> Result<(), SceneError> {
+        self.total += count;
+        self.of_surface[surface] += count;
+        if self.total <= MAX_PATCHES as f64 {
+            return Ok(());
+        }
+        // The surface with most pieces so far.
+        let most = (0..self.of_surface.len())
+            .fold(0, |a, b| if self.of_surface[b] > self.of_surface[a] { b } else { a });
+        let s = &self.scene.surfaces()[most];
+        let key = match s.patch_size {
+            Some(_) => format!("surface '{}'.patch_size", s.name),
+            None => "solve.patch_size".into(),
+        };
+        let size = s.patch_size.unwrap_or(self.scene.patch_size());
+        Err(too_many(key, &format!("surface '{}'", s.name), self.of_surface[most], size))
+    }
+}
+
+/// The error of a surface or pane that the patch size `size`, m, cuts into too many pieces.
+fn too_many(key: String, subject: &str, count: f64, size: f64) -> SceneError {
+    let message = format!(
+        "patches of {size:.3e} m cut {subject} into {count:.1e} or more, and a scene has at most {MAX_PATCHES}; use a larger patch_size, or a smaller or less slender shape"
+    );
+    SceneError::new(key, message)
 }
 
 /// The patches, by ascending facet.
@@ -40,19 +74,14 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
         }
         grid.and_then(|g| plate_subdivision::voxel_cuts(p, g, scene.surfaces()[surface].patch_size))
     };
-    // Estimate the number of patches before making any.
-    let mut total = 0.0;
+    // Count the pieces before making any.
+    let mut counter = PieceCounter::new(scene);
     for f in scene.facets() {
-        let s = &scene.surfaces()[f.surface];
-        total += match voxel_cuts(&f.plate, f.surface) {
-            Some([u, v]) => (u.len() * v.len()) as f64,
-            None => plate_subdivision::estimate_count(&f.plate, size(f.surface), rule),
+        let count = match voxel_cuts(&f.plate, f.surface) {
+            Some([u, v]) => (u.len() - 1) as f64 * (v.len() - 1) as f64,
+            None => plate_subdivision::piece_count(&f.plate, size(f.surface), rule),
         };
-        let key = match s.patch_size {
-            Some(_) => format!("surface '{}'.patch_size", s.name),
-            None => "solve.patch_size".into(),
-        };
-        check_patch_count(total, key)?;
+        counter.add(f.surface, count)?;
     }
     // Subdivide the facets to the patch size.
     let subdivided: Vec<(usize, Plate)> = scene
@@ -69,8 +98,13 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
         })
         .collect();
     // Split the pieces along walls and remove covered ones.
-    let patches = split_and_filter(scene, transport, &subdivided);
-    check_patch_count(patches.len() as f64, "solve.patch_size".into())?;
+    let mut patches = Vec::new();
+    let mut counter = PieceCounter::new(scene);
+    for block in subdivided.chunks(PIECES_PER_BLOCK) {
+        let made = split_and_filter(scene, transport, block);
+        made.iter().try_for_each(|p| counter.add(p.surface, 1.0))?;
+        patches.extend(made);
+    }
     Ok(patches)
 }
 
@@ -143,9 +177,14 @@ fn textured_mean(facet: &Plate, patch: &Plate, value: &dyn Fn(f64, f64) -> Bands
 /// When there are more than [`MAX_PATCHES`].
 pub(super) fn panes(scene: &Scene) -> Result<Vec<PaneZone>, SceneError> {
     let (size, rule) = (scene.patch_size(), scene.options().patch_rule);
-    let plates = || scene.panes().iter().flat_map(|p| &p.plates);
-    let count = plates().map(|p| plate_subdivision::estimate_count(p, size, rule)).sum();
-    check_patch_count(count, "solve.patch_size".into())?;
+    let mut total = 0.0;
+    for pane in scene.panes() {
+        let count: f64 = pane.plates.iter().map(|p| plate_subdivision::piece_count(p, size, rule)).sum();
+        total += count;
+        if total > MAX_PATCHES as f64 {
+            return Err(too_many("solve.patch_size".into(), &format!("pane '{}'", pane.name), count, size));
+        }
+    }
     let mut out = Vec::new();
     for (k, pane) in scene.panes().iter().enumerate() {
         let mut pieces = Vec::new();

@@ -2,12 +2,16 @@
 //!
 //! By edge (`PatchRule::Edge`) a parallelogram becomes an n_u × n_v grid of cells no longer than the size. A triangle becomes n²
 //! congruent ones, with n the number of sizes in √(2A), the edge of the square it is half of. A long thin triangle is first halved
-//! at its longest edge until its pieces are well shaped (longest edge at most three heights) or short enough, so a needle of length
-//! L becomes about L/size pieces, not (L/size)².
+//! at its longest edge until its pieces are well shaped (longest edge at most three heights) or short enough.
 //!
 //! By area (`PatchRule::Area`) a triangle stays whole while its area A is at most size² and its longest edge at most six sizes. A
-//! triangle of up to two size², and a needle, is halved at its longest edge; any other becomes n² congruent ones, with n = √A/size
+//! triangle of up to two size², and a thin one, is halved at its longest edge; any other becomes n² congruent ones, with n = √A/size
 //! rounded up.
+//!
+//! A **needle**, whose longest edge exceeds [`MAX_HALVED_ASPECT_RATIO`] heights, is cut across its length only: halving would make
+//! its pieces thinner with each step, and their number grows faster than the length. The foot of the height divides it into two
+//! right needles, each of which is cut at parameters t of its two long sides into trapezoids of two triangles. A trapezoid is as
+//! long as the needle is wide there, or as a size. A needle of length L becomes about 2 L/size pieces.
 //!
 //! By voxels (`PatchRule::Voxels`) per axis-aligned rectangle is cut by the planes between the cells of the medium.
 
@@ -21,6 +25,10 @@ pub(super) const MAX_PATCHES: usize = 1 << 22;
 const MAX_ASPECT_RATIO: f64 = 3.0;
 /// Longest edge of a triangle under `PatchRule::Area`, in sizes.
 const MAX_EDGE_IN_SIZES: f64 = 6.0;
+/// Longest edge of a triangle over its height, above which it is cut across its length.
+const MAX_HALVED_ASPECT_RATIO: f64 = 32.0;
+/// Most halvings of a triangle. Each halves the area, so that rounding alone reaches this number.
+const MAX_HALVINGS: usize = 64;
 
 /// The parameters at which a rectangle is cut to `size` (m), except along `axis`, along which it is a piece of an infinitely long strip.
 pub(super) fn strip_cuts(p: &Plate, axis: usize, size: f64) -> [Vec<f64>; 2] {
@@ -89,28 +97,46 @@ fn triangles_of(p: &Plate) -> [Plate; 2] {
     }
 }
 
-/// Appends the pieces of `p`, of about edge `size`, with the orientation of `p`.
-pub(super) fn subdivide(p: &Plate, size: f64, rule: PatchRule, out: &mut Vec<Plate>) {
-    let subdivide_triangle = match rule {
-        PatchRule::Edge | PatchRule::Voxels => subdivide_by_edge,
-        PatchRule::Area => subdivide_by_area,
-    };
+/// Receives the pieces of a plate: each plate stands for the n × n congruent parts that a grid of n steps along its edges makes of it.
+type PieceSink<'a> = &'a mut dyn FnMut(&Plate, [f64; 2]);
+
+/// Passes the pieces of `p`, of about edge `size`, to `sink`.
+fn visit_pieces(p: &Plate, size: f64, rule: PatchRule, sink: PieceSink<'_>) {
+    let cut = TriangleCut { size, by_area: rule == PatchRule::Area };
     match p.kind {
-        PlateKind::Triangle => subdivide_triangle(p, size, out),
+        PlateKind::Triangle => cut.visit(p, MAX_HALVINGS, sink),
         PlateKind::Parallelogram if is_skewed(p) && p.diameter() > size => {
-            triangles_of(p).iter().for_each(|t| subdivide_triangle(t, size, out));
+            triangles_of(p).iter().for_each(|t| cut.visit(t, MAX_HALVINGS, sink));
         }
+        PlateKind::Parallelogram => sink(p, [p.e1, p.e2].map(|e| step_count(e.length(), size))),
+    }
+}
+
+/// Number of pieces of [`subdivide`]; above [`MAX_PATCHES`] an estimate within a factor of four, found without cutting.
+pub(super) fn piece_count(p: &Plate, size: f64, rule: PatchRule) -> f64 {
+    let estimate = estimate_count(p, size, rule);
+    if estimate > 2.0 * MAX_PATCHES as f64 {
+        return estimate;
+    }
+    let mut count = 0.0;
+    visit_pieces(p, size, rule, &mut |_, [nu, nv]| count += nu * nv);
+    count
+}
+
+/// Appends the pieces of `p`, of about edge `size`, with the orientation of `p`. The caller has bounded their number by [`piece_count`].
+pub(super) fn subdivide(p: &Plate, size: f64, rule: PatchRule, out: &mut Vec<Plate>) {
+    visit_pieces(p, size, rule, &mut |q, [nu, nv]| match q.kind {
+        _ if nu * nv <= 1.0 => out.push(*q),
+        PlateKind::Triangle => append_congruent(q, nu as usize, out),
         PlateKind::Parallelogram => {
-            let (nu, nv) =
-                (step_count(p.e1.length(), size) as usize, step_count(p.e2.length(), size) as usize);
-            let (e1, e2) = (p.e1 / nu as f64, p.e2 / nv as f64);
-            for i in 0..nu {
-                for j in 0..nv {
-                    out.push(Plate::parallelogram(p.at(i as f64 / nu as f64, j as f64 / nv as f64), e1, e2));
+            let (e1, e2) = (q.e1 / nu, q.e2 / nv);
+            for i in 0..nu as usize {
+                for j in 0..nv as usize {
+                    out.push(Plate::parallelogram(q.at(i as f64 / nu, j as f64 / nv), e1, e2));
                 }
             }
         }
-    }
+    });
 }
 
 /// Parameters u and v at which the planes between voxels cut an axis-aligned rectangle, its ends included; `None` for any other
@@ -147,28 +173,98 @@ pub(super) fn cut_at(p: &Plate, [u, v]: &[Vec<f64>; 2], out: &mut Vec<Plate>) {
     }
 }
 
-fn subdivide_by_edge(p: &Plate, size: f64, out: &mut Vec<Plate>) {
-    let (edge, turned) = longest_edge(p);
-    let area2 = 2.0 * p.area();
-    let n = step_count(area2.sqrt().max(edge * std::f64::consts::FRAC_1_SQRT_2), size);
-    if n <= 1.0 {
-        out.push(*p);
-    } else if edge * edge > MAX_ASPECT_RATIO * area2 {
-        halve(&turned).iter().for_each(|t| subdivide_by_edge(t, size, out));
-    } else {
-        append_congruent(p, n as usize, out);
-    }
+/// The cut of triangles to a size, m.
+struct TriangleCut {
+    size: f64,
+    by_area: bool,
 }
 
-fn subdivide_by_area(p: &Plate, size: f64, out: &mut Vec<Plate>) {
-    let (edge, turned) = longest_edge(p);
-    let n = step_count(p.area().sqrt(), size);
-    if n <= 1.0 && edge <= MAX_EDGE_IN_SIZES * size {
-        out.push(*p);
-    } else if p.area() <= 2.0 * size * size || edge * edge > 2.0 * MAX_ASPECT_RATIO * p.area() {
-        halve(&turned).iter().for_each(|t| subdivide_by_area(t, size, out));
-    } else {
-        append_congruent(p, n as usize, out);
+impl TriangleCut {
+    /// Number of congruent parts along an edge of a well-shaped triangle of longest edge `edge`.
+    fn steps(&self, p: &Plate, edge: f64) -> f64 {
+        match self.by_area {
+            true => step_count(p.area().sqrt(), self.size),
+            false => {
+                let side = (2.0 * p.area()).sqrt().max(edge * std::f64::consts::FRAC_1_SQRT_2);
+                step_count(side, self.size)
+            }
+        }
+    }
+
+    /// True for a triangle that is one piece.
+    fn is_small(&self, steps: f64, edge: f64) -> bool {
+        steps <= 1.0 && (!self.by_area || edge <= MAX_EDGE_IN_SIZES * self.size)
+    }
+
+    /// Passes on the pieces of a triangle, with at most this number of halvings one after the other.
+    fn visit(&self, p: &Plate, halvings: usize, sink: PieceSink<'_>) {
+        let (edge, turned) = longest_edge(p);
+        let (area2, steps) = (2.0 * p.area(), self.steps(p, edge));
+        let thin = edge * edge > MAX_ASPECT_RATIO * area2;
+        let barely_large = self.by_area && p.area() <= 2.0 * self.size * self.size;
+        if self.is_small(steps, edge) || halvings == 0 {
+            sink(p, [1.0; 2]);
+        } else if edge * edge > MAX_HALVED_ASPECT_RATIO * area2 {
+            self.visit_needle(&turned, sink);
+        } else if thin || barely_large {
+            halve(&turned).iter().for_each(|t| self.visit(t, halvings - 1, sink));
+        } else {
+            sink(p, [steps; 2]);
+        }
+    }
+
+    /// The parts of a needle whose longest edge is opposite to its origin.
+    fn visit_needle(&self, turned: &Plate, sink: PieceSink<'_>) {
+        let (c, _) = turned.corners();
+        let base = c[2] - c[1];
+        let length = base.length();
+        let height = 2.0 * turned.area() / length;
+        let share = ((c[0] - c[1]).dot(base) / (length * length)).clamp(0.0, 1.0);
+        // A foot near an end cuts off nothing: the whole is one needle with the other end as its tip.
+        if share * length <= height {
+            return self.visit_tapered(c[2], [c[0] - c[2], c[1] - c[2]], sink);
+        }
+        if (1.0 - share) * length <= height {
+            return self.visit_tapered(c[1], [c[2] - c[1], c[0] - c[1]], sink);
+        }
+        self.visit_tapered(c[1], [base * share, c[0] - c[1]], sink);
+        self.visit_tapered(c[2], [c[0] - c[2], base * (share - 1.0)], sink);
+    }
+
+    /// The parts of the needle with the given tip and the vectors from there to its other corners, counter-clockwise.
+    fn visit_tapered(&self, tip: Vec3, [a, b]: [Vec3; 2], sink: PieceSink<'_>) {
+        let (length, width) = (a.length().max(b.length()), (b - a).length());
+        // Width up to which, and length of which, a part is one piece.
+        let (narrow, step) = match self.by_area {
+            true => (0.05 * self.size, 5.9 * self.size),
+            false => (self.size, self.size),
+        };
+        let least = if self.by_area { 1.9 * self.size } else { self.size };
+        let mut part = |from: f64, to: f64, whole: bool| {
+            let triangle =
+                |e1: Vec3, e2: Vec3| Plate { origin: tip + a * from, e1, e2, kind: PlateKind::Triangle };
+            let diagonal = b * to - a * from;
+            let mut pass = |t: Plate| {
+                let steps = if whole { 1.0 } else { self.steps(&t, longest_edge(&t).0) };
+                sink(&t, [steps; 2]);
+            };
+            pass(triangle(a * (to - from), diagonal));
+            if from > 0.0 {
+                pass(triangle(diagonal, (b - a) * from));
+            }
+        };
+        // Parts as long as they are wide, from the wide end.
+        let mut end = 1.0;
+        while width * end > narrow {
+            let begin = (end - (width * end).max(least) / length).max(0.0);
+            part(begin, end, false);
+            end = begin;
+        }
+        // Parts of equal length to the tip.
+        let count = step_count(end * length, step);
+        for k in (0..if end > 0.0 { count as usize } else { 0 }).rev() {
+            part(end * (k as f64 / count), end * ((k + 1) as f64 / count), true);
+        }
     }
 }
 
