@@ -83,3 +83,81 @@ fn memory_of_images_is_bounded_by_their_size() {
     let e = read(text, &[("a", &jpeg)], 1).unwrap_err();
     assert!(e.contains("64000000 pixels") && e.contains("cannot hold"), "{e}");
 }
+
+/// A file of VTK with one compressed array of points of one byte, whose blocks hold so many zeros.
+fn zlib_bomb(points: usize, blocks: usize, block: usize) -> Vec<u8> {
+    use std::io::Write;
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    encoder.write_all(&vec![0; block]).unwrap();
+    let packed = encoder.finish().unwrap();
+    let head = format!(
+        "<VTKFile type=\"UnstructuredGrid\" header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\"><UnstructuredGrid><Piece NumberOfPoints=\"{points}\" NumberOfCells=\"1\"><Points><DataArray type=\"UInt8\" NumberOfComponents=\"3\" format=\"appended\" offset=\"0\"/></Points><Cells><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">3</DataArray><DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">5</DataArray></Cells></Piece></UnstructuredGrid><AppendedData encoding=\"raw\">_"
+    );
+    let mut out = head.into_bytes();
+    let words = [blocks, block, 0].into_iter().chain(vec![packed.len(); blocks]);
+    words.for_each(|n| out.extend((n as u64).to_le_bytes()));
+    (0..blocks).for_each(|_| out.extend(&packed));
+    out
+}
+
+#[test]
+fn memory_of_compressed_arrays_is_bounded_by_their_size() {
+    let text = "[[surface]]\nmesh={file='a.vtu'}\n";
+    // Declared and stored sizes differ: refused before a block is unpacked.
+    let e = read(text, &[("a.vtu", &zlib_bomb(3, 50, 1 << 20))], 1).unwrap_err();
+    assert!(e.contains("52428800 values where 9 are declared"), "{e}");
+    // Consistent sizes that the file cannot justify.
+    let points = (50 << 20) / 3 + 1;
+    let e = read(text, &[("a.vtu", &zlib_bomb(points, 50, 1 << 20))], 1).unwrap_err();
+    assert!(e.contains("more than the") && e.contains("can justify"), "{e}");
+}
+
+#[test]
+fn whole_numbers_out_of_range_are_refused() {
+    let file = |corners: [u64; 3], ends: u64| {
+        let bytes = |list: &[u64]| -> Vec<u8> {
+            let length = (8 * list.len() as u32).to_le_bytes();
+            length.into_iter().chain(list.iter().flat_map(|n| n.to_le_bytes())).collect()
+        };
+        let (corners, ends) = (bytes(&corners), bytes(&[ends]));
+        let head = format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"3\" NumberOfCells=\"1\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0</DataArray></Points><Cells><DataArray type=\"UInt64\" Name=\"connectivity\" format=\"appended\" offset=\"0\"/><DataArray type=\"UInt64\" Name=\"offsets\" format=\"appended\" offset=\"{}\"/><DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">5</DataArray></Cells></Piece></UnstructuredGrid><AppendedData encoding=\"raw\">_",
+            corners.len()
+        );
+        [head.into_bytes(), corners, ends].concat()
+    };
+    let text = "[[surface]]\nmesh={file='a.vtu'}\n";
+    let read_one = |bytes: Vec<u8>| read(text, &[("a.vtu", &bytes)], 1);
+    assert_eq!(read_one(file([0, 1, 2], 3)), Ok(1));
+    // 3 · (2⁶⁴/3 + 1) wraps to a small number.
+    for index in [3, 1 << 53, 1 << 62, u64::MAX / 3 + 1, u64::MAX] {
+        let e = read_one(file([0, 1, index], 3)).unwrap_err();
+        assert!(e.contains("out of range") || e.contains("none of the 3 points"), "{index}: {e}");
+        assert!(read_one(file([0, 1, 2], index.max(4))).is_err());
+    }
+}
+
+#[test]
+fn bytes_behind_a_file_are_notes() {
+    let mut array = npy_of_ones();
+    let text = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\nextinction={file='a.npy'}\n";
+    let notes = |array: &[u8]| {
+        let files: FilesInMemory = [(PathBuf::from("a.npy"), array.to_vec())].into_iter().collect();
+        let scene = read_scene_from_bytes(text.as_bytes(), &files, "m.toml", 8).unwrap();
+        scene.notes().iter().map(|n| n.to_string()).collect::<Vec<_>>()
+    };
+    assert!(notes(&array).is_empty());
+    array.extend([1, 2, 3]);
+    assert_eq!(notes(&array), ["a.npy: 3 byte(s) behind the elements of the array were not read"]);
+}
+
+/// An array of one element, 1.
+fn npy_of_ones() -> Vec<u8> {
+    let mut text = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 1), }".to_string();
+    while (10 + text.len() + 1) % 64 != 0 {
+        text.push(' ');
+    }
+    text.push('\n');
+    let length = (text.len() as u16).to_le_bytes();
+    [b"\x93NUMPY\x01\0", &length[..], text.as_bytes(), &1.0f32.to_le_bytes()].concat()
+}

@@ -173,3 +173,22 @@ fn altered_files_do_not_panic() {
         }
     }
 }
+
+#[test]
+fn bytes_behind_the_declared_facets_are_left_out_with_a_note() {
+    let triangles = cube();
+    for excess in [1, 7, 50, 123] {
+        let mut bytes = binary("exported", &triangles);
+        bytes.extend(vec![0xaa; excess]);
+        let stl = read(&bytes).unwrap();
+        assert_eq!((stl.facets.len(), stl.facet_count), (12, 12));
+        assert_eq!(
+            stl.notes,
+            [format!("a.stl: {excess} byte(s) behind the 12 declared facets were not read")]
+        );
+    }
+    // A header alone that declares no facets is no STL, whatever follows.
+    let mut empty = binary("exported", &[]);
+    empty.extend([0; 50]);
+    assert!(read(&empty).unwrap_err().contains("0 facets take 84 bytes"));
+}

@@ -112,12 +112,13 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray<
     let [nx, ny, nz] = shape;
     // Compare the declared size with the file's.
     let count = shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d));
-    if count.and_then(|n| n.checked_mul(element.size)) != Some(data.len()) {
+    let wanted = count.and_then(|n| n.checked_mul(element.size));
+    let Some(data) = wanted.and_then(|n| data.get(..n)) else {
         return Err(fault(format!(
             "the shape ({nx}, {ny}, {nz}) does not agree with the {} bytes of data; save the array again",
             data.len()
         )));
-    }
+    };
     if data.is_empty() {
         return Err(fault(format!("the shape ({nx}, {ny}, {nz}) has no elements; save an array with some")));
     }
@@ -144,6 +145,15 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray<
         false => ArrayValues::OwnedDouble(indices.map(value_at).collect::<Result<_, _>>()?),
     };
     Ok(ScalarArray::of_valid(shape, values))
+}
+
+/// A note about bytes behind the elements of an array of three axes that [`parse`] has read.
+pub(crate) fn trailing_note(file: &str, bytes: &[u8]) -> Option<String> {
+    let (text, data) = split_header(bytes).ok()?;
+    let size = ElementFormat::parse(&text).ok()?.size;
+    let count = parse_shape(&text).ok()?.iter().try_fold(size, |n, d| n.checked_mul(*d))?;
+    let excess = data.len().checked_sub(count).filter(|n| *n > 0)?;
+    Some(format!("{file}: {excess} byte(s) behind the elements of the array were not read"))
 }
 
 /// The dictionary of a file's header, without blanks, and the bytes of the data.

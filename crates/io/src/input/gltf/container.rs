@@ -33,7 +33,8 @@ pub(super) fn split_chunks<'a>(
     if total > bytes.len() {
         return Err(cut("header"));
     }
-    while at < total {
+    // Fewer bytes than a chunk's header are padding.
+    while at + CHUNK_HEADER_BYTES <= total {
         let place = format!("chunk at byte {at}");
         let (Some(length), Some(kind)) = (word(at), word(at + 4)) else {
             return Err(cut(&place));
@@ -50,6 +51,17 @@ pub(super) fn split_chunks<'a>(
     let json =
         json.ok_or_else(|| FileFault::new(file, "header", "this GLB has no JSON chunk; export it again"))?;
     Ok((json, binary))
+}
+
+/// Bytes of the header of a chunk.
+const CHUNK_HEADER_BYTES: usize = 8;
+
+/// A note about bytes behind the declared end of a GLB.
+pub(super) fn trailing_note(file: &str, bytes: &[u8]) -> Option<String> {
+    let total = bytes.get(8..12).filter(|_| bytes.starts_with(b"glTF"))?;
+    let total = u32::from_le_bytes([total[0], total[1], total[2], total[3]]) as usize;
+    let excess = bytes.len().checked_sub(total).filter(|n| *n > 0)?;
+    Some(format!("{file}: {excess} byte(s) behind the declared end of the GLB were not read"))
 }
 
 /// The bytes behind a URI: a data URI, or a file beside `path`.

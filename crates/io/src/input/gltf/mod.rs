@@ -46,6 +46,7 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     let (document, notes) = document::parse_document(file, json)?;
     let buffers = Buffers::open(files, file, path, document.as_json(), json.len(), binary)?;
     let mut mesh = MeshData { notes, ..MeshData::default() };
+    mesh.notes.extend(container::trailing_note(file, &bytes));
     let instances = nodes::node_instances(file, &document)?;
     let materials = materials::read_materials(&document, &instances, (files, path), &buffers, &mut mesh)?;
     let mut reader = PrimitiveReader {

@@ -34,6 +34,10 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
         }
     }
     let mut list = reader.polygons(file)?;
+    let excess = reader.cursor.rest().iter().filter(|b| !b.is_ascii_whitespace()).count();
+    if excess > 0 {
+        list.note(format!("{file}: {excess} byte(s) behind the declared rows were not read"));
+    }
     add_notes(file, &header, &mut list);
     list.finish(file)
 }

@@ -87,6 +87,10 @@ pub(super) fn read_density(
         false => npy::parse(&name, &bytes, field.noun).map(|array| (vec![array], None)),
     }
     .map_err(refused)?;
+    if own_bounds.is_none() {
+        let note = npy::trailing_note(&name, &bytes);
+        note.into_iter().for_each(|text| reader.note(Diagnostic::note("trailing-bytes", text)));
+    }
     drop(bytes);
     // Without any bounds the error names the missing key.
     let bounds =

@@ -35,15 +35,20 @@ pub(super) fn read(file: &str, bytes: &[u8], builder: &mut StlBuilder) -> Result
         );
         return Err(FileFault::new(file, "", message));
     };
-    if !has_declared_length(bytes) {
-        let (wanted, found) = (length_of(count), bytes.len());
+    let (wanted, found) = (length_of(count), bytes.len());
+    if (found as u64) < wanted || count == 0 && found > FACETS_START {
         let message = format!(
             "{count} facets take {wanted} bytes, but the file has {found}; it is cut short or no STL: export the mesh again; a text begins with solid"
         );
         return Err(FileFault::new(file, format!("byte {HEADER_BYTES}"), message));
     }
+    let excess = found as u64 - wanted;
+    if excess > 0 {
+        builder.note(format!("{file}: {excess} byte(s) behind the {count} declared facets were not read"));
+    }
     let part = builder.part(UNNAMED_PART);
-    for (number, facet) in bytes[FACETS_START..].as_chunks::<FACET_BYTES>().0.iter().enumerate() {
+    let facets = bytes[FACETS_START..].as_chunks::<FACET_BYTES>().0;
+    for (number, facet) in facets.iter().take(count as usize).enumerate() {
         let [normal, a, b, c] = [0, 1, 2, 3].map(|k| vector(facet, 12 * k));
         if let Some(k) = [a, b, c].iter().position(|p| !p.is_finite()) {
             let place = format!("byte {}", FACETS_START + FACET_BYTES * number + 12 * (k + 1));

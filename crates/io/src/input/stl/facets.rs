@@ -70,6 +70,11 @@ impl StlBuilder {
         self.stl.facets.push(StlFacet { corners, part, number });
     }
 
+    /// Adds a note of the file.
+    pub(super) fn note(&mut self, text: String) {
+        self.stl.notes.push(text);
+    }
+
     pub(super) fn finish(mut self, file: &str) -> Result<StlFile, FileFault> {
         let count = self.stl.facet_count;
         let dropped = count - self.stl.facets.len();

@@ -8,6 +8,15 @@ pub(super) enum ByteSource<'a> {
 }
 
 impl ByteSource<'_> {
+    /// Refuses a number of bytes that the source cannot hold.
+    pub(super) fn check(self, count: usize) -> Result<(), String> {
+        let most = match self {
+            ByteSource::Raw(bytes) => bytes.len(),
+            ByteSource::Base64(text) => 3 * (text.len() / 4) + 2,
+        };
+        if count > most { Err("the data are cut short; save the file again".into()) } else { Ok(()) }
+    }
+
     /// The first `count` bytes.
     pub(super) fn first(self, count: usize) -> Result<Vec<u8>, String> {
         let short = || "the data are cut short; save the file again".to_string();

@@ -16,6 +16,10 @@ use std::io::Read;
 /// Largest expansion of deflate, and the bytes that any block may have.
 const MAX_DEFLATE_EXPANSION: usize = 1032;
 const MIN_BLOCK_ALLOWANCE: usize = 1024;
+/// Most values of an array for each byte of its file, and the values that any array may have. Arrays of a mesh with points on a regular grid have
+/// about four values a byte when compressed; a value takes eight bytes of memory.
+const MAX_VALUES_PER_FILE_BYTE: usize = 16;
+const MIN_VALUES_ALLOWANCE: usize = 1 << 14;
 
 /// How the arrays of a file are encoded.
 #[derive(Default)]
@@ -84,12 +88,19 @@ impl ArrayEntry {
         }
     }
 
-    /// All values, as doubles.
-    pub(super) fn decode(&self, file: &[u8], encoding: &Encoding) -> Result<Vec<f64>, String> {
+    /// All values, as doubles: `wanted` of them. The number is checked before any value is decoded.
+    pub(super) fn decode(&self, file: &[u8], encoding: &Encoding, wanted: usize) -> Result<Vec<f64>, String> {
+        let limit = file.len().saturating_mul(MAX_VALUES_PER_FILE_BYTE).saturating_add(MIN_VALUES_ALLOWANCE);
+        if wanted > limit {
+            return Err(format!(
+                "{wanted} values are declared, more than the {} bytes of the file can justify; save the file again, with less compression",
+                file.len()
+            ));
+        }
         let number = element_format(&self.kind, encoding.big_endian)?;
         let text = file.get(self.text..).unwrap_or(&[]);
         let source = match (self.format.as_str(), encoding.appended) {
-            ("ascii", _) => return read_text(text),
+            ("ascii", _) => return check_count(read_text(text)?, wanted),
             ("binary", _) => ByteSource::Base64(text),
             ("appended", Some((start, base64))) => {
                 let at = self.offset.and_then(|o| start.checked_add(o)).and_then(|a| file.get(a..));
@@ -101,11 +112,42 @@ impl ArrayEntry {
                 return Err(format!("the format '{other}' is not read; save the file as ascii or binary"));
             }
         };
-        let bytes = if encoding.compressed { unpack(source, encoding)? } else { plain(source, encoding)? };
-        if bytes.len() % number.size != 0 {
-            return Err("the data are no whole number of values; save the file again".into());
+        let check = |bytes: usize| check_bytes(bytes, number.size, wanted);
+        let bytes = match encoding.compressed {
+            true => unpack(source, encoding, &check)?,
+            false => plain(source, encoding, &check)?,
+        };
+        check(bytes.len())?;
+        let values: Vec<f64> = bytes.chunks_exact(number.size).map(|c| number.value(c)).collect();
+        // Doubles hold whole numbers up to 2⁵³; larger ones would be rounded in silence.
+        match values.iter().find(|x| number.kind != 'f' && x.abs() >= MAX_WHOLE_NUMBER) {
+            Some(x) => Err(format!("the whole number {x:e} is out of range (2^53); mend the file")),
+            None => Ok(values),
         }
-        Ok(bytes.chunks_exact(number.size).map(|c| number.value(c)).collect())
+    }
+}
+
+/// Whole numbers below this one are exact as doubles.
+const MAX_WHOLE_NUMBER: f64 = 9_007_199_254_740_992.0;
+
+/// Compares the bytes of an array with the wanted number of values.
+fn check_bytes(bytes: usize, size: usize, wanted: usize) -> Result<(), String> {
+    if !bytes.is_multiple_of(size) {
+        return Err("the data are no whole number of values; save the file again".into());
+    }
+    wrong_count(bytes / size, wanted)
+}
+
+fn check_count(values: Vec<f64>, wanted: usize) -> Result<Vec<f64>, String> {
+    wrong_count(values.len(), wanted).map(|()| values)
+}
+
+fn wrong_count(found: usize, wanted: usize) -> Result<(), String> {
+    match found == wanted {
+        true => Ok(()),
+        false => {
+            Err(format!("the array has {found} values where {wanted} are declared; save the file again"))
+        }
     }
 }
 
@@ -132,15 +174,25 @@ fn length(a: usize, b: usize, c: usize) -> Result<usize, String> {
     sum.ok_or_else(|| "a length is too large; save the file again".into())
 }
 
-/// Values that are not compressed.
-fn plain(source: ByteSource<'_>, encoding: &Encoding) -> Result<Vec<u8>, String> {
+/// Values that are not compressed; `check` is passed their number of bytes before they are copied.
+fn plain(
+    source: ByteSource<'_>,
+    encoding: &Encoding,
+    check: &dyn Fn(usize) -> Result<(), String>,
+) -> Result<Vec<u8>, String> {
     let n = word(&source.first(encoding.word)?, 0, encoding)?;
+    source.check(length(encoding.word, n, 1)?)?;
+    check(n)?;
     let mut all = source.first(length(encoding.word, n, 1)?)?;
     Ok(all.split_off(encoding.word))
 }
 
-/// Values in blocks of zlib.
-fn unpack(source: ByteSource<'_>, encoding: &Encoding) -> Result<Vec<u8>, String> {
+/// Values in blocks of zlib; `check` is passed the declared number of bytes before any block is unpacked.
+fn unpack(
+    source: ByteSource<'_>,
+    encoding: &Encoding,
+    check: &dyn Fn(usize) -> Result<(), String>,
+) -> Result<Vec<u8>, String> {
     let w = encoding.word;
     let blocks = word(&source.first(w)?, 0, encoding)?;
     if blocks == 0 {
@@ -149,6 +201,8 @@ fn unpack(source: ByteSource<'_>, encoding: &Encoding) -> Result<Vec<u8>, String
     let header = source.first(length(3 * w, blocks, w)?)?;
     let (size, last) = (word(&header, 1, encoding)?, word(&header, 2, encoding)?);
     let packed: Vec<usize> = (0..blocks).map(|k| word(&header, 3 + k, encoding)).collect::<Result<_, _>>()?;
+    let declared = length(if last > 0 { last } else { size }, blocks - 1, size)?;
+    check(declared)?;
     let total = packed.iter().try_fold(header.len(), |n, p| length(n, *p, 1))?;
     let all = source.first(total)?;
     let (mut out, mut at) = (Vec::new(), header.len());

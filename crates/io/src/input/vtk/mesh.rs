@@ -17,6 +17,16 @@ const POLYGON: usize = 7;
 const PIXEL: usize = 8;
 const QUADRILATERAL: usize = 9;
 
+/// The message about offsets of cells.
+const WRONG_OFFSETS: &str = "its offsets do not fit its corners; save the file again";
+/// Largest whole number of an index.
+const MAX_INDEX: f64 = 1e15;
+
+/// A whole number from 0; `None` for any other value.
+fn whole(x: f64) -> Option<usize> {
+    ((0.0..MAX_INDEX).contains(&x) && x.fract() == 0.0).then_some(x as usize)
+}
+
 /// Reads a .vtu or .vtp as a mesh of one material, `default`.
 pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> Result<MeshData, FileFault> {
     let bytes = files.read(path, MAX_VTK_FILE_BYTES).map_err(|e| FileFault::new(file, "", e))?;
@@ -39,22 +49,22 @@ impl VtkFile<'_> {
         if self.cells == 0 {
             return Err(FileFault::new(self.file, "", "this mesh has no cells; save it again"));
         }
-        let points = self.array("Points", "", 3)?;
-        self.check_length("Points", points.len(), self.points.saturating_mul(3))?;
-        let corners = self.array(section, "connectivity", 1)?;
-        let ends = self.array(section, "offsets", 1)?;
-        self.check_length("offsets", ends.len(), self.cells)?;
+        let points = self.array("Points", "", 3, self.points)?;
+        let ends = self.array(section, "offsets", 1, self.cells)?;
+        let count = ends.last().map_or(Some(0), |end| whole(*end));
+        let count = count.ok_or_else(|| fault(self.cells - 1, WRONG_OFFSETS.into()))?;
+        let corners = self.array(section, "connectivity", 1, count)?;
         let types = match self.kind {
-            VtkKind::PolyData => vec![POLYGON as f64; self.cells],
-            VtkKind::UnstructuredGrid => self.array(section, "types", 1)?,
+            VtkKind::PolyData => Vec::new(),
+            VtkKind::UnstructuredGrid => self.array(section, "types", 1, self.cells)?,
         };
-        self.check_length("types", types.len(), self.cells)?;
         let mut mesh = MeshData { materials: vec![MeshMaterial::named("default")], ..MeshData::default() };
         let (mut from, mut crossed) = (0, 0);
-        for (cell, (end, kind)) in ends.iter().zip(&types).enumerate() {
-            let (end, kind) = (*end as usize, *kind as usize);
-            let Some(list) = corners.get(from..end) else {
-                return Err(fault(cell, "its offsets do not fit its corners; save the file again".into()));
+        for (cell, end) in ends.iter().enumerate() {
+            let kind = types.get(cell).map_or(Some(POLYGON), |kind| whole(*kind)).unwrap_or(usize::MAX);
+            let end = whole(*end).filter(|end| *end >= from);
+            let Some((end, list)) = end.and_then(|end| Some((end, corners.get(from..end)?))) else {
+                return Err(fault(cell, WRONG_OFFSETS.into()));
             };
             from = end;
             let polygon = self.polygon(list, kind, &points).map_err(|e| fault(cell, e))?;
@@ -88,8 +98,8 @@ impl VtkFile<'_> {
             ));
         }
         let corner = |k: &f64| {
-            let index = *k as usize;
-            let p = points.get(3 * index..3 * index + 3).filter(|_| *k >= 0.0);
+            let index = whole(*k).filter(|index| *index < self.points);
+            let p = index.and_then(|index| points.get(3 * index..3 * index + 3));
             let p = p.ok_or_else(|| {
                 format!("its corner {k} is none of the {} points; save the file again", self.points)
             })?;

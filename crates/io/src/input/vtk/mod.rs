@@ -1,7 +1,8 @@
 //! VTK's XML files of surfaces: unstructured grids (.vtu) and polygonal data (.vtp), their points, cells and arrays of cell data.
 //!
 //! Arrays are text (`ascii`), base64 in the element (`binary`), or appended (`raw`, `base64`), each compressed by zlib or not. A file has one piece.
-//! Sizes are compared with the file's before memory is allocated; deflate expands at most 1032-fold.
+//! Before an array is decoded, its declared size is compared with the number of points or cells and with the size of the file. Whole numbers are exact
+//! or refused.
 //!
 //! | module | contents |
 //! |---|---|
@@ -147,22 +148,17 @@ impl<'a> VtkFile<'a> {
 
     /// The values of an array of cell data, one for each cell.
     pub(crate) fn cell_values(&self, name: &str) -> Result<Vec<f64>, FileFault> {
-        let values = self.array("CellData", name, 1)?;
-        self.check_length(name, values.len(), self.cells)?;
-        Ok(values)
+        self.array("CellData", name, 1, self.cells)
     }
 
-    fn check_length(&self, name: &str, found: usize, wanted: usize) -> Result<(), FileFault> {
-        if found == wanted {
-            return Ok(());
-        }
-        let message =
-            format!("the array has {found} values where {wanted} are declared; save the file again");
-        Err(FileFault::new(self.file, format!("array '{name}'"), message))
-    }
-
-    /// The values of an array with this number of components; an empty `name` takes the first of the section.
-    fn array(&self, section: &str, name: &str, components: usize) -> Result<Vec<f64>, FileFault> {
+    /// The values of `rows` rows of an array with this number of components; an empty `name` takes the first of the section.
+    fn array(
+        &self,
+        section: &str,
+        name: &str,
+        components: usize,
+        rows: usize,
+    ) -> Result<Vec<f64>, FileFault> {
         let found = self.arrays.iter().find(|a| a.0 == section && (name.is_empty() || a.1.name == name));
         let Some((_, entry)) = found else {
             let message = format!("{section} has no array '{name}'; save the file again");
@@ -176,7 +172,8 @@ impl<'a> VtkFile<'a> {
             );
             return Err(FileFault::new(self.file, place(), message));
         }
-        entry.decode(self.bytes, &self.encoding).map_err(|e| FileFault::new(self.file, place(), e))
+        let wanted = rows.saturating_mul(components);
+        entry.decode(self.bytes, &self.encoding, wanted).map_err(|e| FileFault::new(self.file, place(), e))
     }
 }
 
