@@ -82,44 +82,74 @@ impl TexturedPlate {
     }
 }
 
-/// The pieces of a face in cells of `halvings` halvings; `None` where there are more than `max_pieces`.
+/// Limits of the cut of a face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CutLimits {
+    /// Most pieces.
+    pub(super) pieces: usize,
+    /// Most work: a visited cell is 1, the split of a triangle [`SPLIT_WORK`].
+    pub(super) work: u64,
+}
+
+/// The pieces of a face, or the fraction of the face that was cut when a limit was met; and the work done.
+pub(super) struct CutFace {
+    pub(super) pieces: Result<Vec<CutPiece>, f64>,
+    pub(super) work: u64,
+}
+
+/// Work of the split of a triangle at a threshold, whose samples take a hundred times as long as the class of a cell.
+const SPLIT_WORK: u64 = 100;
+
+/// The pieces of a face in cells of `halvings` halvings.
 pub(super) fn cut(
     face: &TexturedPlate,
     classes: &AlphaClasses<'_>,
     halvings: u32,
-    max_pieces: usize,
-) -> Option<Vec<CutPiece>> {
-    let mut cutter = Cutter { face, classes, max_pieces, pieces: Vec::new() };
+    limits: CutLimits,
+) -> CutFace {
+    let mut cutter = Cutter { face, classes, limits, pieces: Vec::new(), work: 0, done: 0.0 };
     let whole =
         Plate { origin: Vec3::ZERO, e1: vec3(1.0, 0.0, 0.0), e2: vec3(0.0, 1.0, 0.0), kind: face.plate.kind };
     cutter.visit(&whole, halvings);
-    (cutter.pieces.len() <= max_pieces)
-        .then(|| cutter.pieces.iter().map(|(part, class)| face.piece(part, *class)).collect())
+    let pieces = match cutter.is_over() {
+        true => Err(cutter.done / whole.area()),
+        false => Ok(cutter.pieces.iter().map(|(part, class)| face.piece(part, *class)).collect()),
+    };
+    CutFace { pieces, work: cutter.work }
 }
 
 /// A face while it is cut.
 struct Cutter<'a> {
     face: &'a TexturedPlate,
     classes: &'a AlphaClasses<'a>,
-    max_pieces: usize,
+    limits: CutLimits,
     /// Pieces in the parameters of the face, with their classes.
     pieces: Vec<(Plate, usize)>,
+    work: u64,
+    /// Area of the cells that are cut, in the parameters of the face.
+    done: f64,
 }
 
 impl Cutter<'_> {
+    fn is_over(&self) -> bool {
+        self.pieces.len() > self.limits.pieces || self.work > self.limits.work
+    }
     /// Cuts a cell; returns its class if it has one.
     fn visit(&mut self, cell: &Plate, halvings: u32) -> Option<usize> {
-        if self.pieces.len() > self.max_pieces {
+        if self.is_over() {
             return None;
         }
+        self.work += 1;
         let (corners, n) = cell.corners();
         let corners = corners.map(|c| [c.x, c.y]);
         let uniform = self.uniform_class(&corners[..n]);
         if let Some(class) = uniform {
             self.pieces.push((*cell, class));
+            self.done += cell.area();
             return uniform;
         }
         if halvings == 0 {
+            self.done += cell.area();
             let [a, b, c, d] = corners;
             self.split_levels([a, b, c]);
             if cell.kind == PlateKind::Parallelogram {
@@ -130,6 +160,9 @@ impl Cutter<'_> {
         // Four quarters of one class are one cell.
         let first = self.pieces.len();
         let quarters = cell.quarters().map(|q| self.visit(&q, halvings - 1));
+        if self.is_over() {
+            return None;
+        }
         if quarters[0].is_some() && quarters.iter().all(|class| *class == quarters[0]) {
             self.pieces.truncate(first);
             self.pieces.extend(quarters[0].map(|class| (*cell, class)));
@@ -158,6 +191,7 @@ impl Cutter<'_> {
         let mut remaining = vec![triangle];
         let mut class_above = 0;
         for [k, below, above] in levels {
+            self.work += SPLIT_WORK * remaining.len() as u64;
             let split = remaining.iter().map(|t| self.split(*t, self.classes.threshold(k)));
             let (low, high): (Vec<Vec<Triangle>>, Vec<Vec<Triangle>>) = split.unzip();
             low.into_iter().flatten().for_each(|t| self.add(t, below, triangle));
@@ -256,6 +290,21 @@ mod tests {
         }
     }
 
+    fn pieces(face: &TexturedPlate, classes: &AlphaClasses<'_>, halvings: u32) -> Result<Vec<CutPiece>, f64> {
+        cut(face, classes, halvings, CutLimits { pieces: 1 << 20, work: u64::MAX }).pieces
+    }
+
+    #[test]
+    fn work_is_bounded_where_a_picture_repeats_without_end() {
+        let map = disc(64);
+        let classes = AlphaClasses::new(&map, 1.0, vec![0.5]);
+        let face = unit_square(1000.0);
+        let limits = CutLimits { pieces: 400_000, work: 100_000 };
+        let found = cut(&face, &classes, 16, limits);
+        assert!(found.work <= limits.work + 10 * SPLIT_WORK, "{}", found.work);
+        assert!(found.pieces.is_err_and(|done| done < 0.01));
+    }
+
     /// A disc of radius 0.3 with a rim of one pixel.
     fn disc(n: usize) -> AlphaMap {
         let value = |i: usize| {
@@ -276,13 +325,14 @@ mod tests {
         let classes = AlphaClasses::new(&map, 1.0, vec![0.5]);
         let face = unit_square(1.0);
         for (halvings, tolerance) in [(3, 0.03), (5, 2e-3), (7, 3e-4)] {
-            let pieces = cut(&face, &classes, halvings, 1 << 20).expect("few pieces");
+            let pieces = pieces(&face, &classes, halvings).expect("few pieces");
             let (disc, rest) = (area_of(&pieces, 1), area_of(&pieces, 0));
             assert!((disc / (6.0 * PI * 0.09) - 1.0).abs() < tolerance, "{halvings}: {disc}");
             assert!((disc + rest - 6.0).abs() < 2e-3, "{}", disc + rest);
             assert!(pieces.iter().all(|p| p.plate.normal() == face.plate.normal()));
         }
-        assert!(cut(&face, &classes, 7, 10).is_none());
+        let few = CutLimits { pieces: 10, work: u64::MAX };
+        assert!(cut(&face, &classes, 7, few).pieces.is_err_and(|done| (0.0..0.2).contains(&done)));
     }
 
     #[test]
@@ -290,7 +340,7 @@ mod tests {
         let map = disc(64);
         let classes = AlphaClasses::new(&map, 1.0, vec![0.5]);
         let face = unit_square(40.0);
-        let pieces = cut(&face, &classes, 2, 1 << 20).expect("few pieces");
+        let pieces = pieces(&face, &classes, 2).expect("few pieces");
         assert!(pieces.len() < 100);
         let share = area_of(&pieces, 1) / 6.0;
         assert!((share / (PI * 0.09) - 1.0).abs() < 0.1, "{share}");
@@ -301,7 +351,7 @@ mod tests {
         let map = AlphaMap::new(256, 1, (0..256).map(|i| i as u8).collect());
         let classes = AlphaClasses::new(&map, 1.0, vec![0.2, 0.4, 0.9]);
         let face = unit_square(1.0);
-        let pieces = cut(&face, &classes, 6, 1 << 20).expect("few pieces");
+        let pieces = pieces(&face, &classes, 6).expect("few pieces");
         for (class, share) in [0.2, 0.2, 0.5, 0.1].into_iter().enumerate() {
             let got = area_of(&pieces, class) / 6.0;
             assert!((got - share).abs() < 0.01, "{class}: {got}");

@@ -6,10 +6,11 @@
 //! | blend | nothing below the first of [`BLEND_LEVELS`], opaque above the last, between two of them a pane of the mean transmittance 1 − ᾱ |
 //!
 //! All methods then see opaque plates and panes only: their zones have the opaque area, and rays meet the contours. Cells are a fraction of a patch
-//! and no smaller than a fraction of a pixel, or some pixels of a blended picture; where a material would have more than [`MAX_PIECES`] pieces the cells are doubled until it has fewer.
+//! and no smaller than a fraction of a pixel, or some pixels of a blended picture; where a material would have more than [`MAX_PIECES`] pieces, or take more than
+//! [`MAX_MATERIAL_WORK`], as where a picture repeats a thousand times over a face, the cells are doubled until it does not.
 
 use super::alpha_map::AlphaClasses;
-use super::cut_outs::{CutPiece, TexturedPlate, cut};
+use super::cut_outs::{CutLimits, CutPiece, TexturedPlate, cut};
 use super::material_overrides::MaterialOverride;
 use super::model::{AlphaRule, GlassAttenuation, GlassProperties, MeshData, MeshFace, MeshMaterial};
 use crate::input::error::FileFault;
@@ -30,6 +31,9 @@ const PATCHES_PER_DIAGONAL: f64 = 30.0;
 /// Largest number of pieces of a material, and doublings of the cells after which each face is one cell.
 const MAX_PIECES: usize = 400_000;
 const MAX_DOUBLINGS: u32 = 30;
+/// Most work of the cuts of a material and of a mesh: some seconds, and some ten. A material whose pictures have little repetition takes up to 3e7.
+const MAX_MATERIAL_WORK: u64 = 80_000_000;
+const MAX_MESH_WORK: u64 = 300_000_000;
 /// Values of alpha that bound the levels of a blended picture: below the first nothing is left, above the last the surface is opaque.
 const BLEND_LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 /// Thickness of the panes of a level, m. Their optical depth is that of 1 − ᾱ for any thickness.
@@ -46,6 +50,7 @@ pub(super) fn cut_transparent_materials(
     reader: &mut SceneReader<'_>,
 ) -> Result<(), FileFault> {
     let diagonal = mesh_diagonal(&mesh.faces);
+    let mut work_left = MAX_MESH_WORK;
     for m in 0..mesh.materials.len() {
         let over = overrides.get(&m).cloned().unwrap_or_default();
         // A pane, a region or an opaque surface of the scene takes the place of the file's transparency.
@@ -64,7 +69,7 @@ pub(super) fn cut_transparent_materials(
         let classes = AlphaClasses::new(&map, alpha.factor, thresholds);
         let own: Vec<MeshFace> = mesh.faces.iter().filter(|f| f.material == m).copied().collect();
         let pixels = if alpha.rule == AlphaRule::Blend { BLEND_PIXELS } else { MASK_PIXELS };
-        let (pieces, doublings) = cut_faces(&own, &classes, [cell, pixels]);
+        let (pieces, doublings) = cut_faces(&own, &classes, [cell, pixels], &mut work_left);
         note_cut_outs(mesh, m, (own.len(), pieces.len(), doublings), reader);
         mesh.faces.retain(|f| f.material != m);
         let opaque = pieces.iter().filter(|p| p.1.class == classes.top());
@@ -86,29 +91,49 @@ fn face_of(of: &MeshFace, piece: &CutPiece, material: usize) -> MeshFace {
     MeshFace { material, plate: piece.plate, uv: piece.uv, ..*of }
 }
 
-/// The pieces of all faces above the lowest class, each with its face, and the doublings of the cells.
+/// The pieces of all faces above the lowest class, each with its face, and the doublings of the cells. The work is taken from `work_left`.
 fn cut_faces<'f>(
     faces: &'f [MeshFace],
     classes: &AlphaClasses<'_>,
     [cell, pixels]: [f64; 2],
+    work_left: &mut u64,
 ) -> (Vec<(&'f MeshFace, CutPiece)>, u32) {
     let mut out = Vec::new();
-    for doublings in 0..=MAX_DOUBLINGS {
+    let mut own_work = MAX_MATERIAL_WORK.min(*work_left);
+    let mut doublings = 0;
+    loop {
         out.clear();
+        // Without work left, each face is one cell.
+        doublings = if own_work == 0 { MAX_DOUBLINGS } else { doublings.min(MAX_DOUBLINGS) };
         let last = doublings == MAX_DOUBLINGS;
-        let fits = faces.iter().all(|f| {
+        let mut stopped_at = None;
+        for (k, f) in faces.iter().enumerate() {
             let face = TexturedPlate { plate: f.plate, uv: f.uv };
             let halvings = face.halvings(cell, pixels, classes).saturating_sub(doublings);
-            let room = if last { usize::MAX } else { MAX_PIECES - out.len() };
-            let Some(pieces) = cut(&face, classes, halvings, room) else { return false };
-            out.extend(pieces.into_iter().filter(|p| p.class > 0).map(|p| (f, p)));
-            last || out.len() <= MAX_PIECES
-        });
-        if fits {
-            return (out, doublings);
+            let limits = match last {
+                true => CutLimits { pieces: usize::MAX, work: u64::MAX },
+                // A try takes half the work at most, so that coarser cells have a turn.
+                false => CutLimits { pieces: MAX_PIECES - out.len(), work: own_work.div_ceil(2) },
+            };
+            let found = cut(&face, classes, halvings, limits);
+            own_work = own_work.saturating_sub(found.work);
+            *work_left = work_left.saturating_sub(found.work);
+            match found.pieces {
+                Ok(pieces) => out.extend(pieces.into_iter().filter(|p| p.class > 0).map(|p| (f, p))),
+                Err(done) => stopped_at = Some(k as f64 + done),
+            }
+            if !last && out.len() > MAX_PIECES {
+                stopped_at = Some(k as f64 + 1.0);
+            }
+            if stopped_at.is_some() {
+                break;
+            }
         }
+        let Some(done) = stopped_at else { return (out, doublings) };
+        // A doubling leaves a quarter of the pieces at least.
+        let excess = faces.len() as f64 / done.max(1e-9 * faces.len() as f64);
+        doublings += (excess.log2() / 2.0).floor().clamp(1.0, f64::from(MAX_DOUBLINGS)) as u32;
     }
-    (out, MAX_DOUBLINGS)
 }
 
 /// Reports that faces were cut.
