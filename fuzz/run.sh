@@ -12,7 +12,7 @@ cd "$(dirname "$0")" || exit 2
 count=${1:?how many executions of each target?}
 shift
 if [ $# -eq 0 ]; then
-    set -- exr factors flight gltf jpeg msh npy npz obj ply png request scene solve solve_toml stl vdb view3d vol
+    set -- exr face_table factors flight gas_array gltf hdr init jpeg luminaire msh npy npz obj ply png request scene solve solve_toml stl vdb view3d vol vtk
 fi
 out=${FUZZ_OUT:-$PWD/target/fuzz}
 mkdir -p "$out/log"
@@ -28,7 +28,7 @@ for target in "$@"; do
     case $target in
         vdb) options+=(-max_len=40000 -len_control=0) ;;
         npz) options+=(-max_len=24000 -len_control=0) ;;
-        gltf | msh | obj | ply | stl | view3d | exr) options+=(-max_len=8192) ;;
+        gltf | init | msh | obj | ply | stl | view3d | vtk | exr) options+=(-max_len=8192) ;;
         solve) options+=(-max_len=256 -timeout=60) ;;
     esac
     [ -f "dict/$target.dict" ] && options+=(-dict="dict/$target.dict")

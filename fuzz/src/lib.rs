@@ -3,6 +3,8 @@
 //! | module | content |
 //! |---|---|
 //! | `readers` | every reader, from memory |
+//! | `files` | readers of the files of scenes, which need no other crates |
+//! | `mutation` | random changes of inputs without libFuzzer |
 //! | `archive` | repair of lengths and checksums of zip and PNG, so that mutations reach the code behind them |
 //! | `solving` | small scenes solved, drawn, packed, written and read back |
 //! | `drawing` | pictures, packages and relighting of a solution |
@@ -12,13 +14,15 @@
 
 mod archive;
 mod drawing;
+mod files;
+mod mutation;
 mod readers;
 mod scenes;
 mod solving;
 
-pub use readers::{
-    exr, factors, flight, gltf, jpeg, msh, npy, npz, obj, ply, png, request, scene, stl, vdb, view3d, vol,
-};
+pub use files::{face_table, gas_array, hdr, luminaire, msh, obj, ply, stl, vtk};
+pub use mutation::run_mutated;
+pub use readers::{exr, factors, flight, gltf, init, jpeg, npy, npz, png, request, scene, vdb, view3d, vol};
 pub use scenes::scene_text;
 pub use solving::{solve, solve_toml};
 
@@ -26,12 +30,17 @@ pub use solving::{solve, solve_toml};
 pub type FuzzTarget = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const FUZZ_TARGETS: [FuzzTarget; 19] = [
+pub const FUZZ_TARGETS: [FuzzTarget; 25] = [
     ("exr", exr),
+    ("face_table", face_table),
     ("factors", factors),
     ("flight", flight),
+    ("gas_array", gas_array),
     ("gltf", gltf),
+    ("hdr", hdr),
+    ("init", init),
     ("jpeg", jpeg),
+    ("luminaire", luminaire),
     ("msh", msh),
     ("npy", npy),
     ("npz", npz),
@@ -46,4 +55,5 @@ pub const FUZZ_TARGETS: [FuzzTarget; 19] = [
     ("vdb", vdb),
     ("view3d", view3d),
     ("vol", vol),
+    ("vtk", vtk),
 ];

@@ -2,77 +2,21 @@
 
 use super::archive;
 use super::drawing::{Packing, use_solution};
+use super::files::{fixture_files, insert_file, read_mesh, read_scene, read_with_fixtures};
 use std::io::Cursor;
-use std::path::PathBuf;
 use zonal_cli::commands::factors::factors_from_bytes;
+use zonal_cli::scene_proposal::{ModelOptions, propose};
 use zonal_io::input::{
-    FilesInMemory, parse_camera_path, read_scene_from_bytes, read_view3d_from_bytes,
-    volume_materials_from_bytes,
+    FilesInMemory, parse_camera_path, read_view3d_from_bytes, volume_materials_from_bytes,
 };
 use zonal_io::output;
 use zonal_math::vec3;
-use zonal_scene::{Camera, Lens, Scene};
+use zonal_scene::{Camera, Lens};
 
-/// Most cells of a medium.
-const MAX_CELLS: usize = 1 << 12;
 /// Most rows of a table of pairs.
 const MAX_PAIRS: usize = 8;
 /// Most frames of a flight whose shots are computed.
 const MAX_FLIGHT_FRAMES: f64 = 1000.0;
-
-/// A closed cube, for scenes that refer to `a.obj`.
-const CUBE_OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nusemtl a\n\
-    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nusemtl b\nf 3 4 8 7\nf 4 1 5 8\n";
-/// The material library of the cube.
-const CUBE_MTL: &str = "newmtl a\nKd 0.5 0.4 0.3\nnewmtl b\nKd 0.1 0.1 0.1\nKe 1 2 3\nmap_Kd a.png\n";
-
-fn insert_file(files: &mut FilesInMemory, name: &str, bytes: impl Into<Vec<u8>>) {
-    files.insert(PathBuf::from(name), bytes.into());
-}
-
-/// The files that scenes may refer to: `a.obj`, `a.mtl`, `a.npy`, `a.png`.
-fn fixture_files() -> FilesInMemory {
-    let mut files = FilesInMemory::new();
-    insert_file(&mut files, "a.obj", CUBE_OBJ);
-    insert_file(&mut files, "a.mtl", CUBE_MTL);
-    insert_file(&mut files, "a.npy", npy_file([2, 2, 2], &[300.0, 400.0, 500.0, 600.0, 0.5, 1.0, 2.0, 3.0]));
-    let grey: Vec<[f32; 3]> = (0..4).map(|i| [0.2 * i as f32; 3]).collect();
-    insert_file(&mut files, "a.png", output::encode_png(2, 2, &grey).unwrap_or_default());
-    files
-}
-
-/// An npy file of single-precision numbers.
-fn npy_file(shape: [usize; 3], values: &[f32]) -> Vec<u8> {
-    let mut text = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape:?}, }}")
-        .replace('[', "(")
-        .replace(']', ")");
-    while (10 + text.len() + 1) % 64 != 0 {
-        text.push(' ');
-    }
-    text.push('\n');
-    let mut out = b"\x93NUMPY\x01\0".to_vec();
-    out.extend((text.len() as u16).to_le_bytes());
-    out.extend(text.as_bytes());
-    values.iter().for_each(|v| out.extend(v.to_le_bytes()));
-    out
-}
-
-/// Reads a scene; the message of a refusal must begin with the file name.
-pub fn read_scene(text: &[u8], files: &FilesInMemory) -> Option<Scene> {
-    match read_scene_from_bytes(text, files, "fuzz.toml", MAX_CELLS) {
-        Ok(scene) => Some(scene),
-        Err(e) => {
-            let message = e.to_string();
-            assert!(message.starts_with("fuzz.toml"), "a refusal without the file name: {message}");
-            None
-        }
-    }
-}
-
-/// Reads a scene with fixtures beside it.
-pub fn read_with_fixtures(text: &[u8]) -> Option<Scene> {
-    read_scene(text, &fixture_files())
-}
 
 /// Target: the text of a scene.
 pub fn scene(data: &[u8]) {
@@ -81,52 +25,27 @@ pub fn scene(data: &[u8]) {
     }
 }
 
-/// A scene with a mesh as surfaces and as a region of the medium.
-const MESH_SCENE: &str = "[[surface]]\nname='m'\nmesh={file='FILE'}\n[medium]\nmin=[-2,-2,-2]\nmax=[2,2,2]\ncells=[3,3,3]\nextinction=1\n\
-    [[medium.region]]\nmesh={file='FILE',rotate_degrees=[90,0,10]}\nextinction=2\n";
+/// Extensions of mesh files.
+const MESH_EXTENSIONS: [&str; 8] = ["obj", "stl", "ply", "glb", "gltf", "msh", "vtu", "vtp"];
 
-/// Reads a mesh as surfaces, and as surfaces and a region.
-fn read_mesh(name: &str, files: &FilesInMemory) {
-    let all = MESH_SCENE.replace("FILE", name);
-    let surfaces = &all[..all.find("[medium]").unwrap_or(all.len())];
-    if read_scene(surfaces.as_bytes(), files).is_some() {
-        read_scene(all.as_bytes(), files);
+/// Target: the scene that `zonal init` proposes for a mesh file; the first byte chooses its format. The file is written to the folder of temporary files.
+pub fn init(data: &[u8]) {
+    let Some((kind, data)) = data.split_first() else { return };
+    let extension = MESH_EXTENSIONS[usize::from(kind % 8)];
+    let folder = std::env::temp_dir().join(format!("zonal-fuzz-{}", std::process::id()));
+    let path = folder.join(format!("a.{extension}"));
+    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    std::fs::write(&path, data).expect("a temporary file");
+    let options = ModelOptions { unit: None, up: None, patches: 100 };
+    match propose(&path, &folder, &options) {
+        Ok(p) => assert!(p.scene.facets().iter().all(|f| f.plate.area().is_finite())),
+        Err(e) => {
+            let message = e.to_string();
+            assert!(message.contains("a."), "a refusal without the file name: {message}");
+        }
     }
-}
-
-/// Target: an OBJ file, and behind a line `#mtl` its material library.
-pub fn obj(data: &[u8]) {
-    let mark = b"\n#mtl\n";
-    let cut = data.windows(mark.len()).position(|w| w == mark);
-    let (text, library) = match cut {
-        Some(at) => (&data[..at], &data[at + mark.len()..]),
-        None => (data, CUBE_MTL.as_bytes()),
-    };
-    let mut files = fixture_files();
-    insert_file(&mut files, "a.obj", text);
-    insert_file(&mut files, "a.mtl", library);
-    read_mesh("a.obj", &files);
-}
-
-/// Target: an STL file, as it is; its length decides whether it is text.
-pub fn stl(data: &[u8]) {
-    let mut files = fixture_files();
-    insert_file(&mut files, "a.stl", data);
-    read_mesh("a.stl", &files);
-}
-
-/// Target: a PLY file.
-pub fn ply(data: &[u8]) {
-    let mut files = fixture_files();
-    insert_file(&mut files, "a.ply", data);
-    read_mesh("a.ply", &files);
-}
-
-/// Target: a file of Gmsh.
-pub fn msh(data: &[u8]) {
-    let mut files = fixture_files();
-    insert_file(&mut files, "a.msh", data);
-    read_mesh("a.msh", &files);
+    let _ = std::fs::remove_file(&path);
+    let _ = std::fs::remove_dir(&folder);
 }
 
 /// Target: an input file of View3D.

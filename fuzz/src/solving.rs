@@ -2,7 +2,7 @@
 //! pixels not negative.
 
 use super::drawing::{MAX_ZONES, draw, is_small, pack};
-use super::{readers, scenes};
+use super::{files, scenes};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use zonal_io::output;
 use zonal_scene::{Bands, NoProgress, Scene, Solution, ZoneValues};
@@ -29,15 +29,15 @@ const MEMORY_LIMIT: u64 = 256 << 20;
 
 /// Target: a scene that [`scenes`] generates from bytes, with its files.
 pub fn solve(data: &[u8]) {
-    let (text, files) = scenes::scene_text(data);
-    if let Some(scene) = readers::read_scene(text.as_bytes(), &files) {
+    let (text, in_memory) = scenes::scene_text(data);
+    if let Some(scene) = files::read_scene(text.as_bytes(), &in_memory) {
         solve_and_draw(scene, text.len());
     }
 }
 
 /// Target: the text of a scene.
 pub fn solve_toml(data: &[u8]) {
-    if let Some(scene) = readers::read_with_fixtures(data) {
+    if let Some(scene) = files::read_with_fixtures(data) {
         solve_and_draw(scene, data.len());
     }
 }

@@ -46,7 +46,10 @@ macro_rules! replays {
 
 replays! {
     scenes_camera_paths_and_requests: "scene", "flight", "request";
-    mesh_files: "obj", "gltf", "stl", "ply", "msh", "view3d";
+    mesh_files: "obj", "gltf", "stl", "ply", "msh", "view3d", "vtk";
+    proposed_scenes: "init";
+    light_files: "luminaire", "hdr";
+    tables_and_arrays: "face_table", "gas_array";
     volume_files: "vdb", "npy", "vol";
     image_files: "png", "jpeg", "exr";
     solution_files: "npz";
@@ -93,4 +96,13 @@ fn most_random_scenes_are_valid() {
         }
     }
     assert!(read >= 350, "{read} of 500 are read; refused: {refused:#?}");
+}
+
+/// The proposals of `zonal init` for altered mesh files; `crates/io/tests/mutated_files.rs` alters the files of the readers.
+#[test]
+fn altered_models_are_proposed_or_refused() {
+    let list = files("corpus/init");
+    let seeds: Vec<Vec<u8>> = list.iter().map(|path| std::fs::read(path).unwrap()).collect();
+    let failed = harness::run_mutated("init", harness::init, &seeds, 60);
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
 }

@@ -16,6 +16,7 @@ mod memory_limits;
 mod mesh_files;
 mod models_as_they_come;
 mod msh_files;
+mod mutated_files;
 mod openvdb_files;
 mod ply_files;
 mod point_lights;
