@@ -29,7 +29,8 @@ pub(crate) fn of_input(e: &InputError, origin: DocumentOrigin) -> PyErr {
     let key = (!e.key().is_empty()).then(|| e.key().to_string());
     let array = array_message(e.message()).filter(|_| origin == DocumentOrigin::Memory);
     // An array stands in place of a file: its key is the argument itself.
-    let key = key.map(|k| k.strip_suffix(".file").filter(|_| array.is_some()).map_or(k.clone(), str::to_string));
+    let key =
+        key.map(|k| k.strip_suffix(".file").filter(|_| array.is_some()).map_or(k.clone(), str::to_string));
     match origin {
         DocumentOrigin::File => {
             let place = e.line_and_column().map(|(line, column)| format!("{line}:{column}"));

@@ -25,9 +25,7 @@ use zonal_cli::commands::voxel_factors::VoxelFactors;
 use zonal_cli::commands::{export, render};
 use zonal_cli::table::distinct_diagnostics;
 use zonal_io::output::{self, CheckpointFolder, CheckpointState};
-use zonal_scene::{
-    Bands, CheckpointStore, Diagnostic, Fields, NoCheckpoints, SceneError, SceneErrorKind,
-};
+use zonal_scene::{Bands, CheckpointStore, Diagnostic, Fields, NoCheckpoints, SceneError, SceneErrorKind};
 use zonal_solve::SolveSettings;
 
 /// Interval at which a thread that waits for a solution handles signals.

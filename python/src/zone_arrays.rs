@@ -291,9 +291,8 @@ fn surface_table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDi
 /// Power that every surface absorbs in each band in light mode, W, its whole error, and the parts of the error; (surfaces, bands) each.
 pub(crate) fn absorbed<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    let by_name = |list: &[(String, Bands)], k: usize, missing: f64| {
-        list.get(k).map_or(Bands::splat(missing), |x| x.1)
-    };
+    let by_name =
+        |list: &[(String, Bands)], k: usize, missing: f64| list.get(k).map_or(Bands::splat(missing), |x| x.1);
     let unknown = f64::INFINITY;
     let exchange = |t: &Solution, k: usize| by_name(&t.report.energy_error.absorbed_surfaces, k, unknown);
     let zones = |t: &Solution, k: usize| {

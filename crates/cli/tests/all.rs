@@ -12,6 +12,7 @@ mod final_gather;
 mod fuzz_replay;
 mod init;
 mod many_bands;
+mod mesh_defects;
 mod mirrors;
 mod refused_arguments;
 mod refused_scenes;

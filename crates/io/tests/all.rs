@@ -14,6 +14,7 @@ mod invalid_meshes;
 mod invalid_scenes;
 mod memory_limits;
 mod mesh_files;
+mod mesh_topology;
 mod models_as_they_come;
 mod msh_files;
 mod mutated_files;

@@ -140,7 +140,7 @@ fn whole_numbers_out_of_range_are_refused() {
 #[test]
 fn bytes_behind_a_file_are_notes() {
     let mut array = npy_of_ones();
-    let text = "[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\nextinction={file='a.npy'}\n";
+    let text = "mode='thermal'\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\nextinction=1\ntemperature={file='a.npy',scale=300}\n";
     let notes = |array: &[u8]| {
         let files: FilesInMemory = [(PathBuf::from("a.npy"), array.to_vec())].into_iter().collect();
         let scene = read_scene_from_bytes(text.as_bytes(), &files, "m.toml", 8).unwrap();

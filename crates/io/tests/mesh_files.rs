@@ -300,8 +300,10 @@ fn textures_on_walls_are_upright() {
 
 #[test]
 fn notes_that_differ_in_a_name_are_merged() {
-    let mut obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_string();
-    (0..400).for_each(|k| obj += &format!("usemtl m{k}\nf 1 2 3\n"));
+    let mut obj = String::new();
+    for k in 0..400 {
+        obj += &format!("v {k} 0 0\nv {k} 1 0\nv {k} 0 1\nusemtl m{k}\nf -3 -2 -1\n");
+    }
     let folder = Folder::new().with("a.obj", obj);
     let s = folder.scene(&mesh("a.obj", ""));
     let stated: Vec<_> = s.notes().iter().filter(|n| n.code == "default-material").collect();

@@ -119,7 +119,6 @@ fn damaged_files_are_refused() {
     };
     let absurd = [&bin[..80], &[0xff; 4], &bin[84..]].concat();
     let flat = text("a", &[[Vec3::ZERO; 3]]);
-    let many = [&bin[..], &[0; 50]].concat();
     let cases: Vec<(Vec<u8>, &str)> = vec![
         (Vec::new(), "a.stl: this is no STL: neither a text"),
         (b"solid".to_vec(), "a.stl:1: this file is cut short: facet or endsolid is missing; export"),
@@ -127,7 +126,6 @@ fn damaged_files_are_refused() {
         (bin[..84].to_vec(), "a.stl:byte 80: 12 facets take 684 bytes, but the file has 84; it is cut short"),
         (bin[..600].to_vec(), "a.stl:byte 80: 12 facets take 684 bytes, but the file has 600"),
         (absurd, "a.stl:byte 80: 4294967295 facets take 214748364834 bytes, but the file has 684"),
-        (many, "a.stl:byte 80: 12 facets take 684 bytes, but the file has 734"),
         (with_float(84 + 12, f32::NAN), "a.stl:byte 96: a corner of facet 1 is not finite; mend it"),
         (with_float(84 + 50 + 44, f32::INFINITY), "a.stl:byte 170: a corner of facet 2 is not finite"),
         (flat.into_bytes(), "a.stl: all 1 faces are without area; export"),
@@ -182,10 +180,8 @@ fn bytes_behind_the_declared_facets_are_left_out_with_a_note() {
         bytes.extend(vec![0xaa; excess]);
         let stl = read(&bytes).unwrap();
         assert_eq!((stl.facets.len(), stl.facet_count), (12, 12));
-        assert_eq!(
-            stl.notes,
-            [format!("a.stl: {excess} byte(s) behind the 12 declared facets were not read")]
-        );
+        let wanted = format!("a.stl: {excess} byte(s) behind the 12 declared facets were not read");
+        assert!(stl.notes.len() == 1 && stl.notes[0].ends_with(&wanted), "{:?}", stl.notes);
     }
     // A header alone that declares no facets is no STL, whatever follows.
     let mut empty = binary("exported", &[]);

@@ -5,7 +5,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | `plate`, [`shells`] | triangles and parallelograms; open shells, solids and enclosures |
+//! | `plate`, `weld`, [`shells`], [`topology`] | triangles and parallelograms; coincident corners; open shells, solids and enclosures; defects of meshes |
 //! | `surface`, `light`, `camera`, `voxel_grid` | surfaces and panes; lights and surroundings; cameras; the medium |
 //! | `intensity_distribution` | radiant intensity of point lights over directions: spots, photometric tables |
 //! | `sky_distribution`, `sun_position` | radiance of skies over directions; the sun by place and time |
@@ -71,10 +71,12 @@ mod surface;
 pub mod thermal;
 mod thermal_network;
 mod thermal_validation;
+pub mod topology;
 mod validation;
 mod voxel_grid;
 pub mod voxel_samples;
 mod voxel_zones;
+mod weld;
 mod zones;
 
 pub use band::{Band, BandCountError, PerBand};

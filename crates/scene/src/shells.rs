@@ -1,6 +1,6 @@
 //! Connected shells of a set of plates: open shells, solids (closed, normals outward) and enclosures (closed, normals inward).
 //!
-//! Corners are welded on a grid. An edge is **balanced** if equal numbers of plates traverse it forwards and backwards; a set of plates
+//! Corners are welded (`weld.rs`). An edge is **balanced** if equal numbers of plates traverse it forwards and backwards; a set of plates
 //! whose edges are all balanced has no boundary, and the winding number of a point is defined. Plates are joined across edges
 //! (union–find); at an edge with several plates in each direction the plates are sorted by angle, and each is paired with the plate at the
 //! other end of the wedge behind it:
@@ -15,7 +15,7 @@
 //! **Cost:** O(n log n) for n plates.
 
 use crate::plate::Plate;
-use std::collections::HashMap;
+use crate::weld::WeldedCorners;
 use zonal_math::Vec3;
 
 /// Kind of a shell.
@@ -56,8 +56,12 @@ pub struct Shell {
     pub area_vector: Vec3,
     /// Number of edges without a second plate.
     pub free_edges: usize,
-    /// Number of edges that all plates traverse in one direction: the normals of neighbours are inconsistent.
+    /// Number of edges that both of their two plates traverse in one direction: the normals of neighbours are inconsistent.
     pub flipped_edges: usize,
+    /// Number of edges of three or more plates that are not traversed equally often in both directions.
+    pub crowded_edges: usize,
+    /// Number of plates.
+    pub plates: usize,
 }
 
 /// The shells of a list of plates.
@@ -81,8 +85,6 @@ struct EdgeUse {
 const EQUAL_ANGLE_TOLERANCE: f64 = 1e-6;
 /// Volume below which a shell counts as open, in units of its area to the power 3/2: rounding errors of two sheets back to back.
 const MIN_SHELL_VOLUME: f64 = 1e-9;
-/// Shift of the weld grid, in steps: keeps simple fractions of the extent off the borders of its cells.
-const WELD_GRID_SHIFT: f64 = 0.286_391_7;
 
 impl Shell {
     /// Adds volume (relative to `origin`), area and area vector of a plate.
@@ -94,12 +96,13 @@ impl Shell {
         }
         self.area += p.area();
         self.area_vector += p.normal() * p.area();
+        self.plates += 1;
     }
 
     /// The kind by unbalanced edges and volume.
     fn classify(&self) -> ShellKind {
         match self.volume {
-            _ if self.free_edges + self.flipped_edges > 0 => ShellKind::Open,
+            _ if self.free_edges + self.flipped_edges + self.crowded_edges > 0 => ShellKind::Open,
             v if v > MIN_SHELL_VOLUME * self.area.powf(1.5) => ShellKind::Solid,
             v if v < -MIN_SHELL_VOLUME * self.area.powf(1.5) => ShellKind::Enclosure,
             _ => ShellKind::Open,
@@ -108,11 +111,11 @@ impl Shell {
 }
 
 /// Joins plates across their edges. Returns the parents of the union–find forest, and for each unbalanced edge one of its plates and
-/// whether all plates traverse it in one direction.
-fn join_across_edges(plates: &[Plate], weld: f64) -> (Vec<u32>, Vec<(u32, bool)>) {
+/// the number of its plates.
+fn join_across_edges(plates: &[Plate], weld: f64) -> (Vec<u32>, Vec<(u32, usize)>) {
     let uses = edge_uses(plates, weld);
     let mut parent: Vec<u32> = (0..plates.len() as u32).collect();
-    let mut unbalanced: Vec<(u32, bool)> = Vec::new();
+    let mut unbalanced: Vec<(u32, usize)> = Vec::new();
     for group in uses.chunk_by(|a, b| a.corners == b.corners) {
         let forwards = group.iter().filter(|u| u.forwards).count();
         if 2 * forwards == group.len() && group.len() > 2 {
@@ -123,7 +126,7 @@ fn join_across_edges(plates: &[Plate], weld: f64) -> (Vec<u32>, Vec<(u32, bool)>
         }
         group.windows(2).for_each(|w| join(&mut parent, w[0].plate, w[1].plate));
         if 2 * forwards != group.len() {
-            unbalanced.push((group[0].plate, group.len() > 1 && forwards % group.len() == 0));
+            unbalanced.push((group[0].plate, group.len()));
         }
     }
     (parent, unbalanced)
@@ -159,9 +162,13 @@ impl Shells {
             shells.shells[number[r] as usize].add_plate(p, origin);
         }
         // Count unbalanced edges and classify.
-        for (plate, flipped) in unbalanced {
+        for (plate, plates_of_edge) in unbalanced {
             let c = &mut shells.shells[shells.shell_of_plate[plate as usize] as usize];
-            *(if flipped { &mut c.flipped_edges } else { &mut c.free_edges }) += 1;
+            *match plates_of_edge {
+                1 => &mut c.free_edges,
+                2 => &mut c.flipped_edges,
+                _ => &mut c.crowded_edges,
+            } += 1;
         }
         shells.shells.iter_mut().for_each(|c| c.kind = c.classify());
         shells
@@ -196,21 +203,12 @@ fn join(parent: &mut [u32], a: u32, b: u32) {
     parent[a.max(b) as usize] = a.min(b);
 }
 
-/// The edges of all plates, sorted by corners, then by plate.
+/// The edges of plates with welded corners, sorted by corners, then by plate.
 fn edge_uses(plates: &[Plate], weld: f64) -> Vec<EdgeUse> {
-    let empty = (Vec3::splat(f64::INFINITY), Vec3::splat(f64::NEG_INFINITY));
-    let (lo, hi) = plates.iter().map(Plate::bounds).fold(empty, |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
-    let step = ((hi - lo).max_abs() * weld).max(f64::MIN_POSITIVE);
-    let mut ids: HashMap<[i64; 3], u32> = HashMap::with_capacity(plates.len());
+    let welded = WeldedCorners::of(plates, weld);
     let mut uses = Vec::with_capacity(4 * plates.len());
-    for (plate, p) in plates.iter().enumerate() {
-        let (c, n) = p.corners();
-        let id = c.map(|q| {
-            let d = q - lo;
-            let key = [0, 1, 2].map(|k| (d[k] / step + WELD_GRID_SHIFT).round() as i64);
-            let next = ids.len() as u32;
-            *ids.entry(key).or_insert(next)
-        });
+    for (plate, (p, id)) in plates.iter().zip(&welded.of_plate).enumerate() {
+        let n = p.corners().1;
         for k in 0..n {
             let (a, b) = (id[k], id[(k + 1) % n]);
             if a != b {

@@ -2,7 +2,7 @@
 use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Facet, Plate, Scene, Sides, Surface};
+use zonal_scene::{Bands, Facet, Plate, Scene, Sides, Surface, VoxelGrid};
 use zonal_transport::zoning::excluded_parts;
 use zonal_transport::{Transport, build_zones};
 
@@ -184,4 +184,90 @@ fn medium_in_the_open_and_around_a_room_with_surfaces_outside_stays() {
     let open = (walls.0, walls.1[1..].to_vec());
     let (volume, notes) = medium(&[open]);
     assert!((volume - 1.0).abs() < 1e-12 && notes == 0, "{volume}");
+}
+
+/// Warnings of a scene by code.
+fn warnings(s: &Scene) -> Vec<zonal_scene::Diagnostic> {
+    let transport = Transport::new(s);
+    let z = build_zones(s, &transport).unwrap();
+    let all = zonal_transport::zoning::excluded_parts(s, &transport, &z).unwrap();
+    all.into_iter().filter(|d| d.is_warning()).collect()
+}
+
+#[test]
+fn medium_in_a_room_that_is_inside_out_is_reported() {
+    let walls = room(Vec3::ZERO, Vec3::ONE);
+    let inside_out: Vec<Plate> = walls.iter().map(Plate::flipped).collect();
+    let with = |plates: &[Plate], solid: bool| {
+        let s = Surface { solid, ..surface("room") };
+        scene(vec![s], plates.iter().map(|p| facet(0, *p)).collect(), Some(fog(4, 0.5)))
+    };
+    assert!(warnings(&with(&walls, false)).is_empty());
+    let found = warnings(&with(&inside_out, true));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].code == "inverted-room" && found[0].to_string().contains("invert()"), "{found:?}");
+    // The same medium is kept in another room: the first is reported all the same.
+    let far = |p: &Plate| Plate { origin: p.origin + vec3(3.0, 0.0, 0.0), ..*p };
+    let mut grid = VoxelGrid::new(Vec3::ZERO, vec3(0.5, 0.5, 0.5), [8, 2, 2]).unwrap();
+    for c in 0..grid.len() {
+        if [0, 1, 6, 7].contains(&grid.coordinates(c)[0]) {
+            grid.set(c, Bands::ONE, Bands::ZERO, Bands::ZERO, Bands::ZERO);
+        }
+    }
+    let facets = inside_out.iter().map(|p| facet(0, *p)).chain(walls.iter().map(|p| facet(1, far(p))));
+    let both = scene(vec![solid("first"), surface("second")], facets.collect(), Some(grid.seal().unwrap()));
+    let found = warnings(&both);
+    assert!(found.len() == 1 && found[0].location == "surface 'first'", "{found:?}");
+}
+
+#[test]
+fn solids_within_a_medium_give_no_warning() {
+    let body: Vec<Plate> = room(Vec3::splat(0.3), Vec3::splat(0.7)).iter().map(Plate::flipped).collect();
+    let facets = room(Vec3::ZERO, Vec3::ONE).into_iter().map(|p| facet(0, p));
+    let s = scene(
+        vec![surface("walls"), solid("body")],
+        facets.chain(body.iter().map(|p| facet(1, *p))).collect(),
+        Some(fog(4, 0.5)),
+    );
+    assert!(warnings(&s).is_empty());
+}
+
+#[test]
+fn medium_of_a_region_within_a_solid_is_reported() {
+    let body: Vec<Plate> = room(Vec3::splat(0.2), Vec3::splat(0.8)).iter().map(Plate::flipped).collect();
+    let facets = room(Vec3::ZERO, Vec3::ONE).into_iter().map(|p| facet(0, p));
+    let mut grid = VoxelGrid::new(Vec3::ZERO, Vec3::splat(0.25), [4; 3]).unwrap();
+    for c in 0..grid.len() {
+        let inner = grid.coordinates(c).iter().all(|k| (1..3).contains(k));
+        let extinction = Bands::splat(if inner { 2.0 } else { 0.1 });
+        grid.set(c, extinction, Bands::ZERO, Bands::ZERO, Bands::ZERO);
+    }
+    let s = scene(
+        vec![surface("walls"), solid("body")],
+        facets.chain(body.iter().map(|p| facet(1, *p))).collect(),
+        Some(grid.seal().unwrap()),
+    );
+    let found = warnings(&s);
+    assert!(found.len() == 1 && found[0].code == "medium-left-out", "{found:?}");
+    assert!(found[0].contains("inside the solid 'body'"), "{found:?}");
+}
+
+#[test]
+fn surfaces_at_one_place_are_reported() {
+    let floor = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let half = Plate::triangle(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let two = |first: Plate, second: Plate, sides: Sides| {
+        let surfaces = vec![surface("a"), Surface { sides, ..surface("b") }];
+        warnings(&scene(surfaces, vec![facet(0, first), facet(1, second)], None))
+    };
+    for second in [floor, half] {
+        let found = two(floor, second, Sides::Front);
+        assert!(found.len() == 1 && found[0].code == "surfaces-coincide", "{found:?}");
+        assert!(found[0].to_string().contains("surface 'b'"), "{found:?}");
+    }
+    // Back to back, with fronts on both sides, nothing counts twice; a sheet whose two sides exchange counts its front twice.
+    assert!(two(floor, floor.flipped(), Sides::Front).is_empty());
+    assert_eq!(two(floor, floor.flipped(), Sides::Both).len(), 1);
+    let beside = Plate { origin: vec3(1.0, 0.0, 0.0), ..floor };
+    assert!(two(floor, beside, Sides::Both).is_empty());
 }

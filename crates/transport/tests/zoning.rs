@@ -372,7 +372,7 @@ fn of_plate(p: Plate, size: f64, rule: PatchRule) -> Result<Zones, zonal_scene::
 #[test]
 fn number_of_pieces_grows_with_the_length_of_needles() {
     let rules = [PatchRule::Edge, PatchRule::Area];
-    for (length, rule) in [100.0, 1e3, 1e4].into_iter().flat_map(|l| rules.map(|r| (l, r))) {
+    for (length, rule) in [100.0, 1e3, 5e3].into_iter().flat_map(|l| rules.map(|r| (l, r))) {
         for apex in [0.0, 0.3, 0.5, 1.0] {
             let needle = Plate::triangle(Vec3::ZERO, vec3(0.0, length, 0.0), vec3(1.0, apex * length, 0.0));
             let sheared =

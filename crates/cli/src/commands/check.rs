@@ -137,6 +137,7 @@ fn check_scene<'a>(
     let threads = rayon::current_num_threads();
     let size = ProblemSize::new(scene, zones, transport).with_images(images);
     let mut diagnostics = excluded;
+    diagnostics.extend(zonal_scene::topology::survey(scene));
     if problem_size::is_open(scene, zones, transport) {
         let text =
             "the scene is open: some rays leave it; the surroundings take part in the exchange as a zone";

@@ -108,6 +108,9 @@ fn json(p: &SceneProposal, output: &Path) -> serde_json::Value {
         "parts": { "open": parts.open, "solids": parts.solids, "rooms": parts.rooms, "inverted_rooms": parts.inverted_rooms,
             "inverted_solids": parts.inverted_solids, "flipped_edges": parts.flipped_edges, "open_area_fraction": parts.open_area_fraction },
         "doubled_faces": p.survey.doubled_faces, "open_sides": if p.sides == FaceSides::OpenBoth { "both" } else { "file" },
+        "topology": p.survey.topology.list().map(|(what, d)| serde_json::json!({
+            "defect": what, "count": d.count, "first": d.first.map(|place| place.to_string()),
+        })).collect::<Vec<_>>(),
         "patch_size_m": p.patch_size,
         "patches_of_parts": p.parts.iter().map(part).collect::<Vec<_>>(),
         "light": p.light, "inside": p.has_inside,
@@ -185,11 +188,9 @@ fn print_parts(p: &SceneProposal) -> Result<(), Failure> {
     let list: Vec<String> =
         counted.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
     say(&format!("  parts: {}", if list.is_empty() { "none".into() } else { list.join(", ") }))?;
-    if parts.flipped_edges > 0 {
-        say(&format!("  {} edges between faces of opposite orientation", parts.flipped_edges))?;
-    }
-    if p.survey.doubled_faces > 0 {
-        say(&format!("  {} faces have the corners of another face", p.survey.doubled_faces))?;
+    for (what, defect) in p.survey.topology.list() {
+        let first = defect.first.map_or(String::new(), |place| format!(" (first: {place})"));
+        say(&format!("  {} {what}{first}", defect.count))?;
     }
     let policy = match p.sides {
         FaceSides::OpenBoth => {

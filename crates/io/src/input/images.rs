@@ -19,6 +19,11 @@ const MAX_PNG_PIXELS_PER_BYTE: usize = 8 * 1032;
 /// and high.
 const MAX_JPEG_PIXELS_PER_BYTE: usize = 8 * 64 * 16;
 
+/// Largest number of pixels for each byte of a file, and pixels that any file may have. A picture of one colour has more pixels a byte and is no larger
+/// than 4096 × 4096.
+const MAX_PIXELS_PER_BYTE: usize = 128;
+const MIN_PIXELS_ALLOWANCE: usize = 1 << 24;
+
 /// Decodes an image by its first bytes; `file` names it in messages.
 pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, FileFault> {
     let (width, height, channels, data) = decode_bytes(file, bytes)?;
@@ -137,7 +142,8 @@ fn check_size(width: usize, height: usize) -> Result<(), String> {
 
 /// Refuses images that declare more pixels than their bytes can hold, before memory is allocated.
 fn check_file_size(pixels: usize, bytes: usize, max_pixels_per_byte: usize) -> Result<(), String> {
-    if pixels / max_pixels_per_byte > bytes {
+    let justified = bytes.saturating_mul(MAX_PIXELS_PER_BYTE).saturating_add(MIN_PIXELS_ALLOWANCE);
+    if pixels / max_pixels_per_byte > bytes || pixels > justified {
         return Err(format!(
             "this picture declares {pixels} pixels, which its {bytes} bytes cannot hold; export it again"
         ));

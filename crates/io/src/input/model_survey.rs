@@ -8,13 +8,10 @@ use super::mesh::model::{MeshData, MeshMaterial};
 use super::mesh::read_mesh_file;
 use super::mesh::shells::{ShellKind, TurnedPart, find_shells, turned_parts};
 use crate::files::FileSource;
-use std::collections::HashMap;
 use std::path::Path;
 use zonal_math::Vec3;
+use zonal_scene::topology::{FaceCopy, Topology, copies};
 use zonal_scene::{Bands, Camera, Plate};
-
-/// Steps of the grid on which corners of doubled faces are compared, over the extent of the mesh.
-const EXTENT_OVER_CORNER_STEP: f64 = 1e6;
 
 /// Extent, materials, parts and cameras of a mesh file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,8 +26,10 @@ pub struct ModelSurvey {
     pub axis_areas: [f64; 3],
     /// Open and closed parts of the opaque faces.
     pub parts: PartCounts,
-    /// Number of faces with the corners of another.
+    /// Number of faces with the corners of another, in the same or the reverse order.
     pub doubled_faces: usize,
+    /// Defects of the opaque faces, in the file's unit.
+    pub topology: Topology,
     /// The cameras of the file.
     pub cameras: Vec<Camera>,
     /// Repairs and ignored contents.
@@ -119,14 +118,23 @@ impl ModelSurvey {
             let m = &mesh.materials[f.material];
             !m.is_glass() && m.alpha.is_none()
         };
-        let opaque: Vec<Plate> = mesh.faces.iter().filter(is_opaque).map(|f| f.plate).collect();
+        let with_area = |f: &&crate::input::mesh::model::MeshFace| f.plate.area() > 0.0;
+        let all: Vec<_> = mesh.faces.iter().filter(is_opaque).filter(with_area).collect();
+        let numbers: Vec<usize> = all.iter().map(|f| f.face).collect();
+        let opaque: Vec<Plate> = all.iter().map(|f| f.plate).collect();
+        let topology = Topology::of(&opaque, &numbers);
+        // The scene drops repeated faces.
+        let copies = copies(&opaque, &numbers, &|_| 0);
+        let kept = opaque.iter().zip(&copies).filter(|(_, c)| !matches!(c, Some(FaceCopy::Repeated(_))));
+        let kept: Vec<Plate> = kept.map(|(p, _)| *p).collect();
         ModelSurvey {
             bounds,
             faces: mesh.face_count,
             materials,
             axis_areas,
-            parts: PartCounts::of(&opaque, bounds),
-            doubled_faces: doubled_faces(&plates, bounds),
+            parts: PartCounts::of(&kept, bounds),
+            doubled_faces: topology.repeated_faces.count + topology.opposite_faces.count,
+            topology,
             cameras: mesh.cameras,
             notes: mesh.notes,
         }
@@ -177,19 +185,4 @@ impl PartCounts {
 fn bounds_of(plates: &[Plate]) -> (Vec3, Vec3) {
     let corners = plates.iter().map(Plate::bounds);
     corners.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default()
-}
-
-/// Number of plates that have the corners of an earlier one, in any order.
-fn doubled_faces(plates: &[Plate], (low, high): (Vec3, Vec3)) -> usize {
-    let step = (high - low).max_abs() / EXTENT_OVER_CORNER_STEP;
-    let key = |p: &Plate| {
-        let (corners, count) = p.corners();
-        let place = |c: Vec3| [0, 1, 2].map(|k| ((c[k] - low[k]) / step).round() as i64);
-        let mut places: Vec<[i64; 3]> = corners[..count].iter().map(|c| place(*c)).collect();
-        places.sort_unstable();
-        places
-    };
-    let mut seen: HashMap<Vec<[i64; 3]>, usize> = HashMap::new();
-    plates.iter().for_each(|p| *seen.entry(key(p)).or_default() += 1);
-    seen.values().map(|n| n - 1).sum()
 }

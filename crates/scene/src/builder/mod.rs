@@ -11,10 +11,11 @@ pub use mesh::Mesh;
 pub use values::{BandValues, VoxelValues};
 
 use crate::shells::{ShellKind, Shells, WELD_TOLERANCE};
+use crate::topology::{self, FaceCopy};
 use crate::{
-    BandFractions, BandSet, Bands, Camera, DEFAULT_REFLECTANCE, Facet, Light, LinkLaw, NodeCondition,
-    NodeLink, Plate, Scene, SceneError, SceneParts, SideEmissivity, Sides, SolveOptions, Surface,
-    SurfaceEmissivity, Surroundings, Thermal, ThermalCondition, ThermalNetwork, ThermalNode,
+    BandFractions, BandSet, Bands, Camera, DEFAULT_REFLECTANCE, Diagnostic, Facet, Light, LinkLaw,
+    NodeCondition, NodeLink, Plate, Scene, SceneError, SceneParts, SideEmissivity, Sides, SolveOptions,
+    Surface, SurfaceEmissivity, Surroundings, Thermal, ThermalCondition, ThermalNetwork, ThermalNode,
 };
 use zonal_math::Vec3;
 
@@ -383,9 +384,10 @@ fn add_mesh(
         }
         (None, false) => None,
     };
-    let shells = Shells::find(&mesh.plates, WELD_TOLERANCE);
+    let plates = without_repeated(parts, &name, &mesh.plates);
+    let shells = Shells::find(&plates, WELD_TOLERANCE);
     let mut present = ShellKind::VARIANTS.to_vec();
-    present.retain(|k| (0..mesh.plates.len()).any(|i| shells.of(i) == *k));
+    present.retain(|k| (0..plates.len()).any(|i| shells.of(i) == *k));
     for &kind in &present {
         let default = if kind == ShellKind::Open { Sides::Both } else { Sides::Front };
         let sides = mesh.sides.unwrap_or(default);
@@ -409,10 +411,26 @@ fn add_mesh(
         if mesh.direct_light {
             parts.lights.push(Light::Emitter { name: None, surface });
         }
-        let of_kind = (0..mesh.plates.len()).filter(|&i| shells.of(i) == kind);
-        parts.facets.extend(of_kind.map(|i| facet(surface, mesh.plates[i])));
+        let of_kind = (0..plates.len()).filter(|&i| shells.of(i) == kind);
+        parts.facets.extend(of_kind.map(|i| facet(surface, plates[i])));
     }
     Ok(())
+}
+
+/// The plates of a mesh that repeat no earlier one, and a note about the others.
+fn without_repeated(parts: &mut SceneParts, name: &str, plates: &[Plate]) -> Vec<Plate> {
+    let numbers: Vec<usize> = (0..plates.len()).collect();
+    let copies = topology::copies(plates, &numbers, &|_| 0);
+    let is_repeated = |i: &usize| matches!(copies[*i], Some(FaceCopy::Repeated(_)));
+    if let Some(second) = numbers.iter().copied().find(is_repeated) {
+        let n = numbers.iter().filter(|i| is_repeated(i)).count();
+        let text = format!(
+            "{n} repeated face(s) were dropped (first: face {}); remove them from the mesh",
+            second + 1
+        );
+        parts.notes.push(Diagnostic::note("repeated-faces", text).at(format!("surface '{name}'")));
+    }
+    numbers.iter().filter(|i| !is_repeated(i)).map(|i| plates[*i]).collect()
 }
 
 /// A reflectance with that of an absorptance of sunlight.

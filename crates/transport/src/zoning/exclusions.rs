@@ -1,9 +1,12 @@
-//! Parts of a scene that have no zones: surfaces inside solids or covered by others, and medium outside the closed rooms.
+//! Parts of a scene that have no zones: surfaces inside solids or covered by others, and medium in solids or outside the closed rooms; and
+//! surfaces that count twice.
 //!
 //! Of a surface with area A = Σ facets (both sides where both exchange) whose patches have the area P, the fraction 1 − P/A is
 //! excluded. A surface without any patch is refused where it lies inside a solid and would emit light or heat; otherwise it is
 //! reported.
 
+use super::coincident_surfaces::coincident_surfaces;
+use super::left_out_medium::left_out_media;
 use crate::transport::Transport;
 use zonal_scene::{Bands, Diagnostic, Scene, SceneError, Sides, ThermalCondition, Zones};
 
@@ -16,7 +19,7 @@ const MAX_TESTED_FACETS: usize = 64;
 /// Most cells that are tested for lying outside the rooms.
 const MAX_TESTED_CELLS: usize = 4096;
 
-/// Reports the parts of a scene without zones: warnings for whole surfaces, then notes for parts of surfaces and of the medium.
+/// Reports the parts of a scene without zones, and surfaces that coincide: warnings for whole surfaces and media, notes for parts.
 ///
 /// # Errors
 ///
@@ -63,6 +66,8 @@ pub fn excluded_parts(
         );
         out.push(Diagnostic::note("parts-covered", text));
     }
+    out.extend(coincident_surfaces(scene, transport, zones));
+    out.extend(left_out_media(scene, transport, zones));
     out.extend(medium_outside_rooms(scene, transport, zones).map(|t| Diagnostic::note("cells-outside", t)));
     Ok(out)
 }

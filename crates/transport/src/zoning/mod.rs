@@ -10,14 +10,17 @@
 //! | `cell_parts` | free parts of a cell that facets intersect |
 //! | `voxel_zones` | volume zones |
 //! | `work_sharing` | zoning by several processes |
-//! | `exclusions` | surfaces and medium without zones |
+//! | `exclusions`, `left_out_medium` | surfaces and medium without zones |
+//! | `coincident_surfaces` | areas that count twice |
 //!
 //! The result does not depend on the number of threads.
 
 mod cell_lattice;
 mod cell_overlap;
 mod cell_parts;
+mod coincident_surfaces;
 mod exclusions;
+mod left_out_medium;
 mod patches;
 mod plate_subdivision;
 mod voxel_zones;

@@ -147,7 +147,12 @@ pub(super) fn voxel_cuts(p: &Plate, grid: &VoxelGrid, size: Option<f64>) -> Opti
     let cuts = |e: Vec3, k: usize| {
         let parameter = |i: usize| (grid.min()[k] + i as f64 * grid.cell()[k] - p.origin[k]) / e[k];
         let slack = 1e-6 * grid.cell()[k] / e[k].abs();
-        let inside = (0..=grid.dims()[k]).map(parameter).filter(|t| (slack..1.0 - slack).contains(t));
+        // The planes between the ends of the edge; the count check refuses more than the largest number of patches.
+        let ends = [p.origin[k], p.origin[k] + e[k]].map(|x| (x - grid.min()[k]) / grid.cell()[k]);
+        let first = (ends[0].min(ends[1]).floor() - 1.0).max(0.0) as usize;
+        let last = ((ends[0].max(ends[1]).ceil() + 1.0).max(0.0) as usize).min(grid.dims()[k]);
+        let planes = (first..=last).take(MAX_PATCHES + 2);
+        let inside = planes.map(parameter).filter(|t| (slack..1.0 - slack).contains(t));
         let mut all: Vec<f64> = [0.0, 1.0].into_iter().chain(inside).collect();
         all.sort_by(f64::total_cmp);
         let Some(size) = size else { return all };

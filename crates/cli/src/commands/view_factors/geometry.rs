@@ -6,7 +6,10 @@ use zonal_io::input::{
     read_facets, read_view3d,
 };
 use zonal_io::output::ViewFactorFormat;
+use zonal_math::Vec3;
 use zonal_report::Failure;
+use zonal_scene::Plate;
+use zonal_scene::topology::Topology;
 use zonal_view_factors::{ConvexPolygon, FacetSet, convex_parts, without};
 
 /// The facets of a computation.
@@ -110,10 +113,29 @@ fn of_facets(path: &Path, mesh: FacetFile) -> Result<FactorGeometry, Failure> {
         geometry.add_surface(name, 1.0, parts);
     }
     geometry.notes = mesh.notes;
+    geometry.notes.extend(repeated_note(&mesh.facets));
     if geometry.set.is_empty() {
         return Err(Failure::in_file(path, "this mesh has no facets; export it again"));
     }
     Ok(geometry)
+}
+
+/// A note about facets with the corners of an earlier one in the same order: they lie in one place, and their factors are those of both.
+fn repeated_note(facets: &[Vec<Vec<Vec3>>]) -> Option<String> {
+    let (mut plates, mut face_of) = (Vec::new(), Vec::new());
+    for (face, parts) in facets.iter().enumerate() {
+        for corners in parts.iter().filter(|c| c.len() >= 3) {
+            let fan = corners[1..].windows(2).map(|w| Plate::triangle(corners[0], w[0], w[1]));
+            plates.extend(fan);
+            face_of.resize(plates.len(), face);
+        }
+    }
+    let found = Topology::of(&plates, &face_of).repeated_faces;
+    let first = found.first?;
+    Some(format!(
+        "{} facet(s) repeat an earlier one (first: {first}): both take their view factors to all others, so that areas count twice; remove them from the file",
+        found.count
+    ))
 }
 
 fn of_view3d(path: &Path, file: View3dFile) -> Result<FactorGeometry, Failure> {

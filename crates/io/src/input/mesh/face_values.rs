@@ -122,6 +122,11 @@ impl FaceValues {
         }
     }
 
+    /// True without values by face.
+    pub(super) fn is_empty(&self) -> bool {
+        self.by_face.is_empty()
+    }
+
     /// The properties of a material by a file; none where there are no values by material.
     pub(super) fn of_material(&self, material: usize) -> SurfaceProperties {
         self.by_material.get(material).copied().unwrap_or_default()

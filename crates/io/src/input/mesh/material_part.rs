@@ -5,6 +5,7 @@ use super::material_overrides::{MaterialOverride, PaneOverride};
 use super::missing_values::MissingValue;
 use super::model::{GlassAttenuation, ImageSource, MeshFace, MeshMaterial};
 use super::reflectance_limit::MAX_MODEL_REFLECTANCE;
+use super::repeated_faces::without_opposite_faces;
 use super::shells::{OpenSides, ShellKind, check_closed, find_shells};
 use crate::input::error::InputError;
 use crate::input::scene::medium_properties::MediumProperties;
@@ -132,7 +133,12 @@ impl MaterialPart<'_, '_> {
             reader.inherit_surface_place(&name, &self.name);
             let solid = kind == ShellKind::Solid && sides == Sides::Front;
             let surface = Surface { name, sides, solid, ..template.clone() };
+            let name = surface.name.clone();
             let surface = reader.add_surface(surface, &properties)?;
+            let of_kind = match sides == Sides::Both && self.values.is_empty() {
+                true => without_opposite_faces(of_kind, &name, reader),
+                false => of_kind,
+            };
             for f in of_kind {
                 let (facet, mut values) = (reader.parts.facets.len(), self.values.of_face(f.face, &given));
                 if let Some(a) = properties.solar_absorptance {

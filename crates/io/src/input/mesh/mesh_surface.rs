@@ -7,6 +7,7 @@ use super::mesh_lights::add_lights;
 use super::missing_values::refuse_missing;
 use super::model::{MeshData, MeshFace};
 use super::placement::load_placed;
+use super::repeated_faces::drop_repeated_faces;
 use super::shells::{OpenSides, ShellKind, Shells, find_shells, turned_parts};
 use super::transparent_materials::cut_transparent_materials;
 use crate::input::error::InputError;
@@ -15,6 +16,8 @@ use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
+use zonal_scene::shells::Shell;
+use zonal_scene::topology::Topology;
 use zonal_scene::{Diagnostic, FaceMesh, Plate, Sides};
 
 /// Thresholds of the warning about parts that are open at a few edges.
@@ -27,6 +30,8 @@ struct NearlyClosedParams {
     max_one_sided_fraction: f64,
     /// Area relative to the mesh, below which a part gives no warning.
     min_area_fraction: f64,
+    /// Number of open edges relative to the faces, above which a part with edges of three or more faces has borders of its own.
+    max_open_edges_per_face: f64,
 }
 
 const NEARLY_CLOSED: NearlyClosedParams = NearlyClosedParams {
@@ -34,7 +39,11 @@ const NEARLY_CLOSED: NearlyClosedParams = NearlyClosedParams {
     max_open_edges: 4,
     max_one_sided_fraction: 0.5,
     min_area_fraction: 0.1,
+    max_open_edges_per_face: 0.1,
 };
+
+/// Length of the sum of the area vectors relative to the area, below which a part has no holes.
+const MAX_CLOSED_AREA_FRACTION: f64 = 1e-5;
 
 /// Reads the mesh of a surface and adds its parts to the scene.
 pub(crate) fn read_mesh_surface(
@@ -50,6 +59,8 @@ pub(crate) fn read_mesh_surface(
     let values = read_face_values(table, &mesh, reader)?;
     let first_face = reader.parts.faces.len();
     reader.parts.faces.meshes.push(FaceMesh { name: name.to_string(), faces: mesh.face_count });
+    let kinds = MaterialUse::new(&mesh, &overrides).kinds();
+    drop_repeated_faces(&mut mesh, &kinds, name, reader);
     cut_transparent_materials(&mut mesh, (scale, properties.patch_size), &overrides, reader)
         .map_err(|f| node.error(f.to_string()))?;
     let materials = MaterialUse::new(&mesh, &overrides);
@@ -160,6 +171,7 @@ fn find_shells_of_faces(
     let (faces, plates, shells) = materials.opaque_shells();
     if sides.is_none() {
         warn_nearly_closed(&shells, name, reader);
+        materials.warn_t_junctions(&faces, &shells, name, reader);
     }
     let turned = match open_sides {
         OpenSides::OfFile => vec![None; shells.shells().len()],
@@ -213,6 +225,12 @@ impl<'a> MaterialUse<'a> {
             (m, kind)
         })
     }
+    /// Of each material the number of its kind; `None` for one that is not used.
+    fn kinds(&self) -> Vec<Option<usize>> {
+        let mut out = vec![None; self.faces.len()];
+        self.used().for_each(|(m, kind)| out[m] = Some(kind as usize));
+        out
+    }
     /// The faces of opaque materials, their plates and shells: panes, cut-outs, regions and omitted materials close nothing.
     fn opaque_shells(&self) -> (Vec<usize>, Vec<Plate>, Shells) {
         let is_opaque = |m: usize| {
@@ -228,24 +246,55 @@ impl<'a> MaterialUse<'a> {
     }
 }
 
+impl MaterialUse<'_> {
+    /// Warns about parts whose only open edges are T-junctions: they enclose a volume, but count as open.
+    fn warn_t_junctions(&self, faces: &[usize], shells: &Shells, name: &str, reader: &mut SceneReader<'_>) {
+        let is_geometrically_closed = |c: &Shell| {
+            c.free_edges > 0
+                && c.flipped_edges + c.crowded_edges == 0
+                && c.area_vector.length() < MAX_CLOSED_AREA_FRACTION * c.area
+        };
+        if !shells.shells().iter().any(is_geometrically_closed) {
+            return;
+        }
+        let in_question: Vec<usize> = (0..faces.len())
+            .filter(|k| is_geometrically_closed(&shells.shells()[shells.shell_index(*k)]))
+            .map(|k| faces[k])
+            .collect();
+        let plates: Vec<Plate> = in_question.iter().map(|i| self.mesh.faces[*i].plate).collect();
+        let numbers: Vec<usize> = in_question.iter().map(|i| self.mesh.faces[*i].face).collect();
+        let found = Topology::of(&plates, &numbers).t_junctions;
+        if let Some(first) = found.first {
+            let text = format!(
+                "{} edge(s) have a corner of a neighbour in their interior (T-junctions; first: {first}), so that closed parts count as open and both sides exchange; merge the corners in the mesh, or write sides",
+                found.count
+            );
+            reader.note(Diagnostic::warning("open-mesh", text).at(format!("mesh of surface '{name}'")));
+        }
+    }
+}
+
 /// Warns about the parts of a mesh that are open at a few edges only: their insides exchange, and a medium inside them takes part.
 fn warn_nearly_closed(shells: &Shells, name: &str, reader: &mut SceneReader<'_>) {
     let limits = NEARLY_CLOSED;
-    let mut found = [(0, 0); 2];
+    let mut found = [(0, 0); 3];
     let all: f64 = shells.shells().iter().map(|c| c.area).sum();
-    for c in shells.shells() {
-        if c.flipped_edges + c.free_edges > limits.max_open_edges || c.area < limits.min_area_fraction * all {
-            continue;
-        }
+    for c in shells.shells().iter().filter(|c| c.area >= limits.min_area_fraction * all) {
         let encloses = c.area_vector.length() < limits.max_one_sided_fraction * c.area;
-        let turned = c.flipped_edges > 0 && c.free_edges == 0 && encloses;
-        let holes = c.free_edges > 0 && c.area_vector.length() < limits.max_open_area_fraction * c.area;
-        if turned || holes {
-            let f = &mut found[usize::from(holes)];
-            *f = (f.0 + 1, f.1 + c.flipped_edges + c.free_edges);
+        let few = c.flipped_edges + c.free_edges <= limits.max_open_edges;
+        let borders = limits.max_open_edges_per_face * c.plates as f64;
+        let turned = c.flipped_edges > 0 && c.free_edges + c.crowded_edges == 0;
+        let crowded = c.crowded_edges > 0 && encloses && (few || c.free_edges as f64 <= borders);
+        let holes = few
+            && c.crowded_edges == 0
+            && c.free_edges > 0
+            && c.area_vector.length() < limits.max_open_area_fraction * c.area;
+        let edges = c.flipped_edges + c.free_edges + c.crowded_edges;
+        for (f, applies) in found.iter_mut().zip([turned, holes, crowded]) {
+            *f = (f.0 + usize::from(applies), f.1 + if applies { edges } else { 0 });
         }
     }
-    let reasons = ["neighbours of opposite orientation", "no neighbour"];
+    let reasons = ["neighbours of opposite orientation", "no neighbour", "two or more neighbours"];
     for ((parts, edges), reason) in found.into_iter().zip(reasons) {
         if parts > 0 {
             let text = format!(

@@ -7,6 +7,7 @@
 //! | `mesh_arrays` | a mesh of arrays in memory |
 //! | `polygon`, `polygon_list` | polygons as plates; those of a file one after the other |
 //! | `face_values` | values by face or by material from files |
+//! | `repeated_faces` | the second of two faces with the same corners is dropped |
 //! | `shells` | closed parts and their orientation |
 //! | `mesh_lights` | lights of a mesh file as lights of the scene |
 //! | `mesh_surface`, `material_overrides`, `material_part` | a mesh as surfaces, panes and regions, with the scene's overrides |
@@ -29,6 +30,7 @@ pub(crate) mod placement;
 pub(crate) mod polygon;
 pub(crate) mod polygon_list;
 pub(crate) mod reflectance_limit;
+pub(crate) mod repeated_faces;
 pub(crate) mod shells;
 mod transparent_materials;
 

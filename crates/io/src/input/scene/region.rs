@@ -5,6 +5,7 @@ use super::voxel_field::VoxelField;
 use super::voxel_grid::VoxelGridBuilder;
 use super::{density, interior, shapes, voxel_arrays};
 use crate::input::error::InputError;
+use crate::input::mesh::repeated_faces::drop_repeated_faces;
 use crate::input::mesh::{placement, shells};
 use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::{MEDIUM_PROPERTIES, REGION};
@@ -26,7 +27,9 @@ pub(super) fn read_region(
             grid.fill_box(bounds.0, bounds.1, &properties)
         }
         (None, Some(n), None) => {
-            let (mesh, _) = placement::load_placed(&n, reader)?;
+            let (mut mesh, _) = placement::load_placed(&n, reader)?;
+            let kinds = vec![Some(0); mesh.materials.len()];
+            drop_repeated_faces(&mut mesh, &kinds, "medium.region", reader);
             let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).collect();
             shells::check_closed(&plates).map_err(|message| n.error(message))?;
             interior::fill_interior(grid, &plates, &properties)
