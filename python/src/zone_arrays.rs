@@ -231,7 +231,7 @@ fn numbers(py: Python<'_>, values: Vec<Option<f64>>) -> Bound<'_, PyAny> {
     arrays::list(py, values.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()).into_any()
 }
 
-/// Value, whole error and its parts as four columns: `NAME`, `NAME_error`, `NAME_exchange_error`, `NAME_discretization_error`.
+/// Value, total error and its parts as four columns: `NAME`, `NAME_error`, `NAME_exchange_error`, `NAME_discretization_error`.
 fn set_quantity(out: &Bound<'_, PyDict>, name: &str, rows: &[[Option<f64>; 4]]) -> PyResult<()> {
     for (k, part) in ["", "_error", "_exchange_error", "_discretization_error"].into_iter().enumerate() {
         let column = rows.iter().map(|r| r[k]).collect();
@@ -288,7 +288,7 @@ fn surface_table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDi
     Ok(out)
 }
 
-/// Power that every surface absorbs in each band in light mode, W, its whole error, and the parts of the error; (surfaces, bands) each.
+/// Power that every surface absorbs in each band in light mode, W, its total error, and the parts of the error; (surfaces, bands) each.
 pub(crate) fn absorbed<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     let by_name =

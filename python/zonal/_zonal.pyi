@@ -32,6 +32,11 @@ class ExchangeAreas:
         Numbers of pairs by method, and of rays.
         """
     @property
+    def diagnostics(self, /) -> list[tuple[str, str, str, str]]:
+        """
+        Notes and warnings: severity, code, part and text.
+        """
+    @property
     def grade(self, /) -> str:
         """
         The weakest grade among the areas.
@@ -49,11 +54,6 @@ class ExchangeAreas:
     def names(self, /) -> list[str]:
         """
         Names of surfaces, of the medium and of panes.
-        """
-    @property
-    def notes(self, /) -> list[str]:
-        """
-        Notes and warnings.
         """
     def size(self, /) -> numpy.typing.NDArray[numpy.float64]:
         """
@@ -110,6 +110,10 @@ class Solution:
     """
     A solution.
     """
+    def absorbed(self, /) -> dict[str, typing.Any]:
+        """
+        Columns of the power that surfaces absorb in light mode.
+        """
     def array(self, /, name: str) -> Any:
         """
         An array by its name: a field, or a property of zones.
@@ -129,6 +133,11 @@ class Solution:
         """
         Names of the cameras.
         """
+    @property
+    def diagnostics(self, /) -> list[tuple[str, str, str, str]]:
+        """
+        Notes and warnings of the solve and of its discretization error: severity, code, part and text.
+        """
     def draw(self, /, arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> Path:
         """
         Writes a picture or frames with the arguments of `zonal render`; returns the path.
@@ -136,6 +145,10 @@ class Solution:
     def export(self, /, arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> list[Path]:
         """
         Writes the solution for other programs, with the arguments of `zonal export`; returns the paths of the files.
+        """
+    def face_table(self, /) -> dict[str, typing.Any]:
+        """
+        Columns of results by face of the meshes.
         """
     @staticmethod
     def from_bytes(data: bytes) -> Solution:

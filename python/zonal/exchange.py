@@ -144,7 +144,7 @@ class ThermalState:
     """A thermal state: columns of results by zone, by name and by face.
 
     Each of :attr:`zones`, :attr:`by_name` and :attr:`by_face` has the columns ``size`` (m2, m3), ``net_power`` (W), ``net_flux`` (W/m2, W/m3), ``temperature`` (K),
-    ``incident`` and ``radiosity`` (W/m2), and their errors by the exchange areas (``net_power_exchange_error``, …); unknown errors are infinite. There is no whole
+    ``incident`` and ``radiosity`` (W/m2), and their errors by the exchange areas (``net_power_exchange_error``, …); unknown errors are infinite. There is no total
     error: that of the finite zones is not estimated, and :meth:`Scene.solve` estimates it.
     """
 
@@ -309,7 +309,7 @@ def update(
     """Fluxes and temperatures for other temperatures, powers or emissivities, as ``zonal update``: one state.
 
     Every call makes a new :class:`StateSolver`, which reads the areas and prepares the equations again. For several states, as in a loop over time or over
-    parameters, make one :class:`StateSolver` and call its methods: in a room of 600 zones that takes about 2 ms for each state in place of 110 ms.
+    parameters, make one :class:`StateSolver` and call its methods: in a trial a state took 2.2 ms in place of 113 ms.
 
     Parameters
     ----------

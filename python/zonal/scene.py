@@ -1076,7 +1076,8 @@ class Scene:
         Parameters
         ----------
         tolerance : float, optional
-            Relative accuracy of the exchange areas, above 0 and below 1; 0.01 by default.
+            Relative accuracy of the exchange areas, above 0 and below 1; 0.01 by default. It is that of one solution: the difference of two solutions of the
+            hierarchical engine has the errors of both, so that small differences need ``engine="dense"`` or :class:`StateSolver`.
         patch_size : float, optional
             Target edge of a patch, m; a thirtieth of the diagonal by default.
         patch_rule : {"edge", "area", "voxels"}, optional

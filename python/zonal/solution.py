@@ -253,15 +253,15 @@ class Solution:
         ``net_power`` (W), and in scenes with sunlight ``absorbed_sunlight`` (W). In light mode a row for each surface: ``size``, ``net_flux``, ``net_power``; absorbed
         powers by band are apart in :attr:`absorbed`.
 
-        ``net_power_error`` is the whole error, as ``zonal solve`` prints it behind ±: the sum of ``net_power_exchange_error`` (exchange, direct light, solver) and
-        ``net_power_discretization_error`` (finite zones). Likewise for ``net_flux`` and ``temperature``. Unknown numbers are NaN, unknown errors infinite; a whole error
+        ``net_power_error`` is the total error, as ``zonal solve`` prints it behind ±: the sum of ``net_power_exchange_error`` (exchange, direct light, solver) and
+        ``net_power_discretization_error`` (finite zones). Likewise for ``net_flux`` and ``temperature``. Unknown numbers are NaN, unknown errors infinite; a total error
         is unknown where one of its parts is, so also where no discretization error was requested (``discretization_error=True``, the default in thermal mode).
         """
         return self._native.table()
 
     @property
     def absorbed(self) -> tuple[Floats, Floats]:
-        """Absorbed power of each surface and its whole error, (surfaces, bands) each, W, in light mode; the parts of the error are in :attr:`absorbed_errors`."""
+        """Absorbed power of each surface and its total error, (surfaces, bands) each, W, in light mode; the parts of the error are in :attr:`absorbed_errors`."""
         columns = self._native.absorbed()
         return columns["absorbed"], columns["absorbed_error"]
 

@@ -47,7 +47,7 @@ impl HeatRow {
     pub fn flux(&self) -> [f64; 2] {
         [self.over_size(self.power), self.over_size(self.power_error)]
     }
-    /// Whole errors of temperature (K, NaN without one), net flux (W/m², W/m³) and net power (W): of the exchange plus that of the finite zones,
+    /// Total errors of temperature (K, NaN without one), net flux (W/m², W/m³) and net power (W): of the exchange plus that of the finite zones,
     /// `discretization` in K and W. Infinite if either is unknown, so also without an estimate of the latter.
     pub fn errors(&self, discretization: Option<[f64; 2]>) -> [f64; 3] {
         let [kelvin, watts] = discretization.unwrap_or([f64::INFINITY; 2]);

@@ -38,7 +38,7 @@ impl SurfaceResult {
         if self.area > 0.0 { self.net_power / self.area } else { 0.0 }
     }
 
-    /// The whole error of `net_power`: of the exchange and of the finite zones, W; none where the latter was not estimated.
+    /// The total error of `net_power`: of the exchange and of the finite zones, W; none where the latter was not estimated.
     #[must_use]
     pub fn total_error(&self) -> Option<f64> {
         self.discretization_error.map(|e| self.exchange_error + e)

@@ -1,6 +1,6 @@
 # %% [markdown]
 # # Convergence with errors
-# A result has one whole error, the sum of two parts: that of its equations, which is bounded, and that of its patches, which a second solve on patches of another
+# A result has one total error, the sum of two parts: that of its equations, which is bounded, and that of its patches, which a second solve on patches of another
 # size estimates.
 # %%
 import matplotlib.pyplot as plt

@@ -2,7 +2,7 @@
 //!
 //! `report.heat.rows` have `{name, kind, size, temperature_K, temperature_error_K, net_flux, net_flux_error, net_power_W,
 //! net_power_error_W}` with `size` in m² of surfaces and m³ of media and panes, and net fluxes per m² or m³; `null` for undefined
-//! temperatures. `*_error` is the whole error, the sum of `*_exchange_error` (exchange, direct light, solver) and
+//! temperatures. `*_error` is the total error, the sum of `*_exchange_error` (exchange, direct light, solver) and
 //! `*_discretization_error` (finite zones): `null` if either is unknown, so also where no second solve estimated the latter, which then is
 //! absent. `absorbed_sunlight_W` stands in scenes with sunlight; `emitters_W` is the power of emitters of light, if there are any.
 
@@ -89,7 +89,7 @@ struct HeatRowFormat {
     size_unit: &'static str,
     #[serde(rename = "temperature_K")]
     temperature: Option<f64>,
-    /// The whole error; that of the exchange in files without the next field.
+    /// The total error; that of the exchange in files without the next field.
     #[serde(rename = "temperature_error_K")]
     temperature_error: Option<f64>,
     #[serde(rename = "temperature_exchange_error_K", default)]
@@ -112,7 +112,7 @@ struct HeatRowFormat {
     net_flux_unit: &'static str,
     #[serde(rename = "net_power_W")]
     power: f64,
-    /// The whole error; that of the exchange in files without the next field.
+    /// The total error; that of the exchange in files without the next field.
     #[serde(rename = "net_power_error_W", deserialize_with = "infinite_if_null")]
     power_error: f64,
     #[serde(rename = "net_power_exchange_error_W", default)]
@@ -195,7 +195,7 @@ impl HeatRowFormat {
     }
 
     fn into_row(self) -> HeatRow {
-        // A null is an unknown error, and the whole error is then unknown too.
+        // A null is an unknown error, and the total error is then unknown too.
         let temperature_error = self.temperature_exchange_error.or(self.temperature_error);
         HeatRow {
             name: self.name,
