@@ -215,7 +215,7 @@ def test_areas_states_and_factors_are_read(tmp_path):
         state = solver.solve()
         table = read_all(state)["table"]
         assert not public_names(zn.ThermalState)[1]
-        # No discretization error is estimated, so that no whole error stands there.
+        # No discretization error is estimated, so that no total error stands there.
         assert "net_power_exchange_error" in table and "net_power_error" not in table
     assert severities
 
