@@ -198,8 +198,8 @@ fn cameras_inside(transport: &Transport, inside: &ModelInside) -> Vec<Camera> {
 fn inside_run(transport: &Transport, from: Vec3, towards: Vec3) -> f64 {
     let free = free_distance(transport, from, towards);
     let run = STEP_BACK * free.unwrap_or_else(|| distance_to_bounds(transport, from, towards));
-    let lengths = (0..RUN_STEPS).map(|k| run * (RUN_STEPS - k) as f64 / RUN_STEPS as f64);
-    lengths.into_iter().find(|t| is_inside(transport, from + towards * *t)).unwrap_or(0.0)
+    let mut lengths = (0..RUN_STEPS).map(|k| run * (RUN_STEPS - k) as f64 / RUN_STEPS as f64);
+    lengths.find(|t| is_inside(transport, from + towards * *t)).unwrap_or(0.0)
 }
 
 /// True of a point in no solid, from which most rays hit something.

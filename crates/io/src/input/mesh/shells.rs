@@ -1,14 +1,17 @@
 //! Closed parts of a mesh and their orientation: [`zonal_scene::shells`] with welded corners.
 
+use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::Plate;
-use zonal_scene::shells::WELD_TOLERANCE;
+use zonal_scene::shells::{Shell, WELD_TOLERANCE};
 pub(crate) use zonal_scene::shells::{ShellKind, Shells};
 
 /// Volume of a closed part over that of the bounding box of the model, above which it may contain most of the model.
 const MIN_ROOM_VOLUME_FRACTION: f64 = 0.4;
 /// The same, below which a closed part with inward normals is a body and no room.
 const MAX_BODY_VOLUME_FRACTION: f64 = 0.02;
+/// Compactness 36 π V²/A³ of a closed part, 1 of a sphere and 0.52 of a cube, below which one with inward normals is a body: a slab or a backdrop.
+const MIN_ROOM_COMPACTNESS: f64 = 0.005;
 /// Area of the other parts within the bounding box of a closed part over that of all others, from which it contains most of the model.
 const MIN_CONTAINED_AREA_FRACTION: f64 = 0.5;
 /// Closed parts, by volume, whose contents are summed.
@@ -30,7 +33,7 @@ pub(crate) enum OpenSides {
 pub(crate) enum TurnedPart {
     /// Outward normals around most of the model.
     Room,
-    /// Inward normals of a small part.
+    /// Inward normals of a small or flat part.
     Solid,
 }
 
@@ -42,11 +45,12 @@ pub(crate) fn turned_parts(
 ) -> Vec<Option<TurnedPart>> {
     let all = (high - low).product();
     let list = shells.shells();
-    let of_solid = |(kind, volume): (ShellKind, f64)| {
-        (kind == ShellKind::Enclosure && -volume < MAX_BODY_VOLUME_FRACTION * all)
-            .then_some(TurnedPart::Solid)
+    let of_solid = |s: &Shell| {
+        let is_flat = 36.0 * PI * s.volume * s.volume < MIN_ROOM_COMPACTNESS * s.area.powi(3);
+        let is_body = is_flat || -s.volume < MAX_BODY_VOLUME_FRACTION * all;
+        (s.kind == ShellKind::Enclosure && is_body).then_some(TurnedPart::Solid)
     };
-    let mut out: Vec<Option<TurnedPart>> = list.iter().map(|s| of_solid((s.kind, s.volume))).collect();
+    let mut out: Vec<Option<TurnedPart>> = list.iter().map(of_solid).collect();
     let is_large =
         |i: &usize| list[*i].kind == ShellKind::Solid && list[*i].volume > MIN_ROOM_VOLUME_FRACTION * all;
     let mut large: Vec<usize> = (0..list.len()).filter(is_large).collect();
@@ -141,5 +145,9 @@ mod tests {
         // A large body beside a small one contains nothing.
         assert_eq!(kinds(&[(0.0, 4.0, outward), (4.1, 4.2, outward)]), [None, None]);
         assert_eq!(kinds(&[(0.0, 4.0, outward)]), [None]);
+        // A slab that is turned inside out, of any share of the bounding box.
+        let slab = box_faces(Vec3::ZERO, vec3(9.0, 9.0, 0.1), Facing::Inward);
+        let found = turned_parts(&slab, &find_shells(&slab), (Vec3::ZERO, vec3(9.0, 9.0, 0.1)));
+        assert_eq!(found, [Some(TurnedPart::Solid)]);
     }
 }
