@@ -17,7 +17,7 @@ pub(super) fn ignored_properties(m: &gltf::Material<'_>) -> Vec<String> {
     let is_lit = !m.unlit() && !has_specular_glossiness;
     if is_lit && pbr.metallic_roughness_texture().is_some() && (metallic || pbr.roughness_factor() > 0.0) {
         out.push("its metallic-roughness texture is not read, and it is diffuse".into());
-    } else if is_lit && metallic {
+    } else if is_lit && metallic && m.transmission().is_none() {
         out.push("it is metallic, and was read as diffuse".into());
     } else if is_lit && !rough && m.transmission().is_none() {
         out.push(format!("its gloss (roughness below {MIN_ROUGHNESS}) is not read, and it is diffuse"));

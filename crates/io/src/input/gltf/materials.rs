@@ -154,14 +154,16 @@ fn read_glass(
     let transmission = m.transmission().map_or(0.0, |t| f64::from(t.transmission_factor()));
     let volume = m.volume();
     let thickness = volume.as_ref().map(|v| f64::from(v.thickness_factor())).filter(|t| *t > 0.0);
+    let cover = if m.alpha_mode() == AlphaMode::Blend { alpha.min(1.0) } else { 1.0 };
     if transmission > 0.0 {
         let attenuation = match &volume {
             Some(v) => GlassAttenuation::Coefficient(absorption_coefficient(v).ok_or_else(|| {
                 let message = "the attenuation is negative or not a number; export the file again";
                 FileFault::new(file, place, message)
             })?),
+            // Alpha is the fraction of the area that the material covers.
             None => GlassAttenuation::Transmittance(
-                base.map(|x| (x * transmission).clamp(MIN_TRANSMITTANCE, 1.0)),
+                base.map(|x| (1.0 - cover + cover * x * transmission).clamp(MIN_TRANSMITTANCE, 1.0)),
             ),
         };
         if volume.is_some() && base != Bands::ONE {
