@@ -86,6 +86,16 @@ impl<'a> Shaft<'a> {
         self.push(n, support(self.ends[0].points, n).max(support(self.ends[1].points, n)));
     }
 
+    /// True when some plane of the shaft has all of a box above it, given by its lower and upper corner.
+    pub(crate) fn avoids_box(&self, [lo, hi]: [Vec3; 2], tol: &Tolerance) -> bool {
+        let lies_above = |&(n, c): &(Vec3, f64)| {
+            let pick = |n: f64, l: f64, h: f64| if n > 0.0 { l } else { h };
+            let lowest = Vec3::from_array([0, 1, 2].map(|k| pick(n[k], lo[k], hi[k])));
+            n.dot(lowest) >= c - tol.rounding
+        };
+        self.planes().iter().any(lies_above)
+    }
+
     /// False when the plate can cross no segment between the ends.
     pub(crate) fn may_meet(&self, plate: &PreparedPlate, tol: &Tolerance) -> bool {
         let heights = || self.ends.iter().flat_map(|e| e.points).map(|p| plate.height(*p));

@@ -160,6 +160,11 @@ impl<'a> Transport<'a> {
     pub fn pane_may_intersect(&self, ends: [ShaftEnd; 2]) -> bool {
         self.interior_panes().any_in(&Shaft::new(ends), &self.tolerance)
     }
+    /// True when no segment between two zones of the scene meets the interior of a box, given by its lower and upper corner; false when this is
+    /// not proved.
+    pub fn shaft_avoids_box(&self, ends: [ShaftEnd; 2], corners: [Vec3; 2]) -> bool {
+        Shaft::new(ends).avoids_box(corners, &self.tolerance)
+    }
     /// True when some facet can lie between two points of the scene.
     pub fn has_occluders(&self) -> bool {
         self.occluder_count() > 0

@@ -28,7 +28,7 @@ const MAX_HALVINGS: usize = 4;
 impl Exchange<'_> {
     /// A pair with a cut voxel: sums over its samples at small distance, the centroid at large distance.
     pub(super) fn cut_voxel_pair(&self, pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
-        let ZonePair { a, b, seed } = pair;
+        let ZonePair { a, b, .. } = pair;
         let near = (a.centre - b.centre).length() < MIN_POINT_DISTANCE * (a.diameter.max(b.diameter));
         let rays = if near { RAYS.partial } else { RAYS.first };
         let (plate, pane, part) = match (&a.shape, &b.shape) {
@@ -55,7 +55,7 @@ impl Exchange<'_> {
             solid_angle_quadrature::sides_of_pane(*pane),
             off,
         );
-        self.ray_average(ZonePair { a, b, seed }, m, rays, counts)
+        self.ray_average(ZonePair { a, b, ..pair }, m, rays, counts)
     }
 
     /// A cut voxel with refined samples near a plate, whose solid angle varies from 0 to 2π over a sub-cell. A grid of points visible from

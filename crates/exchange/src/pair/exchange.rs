@@ -1,6 +1,7 @@
 //! The prepared state from which the exchange of any pair follows.
 
 use super::occlusion::Occlusion;
+use super::path_media::PathMedia;
 use super::periodic_images::PeriodicFactors;
 use super::prepared_zone::{PreparedZones, ZoneCaching};
 use super::settings::PairSettings;
@@ -11,7 +12,7 @@ use crate::aligned::FactorCache;
 use crate::polygon::PreparedPlates;
 use zonal_math::Vec3;
 use zonal_scene::SUBCELLS;
-use zonal_scene::{Bands, Plate, Scene, VoxelGrid, Zones};
+use zonal_scene::{Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 
 /// Exchange of the zones of a scene.
@@ -25,11 +26,9 @@ pub struct Exchange<'a> {
     pub(super) plates: PreparedPlates,
     pub(super) voxel_grid: Option<&'a VoxelGrid>,
     pub(super) tolerance: f64,
-    /// κ if every path between two zones lies in one uniform medium (zero in vacuum) without panes.
-    pub(super) uniform: Option<Bands>,
+    /// The medium on the paths of each pair.
+    pub(super) media: PathMedia<'a>,
     pub(super) occlusion: Occlusion<'a>,
-    /// Extinction varies inside the voxel grid, or a pane can stand between two zones: a few rays do not determine the attenuation.
-    pub(super) varied: bool,
     /// Some pane can stand between two zones.
     pub(super) panes_between: bool,
     /// The factors of a periodic scene.
@@ -75,10 +74,7 @@ impl<'a> Exchange<'a> {
             plates: PreparedPlates::new(&zones.patches.iter().map(|p| p.plate).collect::<Vec<_>>()),
             voxel_grid: scene.voxel_grid(),
             tolerance: scene.options().tolerance,
-            uniform: uniform_medium(scene, zones, transport),
-            varied: transport.has_interior_panes()
-                || scene.voxel_grid().is_some_and(|v| v.uniform_extinction().is_none())
-                || uniform_medium(scene, zones, transport).is_none(),
+            media: PathMedia::new(scene, zones, transport),
             occlusion,
             panes_between: transport.has_interior_panes(),
             images: PeriodicFactors::of(scene),
@@ -87,26 +83,4 @@ impl<'a> Exchange<'a> {
             subcells,
         }
     }
-}
-
-/// κ if it is constant along every path between two zones; zero in vacuum.
-fn uniform_medium(scene: &Scene, zones: &Zones, transport: &Transport) -> Option<Bands> {
-    if transport.has_interior_panes() {
-        return None;
-    }
-    let Some(grid) = scene.voxel_grid() else {
-        return Some(Bands::ZERO);
-    };
-    let kappa = grid.uniform_extinction()?;
-    if kappa == Bands::ZERO {
-        return Some(kappa);
-    }
-    let slack = Vec3::splat(1e-9 * scene.diagonal());
-    let (lo, hi) = (grid.min() - slack, grid.max() + slack);
-    let inside = |p: &Plate| {
-        let (a, b) = p.bounds();
-        a.max(lo) == a && b.min(hi) == b
-    };
-    let all = zones.patches.iter().map(|p| &p.plate).chain(zones.panes.iter().map(|p| &p.plate)).all(inside);
-    all.then_some(kappa)
 }

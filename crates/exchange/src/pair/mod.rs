@@ -5,7 +5,7 @@
 //!
 //! | pair | geometry | attenuation |
 //! |---|---|---|
-//! | axis-aligned, uniform κ | reduced integral, **proved** | inside the integral |
+//! | axis-aligned, one κ on all paths (`path_media.rs`) | reduced integral, **proved** | inside the integral |
 //! | axis-aligned, varying κ | reduced integral at κ = 0 | three moments of the distance × mean extinction along rays |
 //! | the same, optically thick | the same | chords of rays through both voxels |
 //! | two plates in any position | contours in closed form, Gauss rules, **proved** | moments of the distance, estimated |
@@ -45,6 +45,7 @@ mod exchange;
 mod occlusion;
 mod pair_factor;
 mod pair_methods;
+mod path_media;
 mod periodic_images;
 mod prepared_zone;
 mod ray_average;

@@ -51,7 +51,7 @@ impl Exchange<'_> {
             counts.facing_away += 1;
             return PairFactor::default();
         }
-        let pair = ZonePair { a, b, seed: self.settings.seed(i, j) };
+        let pair = ZonePair { a, b, seed: self.settings.seed(i, j), uniform: self.media.of_pair(a, b) };
         match (&a.shape, &b.shape) {
             (PreparedShape::CutVoxel(_), _) | (_, PreparedShape::CutVoxel(_)) => {
                 counts.cut += 1;
@@ -69,7 +69,7 @@ impl Exchange<'_> {
                     counts.by_volume_method += 1;
                     counts.estimated += 1;
                     let m = self.volume_method_moments(method, row, j);
-                    self.attenuated(pair, m, self.uniform, counts)
+                    self.attenuated(pair, m, pair.uniform, counts)
                 }
                 None => self.patch_or_voxel_pair((i, j), pair, counts),
             },
@@ -108,7 +108,7 @@ impl Exchange<'_> {
         let ZonePair { a, b, .. } = pair;
         if let (Some(p), Some(q)) = (&a.aligned, &b.aligned) {
             counts.aligned += 1;
-            if let Some(kappa) = self.uniform {
+            if let Some(kappa) = pair.uniform {
                 let mut out = PairFactor::default();
                 for band in Band::all() {
                     // Bands of one extinction have one factor.
@@ -131,7 +131,7 @@ impl Exchange<'_> {
         }
         counts.estimated += u64::from(a.aligned.is_none() || b.aligned.is_none());
         let m = self.distance_moments(a, b);
-        self.attenuated(pair, m, self.uniform.filter(|_| !self.is_thick(a, b)), counts)
+        self.attenuated(pair, m, pair.uniform.filter(|_| !self.is_thick(a, b)), counts)
     }
 
     /// Two boxes or rectangles along the axes in a uniform medium, with all images of one of them.
@@ -146,10 +146,10 @@ impl Exchange<'_> {
     fn patch_pair(&self, (i, j): (usize, usize), pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
         let ZonePair { a, b, .. } = pair;
         let factor = self.plates.pair(i, j, self.settings.plate_tolerance, PLATE_ERROR_OVER_AREA).bounded;
-        if self.uniform != Some(Bands::ZERO) {
+        if pair.uniform != Some(Bands::ZERO) {
             let m = DistanceMoments { factor, ..self.distance_moments(a, b) };
             counts.estimated += 1;
-            return self.attenuated(pair, m, self.uniform.filter(|_| !self.is_thick(a, b)), counts);
+            return self.attenuated(pair, m, pair.uniform.filter(|_| !self.is_thick(a, b)), counts);
         }
         counts.estimated += u64::from(factor.grade != Grade::Proved);
         let out = PairFactor { value: Bands::splat(factor.value), radius: Bands::splat(factor.radius) };
@@ -213,7 +213,11 @@ impl Exchange<'_> {
     /// without dividing it.
     fn visible_self_exchange(&self, i: usize, all: PairFactor, counts: &mut PairCounts) -> PairFactor {
         let z = &*self.prepared.get(i);
-        self.visible(ZonePair { a: z, b: z, seed: self.settings.seed(i, i) }, all, counts)
+        self.visible(
+            ZonePair { a: z, b: z, seed: self.settings.seed(i, i), uniform: self.media.of_pair(z, z) },
+            all,
+            counts,
+        )
     }
 
     /// A factor times the visible fraction where the scene has occluders.
@@ -230,7 +234,7 @@ impl Exchange<'_> {
     /// A pane and any zone but a cut voxel. The larger plate of a close pair is divided into quarters: paths through the pane vary strongly
     /// at grazing angles.
     fn pane_pair(&self, pair: ZonePair, splits: u32, counts: &mut PairCounts) -> PairFactor {
-        let ZonePair { a, b, seed } = pair;
+        let ZonePair { a, b, seed, .. } = pair;
         let close = (a.centre - b.centre).length() < a.diameter.max(b.diameter);
         let first = matches!(a.shape, PreparedShape::Plate { .. })
             && (a.diameter >= b.diameter || !matches!(b.shape, PreparedShape::Plate { .. }));
@@ -246,7 +250,7 @@ impl Exchange<'_> {
         for (k, quarter) in plate.quarters().into_iter().enumerate() {
             let part = prepared_plate(quarter, *pane);
             let seed = low_discrepancy::split_mix64(seed + k as u64);
-            let f = self.pane_pair(ZonePair { a: &part, b: small, seed }, splits - 1, counts);
+            let f = self.pane_pair(ZonePair { a: &part, b: small, seed, ..pair }, splits - 1, counts);
             sum.value += f.value;
             sum.radius = sum.radius.hypot(f.radius);
         }

@@ -21,12 +21,14 @@ use std::ops::Range;
 use zonal_math::{Vec3, exponential_integral};
 use zonal_scene::{Band, Bands, PerBand};
 
-/// Two zones and the seed of their sample points.
+/// Two zones, the seed of their sample points, and the medium between them.
 #[derive(Clone, Copy)]
 pub(super) struct ZonePair<'z> {
     pub a: &'z PreparedZone,
     pub b: &'z PreparedZone,
     pub seed: u64,
+    /// κ of the medium on all paths between the zones, 1/m; `None` where it varies or a pane may stand between.
+    pub uniform: Option<Bands>,
 }
 
 impl ZonePair<'_> {
@@ -43,6 +45,14 @@ impl ZonePair<'_> {
             () if self.is_close() => RAYS.close,
             () => RAYS.important,
         }
+    }
+    /// κ of the uniform medium, 1/m; zero where there is none.
+    fn uniform_extinction(&self) -> Bands {
+        self.uniform.unwrap_or_default()
+    }
+    /// True where a few rays do not determine the attenuation.
+    fn is_varied(&self) -> bool {
+        self.uniform.is_none()
     }
     /// Distance of the centres, m.
     fn distance(&self) -> f64 {
@@ -154,7 +164,7 @@ impl Exchange<'_> {
             let (mean, error) = t.mean_and_error();
             (mean, error.hypot(missed))
         };
-        if self.uniform_extinction() == Bands::ZERO {
+        if pair.uniform_extinction() == Bands::ZERO {
             PerBand::splat(with_missed(tally[grey]))
         } else {
             tally.map(with_missed)
@@ -183,18 +193,13 @@ impl Exchange<'_> {
         }
     }
 
-    /// κ of the uniform medium; zero where there is none.
-    fn uniform_extinction(&self) -> Bands {
-        self.uniform.unwrap_or_default()
-    }
-
     /// True for a pair that carries an important share of a zone's power.
     fn is_important(&self, share: f64) -> bool {
         share > self.tolerance * RAYS.important_share
     }
 
     fn trace_visibility(&self, pair: ZonePair, range: Range<usize>, tally: &mut PerBand<WeightedMean>) {
-        let (points, kappa) = (PairPoints::new(pair.seed), self.uniform_extinction());
+        let (points, kappa) = (PairPoints::new(pair.seed), pair.uniform_extinction());
         for k in range {
             let (x, y) = points.both(pair.a, pair.b, k);
             let w = pair_kernel(pair.a, pair.b, x, y);
@@ -233,12 +238,12 @@ impl Exchange<'_> {
         let near = distance < 2.0 * (a.diameter + b.diameter);
         let pane = [a, b].iter().any(|z| matches!(z.shape, PreparedShape::Plate { pane: Some(_), .. }));
         let rays = if near && (pane || self.is_thick(a, b))
-            || self.uniform.is_none() && distance < a.diameter.max(b.diameter)
+            || pair.is_varied() && distance < a.diameter.max(b.diameter)
         {
             RAYS.important
-        } else if near && self.varied || self.occlusion.has_occluders && pair.is_close() {
+        } else if near && pair.is_varied() || self.occlusion.has_occluders && pair.is_close() {
             RAYS.partial
-        } else if self.occlusion.has_occluders || self.varied || near {
+        } else if self.occlusion.has_occluders || pair.is_varied() || near {
             // In a varying medium e^{−δ} between the centres is no mean over the pair.
             RAYS.first
         } else {
@@ -287,7 +292,7 @@ impl Exchange<'_> {
         rays: usize,
         counts: &mut PairCounts,
     ) -> RaySample {
-        let ZonePair { a, b, seed } = pair;
+        let ZonePair { a, b, seed, .. } = pair;
         let divided = self.occlusion.may_divide(a, b);
         let distance = pair.distance();
         let scale = self.pane_scale(a) * self.pane_scale(b);
@@ -396,7 +401,7 @@ impl Exchange<'_> {
         let d = y - x;
         let r = d.length();
         let weight = pair_kernel(a, b, x, y);
-        let depth = match self.uniform {
+        let depth = match pair.uniform {
             Some(kappa) => kappa * r,
             None => self.transport.medium_depth(x, y),
         };
@@ -408,9 +413,9 @@ impl Exchange<'_> {
             return ray;
         }
         if self.is_thick(a, b) {
-            ray.chords = self.chord_transmittance(a, b, x, y);
+            ray.chords = self.chord_transmittance(pair, x, y);
         }
-        if self.panes_between {
+        if self.panes_between && pair.is_varied() {
             let all = self.transport.optical_depth_inside(x, y);
             ray.panes *= (depth - all).min(Bands::ZERO).exp();
             ray.dimmed = Band::all().any(|k| all[k] > depth[k]);
@@ -426,12 +431,13 @@ impl Exchange<'_> {
 
     /// Attenuation along the line through x and y, averaged over its chords in both zones: on a given line the points of a pair
     /// are uniform (dV dV'/r² = dA⊥ dω ds ds'), so each voxel gives (1 − e^{−κℓ})/(κℓ), and the space between e^{−δ}.
-    fn chord_transmittance(&self, a: &PreparedZone, b: &PreparedZone, x: Vec3, y: Vec3) -> Bands {
+    fn chord_transmittance(&self, pair: ZonePair, x: Vec3, y: Vec3) -> Bands {
+        let ZonePair { a, b, uniform, .. } = pair;
         let w = (y - x).normalized();
         let r = (y - x).length();
         let (from, share_a) = chord(a, x, w, r);
         let (to, share_b) = chord(b, y, -w, r);
-        let between = match self.uniform {
+        let between = match uniform {
             Some(kappa) => kappa * (to - from).dot(w).max(0.0),
             None if (to - from).dot(w) > 0.0 => self.transport.medium_depth(from, to),
             None => Bands::ZERO,
