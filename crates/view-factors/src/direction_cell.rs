@@ -48,6 +48,17 @@ impl DirectionCell {
             .map(|range| DirectionCell { range, ..*self })
     }
 
+    /// Smallest and largest modulus of each coordinate; no range has zero inside.
+    pub(crate) fn extremes(&self) -> ([f64; 3], [f64; 3]) {
+        let (mut least, mut most) = ([1.0; 3], [1.0; 3]);
+        for (k, [a, b]) in self.range.iter().enumerate() {
+            let axis = (self.axis + 1 + k) % 3;
+            least[axis] = a.abs().min(b.abs());
+            most[axis] = a.abs().max(b.abs());
+        }
+        (least, most)
+    }
+
     /// The mean of the corners.
     pub(crate) fn centre(&self) -> Vec3 {
         self.corners().into_iter().fold(Vec3::ZERO, |s, c| s + c) * 0.25

@@ -2,7 +2,9 @@
 
 use crate::blocking::{Hull, Occluder};
 use crate::bounds::{Bounds, BoundsTree, TreeNode, ball_about_middle};
-use crate::occluders::merged_occluders;
+use crate::endless::stretched;
+use crate::occluders::{MergedOccluder, merged_occluders};
+use crate::periods::PeriodicImages;
 use zonal_exchange::polygon::PreparedPolygon;
 use zonal_exchange::polygon::visible::ConvexPolygon;
 use zonal_math::Vec3;
@@ -57,27 +59,52 @@ pub(crate) struct Geometry {
     pub facets: Vec<PreparedFacet>,
     pub tree: BoundsTree,
     pub cones: Vec<NormalCone>,
+    /// The occluders of one image.
+    merged: Vec<MergedOccluder>,
+    /// The occluders of all images.
     pub occluders: Vec<Occluder>,
-    pub occluder_tree: BoundsTree,
+    /// Their trees, by the axes along which they are endless, as bits.
+    pub occluder_trees: [BoundsTree; 4],
     /// Distance below which polygons count as touching, m.
     pub contact: f64,
 }
 
 impl Geometry {
-    /// Prepares facets, and obstructions that only hide.
+    /// Prepares facets, and obstructions that only hide, in the images of [`Geometry::set_images`].
     pub(crate) fn new(facets: &[ConvexPolygon], obstructions: &[ConvexPolygon]) -> Geometry {
         let all: Vec<&ConvexPolygon> = facets.iter().chain(obstructions).collect();
         let contact = contact_distance(&all);
-        let occluders: Vec<Occluder> =
-            merged_occluders(&all, contact).into_iter().map(Occluder::new).collect();
-        let boxes: Vec<Bounds> = occluders.iter().map(|o| o.bounds).collect();
-        let occluder_tree = BoundsTree::new(&boxes, &vec![0; boxes.len()], 1);
+        let merged = merged_occluders(&all, contact);
         let facets: Vec<PreparedFacet> = facets.iter().cloned().map(PreparedFacet::new).collect();
         let boxes: Vec<Bounds> = facets.iter().map(|f| f.bounds).collect();
         let groups: Vec<u8> = facets.iter().map(|f| face_of_cube(f.polygon().normal())).collect();
         let tree = BoundsTree::new(&boxes, &groups, FACETS_PER_LEAF);
         let cones = tree.nodes.iter().map(|n| NormalCone::of(&facets, items(&tree, n))).collect();
-        Geometry { facets, tree, cones, occluders, occluder_tree, contact }
+        let empty = || BoundsTree { nodes: Vec::new(), order: Vec::new() };
+        let occluder_trees = [empty(), empty(), empty(), empty()];
+        Geometry { facets, tree, cones, merged, occluders: Vec::new(), occluder_trees, contact }
+    }
+
+    /// The axes along which the images of every occluder adjoin.
+    pub(crate) fn endless_axes(&self, images: &PeriodicImages) -> [bool; 2] {
+        let all = self.merged.iter().fold(3, |all, o| all & stretched(o, images, self.contact).1);
+        [all & 1 != 0, all & 2 != 0]
+    }
+
+    /// Makes the occluders those of all images.
+    pub(crate) fn set_images(&mut self, images: &PeriodicImages) {
+        let made: Vec<(MergedOccluder, u8)> =
+            self.merged.iter().map(|o| stretched(o, images, self.contact)).collect();
+        let trees: Vec<u8> = made.iter().map(|m| m.1).collect();
+        self.occluders = made.into_iter().map(|m| Occluder::new(m.0)).collect();
+        self.occluder_trees = std::array::from_fn(|k| {
+            let members: Vec<u32> =
+                (0..trees.len() as u32).filter(|o| usize::from(trees[*o as usize]) == k).collect();
+            let boxes: Vec<Bounds> = members.iter().map(|o| self.occluders[*o as usize].bounds).collect();
+            let mut tree = BoundsTree::new(&boxes, &vec![0; boxes.len()], 1);
+            tree.order.iter_mut().for_each(|o| *o = members[*o as usize]);
+            tree
+        });
     }
 
     /// The facets of a node.

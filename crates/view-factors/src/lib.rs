@@ -11,7 +11,7 @@
 //! | `shaft`, `blocking` | occluders that may hide something between two boxes; one that hides everything |
 //! | `pairs` | recursion over pairs of nodes; 𝓕 of pairs of facets |
 //! | `sky`, `direction_cell` | the surroundings, independent of the pairs |
-//! | `periods` | periodic geometry |
+//! | `periods`, `endless`, `image_sum` | periodic geometry: images, occluders that adjoin their images, sums over images |
 //! | `facet_set` | surfaces of several polygons, surfaces cut out of others |
 //! | `script_f` | total exchange factors of grey surfaces |
 //! | `parts` | the result as plain lists |
@@ -44,8 +44,10 @@ mod blocking;
 mod bounds;
 mod closing;
 mod direction_cell;
+mod endless;
 mod facet_set;
 mod geometry;
+mod image_sum;
 mod matrix;
 mod occluder_list;
 mod occluders;

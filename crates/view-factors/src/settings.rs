@@ -7,6 +7,9 @@ const ABSOLUTE_SHARE: f64 = 0.02;
 /// Evaluations of the visible part for a pair, at most.
 const MAX_PAIR_EVALUATIONS: u64 = 3_000;
 
+/// Version of the stages: others are computed again.
+const STAGE_VERSION: f64 = 2.0;
+
 /// Whether rows are made to sum to one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RowClosing {
@@ -73,10 +76,10 @@ impl ViewFactorSettings {
     }
 
     /// Numbers on which the stages of a computation depend.
-    pub(crate) fn checkpoint_numbers(&self) -> [f64; 5] {
+    pub(crate) fn checkpoint_numbers(&self) -> [f64; 6] {
         let open = f64::from(u8::from(self.surroundings == Openness::Open));
         let [first, second] = self.periods.map(|p| p.unwrap_or(0.0));
-        [self.tolerance, self.up as f64, first, second, open]
+        [STAGE_VERSION, self.tolerance, self.up as f64, first, second, open]
     }
 
     pub(crate) fn goal(&self) -> ErrorGoal {

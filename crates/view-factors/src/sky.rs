@@ -24,6 +24,9 @@ const MAX_CELL_DEPTH: u32 = 3;
 const MAX_HIDING_OCCLUDERS: usize = 8;
 /// Requested radius of a sky factor relative to that of a pair.
 const SKY_GOAL: f64 = 40.0;
+/// Requested radius of the exchange in unresolved directions: relative to that of a pair, and to the value.
+const UNRESOLVED_GOAL: f64 = 0.2;
+const UNRESOLVED_RELATIVE_GOAL: f64 = 0.25;
 /// Evaluations of visible cells for a facet, at most.
 const MAX_SKY_EVALUATIONS: u64 = 80_000;
 
@@ -32,8 +35,9 @@ const MAX_SKY_EVALUATIONS: u64 = 80_000;
 enum Region {
     Sky,
     Ground,
-    /// Directions that may pass all images of a periodic geometry (`periods.rs`).
-    Grazing,
+    /// Directions above and below the horizon whose rays may leave all represented images of a periodic geometry unseen (`periods.rs`).
+    UnresolvedSky,
+    UnresolvedGround,
 }
 
 /// The exchange of one facet with the surroundings, m².
@@ -41,6 +45,12 @@ enum Region {
 pub(crate) struct SkyExchange {
     pub sky: Bounded,
     pub ground: Bounded,
+    /// Upper bound of the exchange in unresolved directions, which the radii of sky and ground contain.
+    pub unresolved: f64,
+}
+
+impl SkyExchange {
+    const NONE: SkyExchange = SkyExchange { sky: Bounded::ZERO, ground: Bounded::ZERO, unresolved: 0.0 };
 }
 
 /// An occluder before a cell of directions.
@@ -63,17 +73,12 @@ pub(crate) struct SkyTraversal<'a> {
     partial: std::collections::BTreeMap<(u32, Region), Vec<OccludedView>>,
 }
 
-/// All cells of directions, divided at the slopes below which directions are unresolved.
-pub(crate) fn direction_cells(images: &PeriodicImages, up: usize) -> Vec<DirectionCell> {
-    let split = |cell: DirectionCell| -> Vec<DirectionCell> {
-        let slope = images.grazing_slope[cell.axis];
-        if cell.axis == up || slope == 0.0 {
-            return vec![cell];
-        }
-        // The coordinate along `up` is the first or the second range of the cell.
-        let k = if (cell.axis + 1) % 3 == up { 0 } else { 1 };
+/// All cells of directions, divided at the limits of unresolved ones.
+pub(crate) fn direction_cells(images: &PeriodicImages) -> Vec<DirectionCell> {
+    let split = |cell: DirectionCell, k: usize| -> Vec<DirectionCell> {
+        let cut = images.cut(cell.axis, (cell.axis + 1 + k) % 3);
         let [low, high] = cell.range[k];
-        let cuts = [-slope, slope].into_iter().filter(|s| low < *s && *s < high);
+        let cuts = [-cut, cut].into_iter().filter(|s| low < *s && *s < high);
         let ends: Vec<f64> = std::iter::once(low).chain(cuts).chain(std::iter::once(high)).collect();
         let part = |w: &[f64]| {
             let mut part = cell;
@@ -82,7 +87,8 @@ pub(crate) fn direction_cells(images: &PeriodicImages, up: usize) -> Vec<Directi
         };
         ends.windows(2).map(part).collect()
     };
-    DirectionCell::sphere(CELLS_PER_EDGE).into_iter().flat_map(split).collect()
+    let cells = DirectionCell::sphere(CELLS_PER_EDGE).into_iter();
+    cells.flat_map(|c| split(c, 0)).flat_map(|c| split(c, 1)).collect()
 }
 
 impl<'a> SkyTraversal<'a> {
@@ -104,41 +110,51 @@ impl<'a> SkyTraversal<'a> {
 
     /// The exchange of the facets of `node`, by facet.
     pub(crate) fn run(mut self, node: u32, cells: &[DirectionCell]) -> Vec<(u32, SkyExchange)> {
-        let root = |k: usize| OccluderNode { node: 0, shift: k as u32 };
-        let all: Vec<OccluderNode> = (0..self.images.shifts.len()).map(root).collect();
+        let all = occluder_list::all(self.geometry, self.images);
         cells.iter().for_each(|c| self.visit(node, c, &all));
         let facets = self.geometry.facets_of(node);
-        let none = SkyExchange { sky: Bounded::ZERO, ground: Bounded::ZERO };
         let mut sums: std::collections::BTreeMap<u32, SkyExchange> =
-            facets.iter().map(|f| (*f, none)).collect();
+            facets.iter().map(|f| (*f, SkyExchange::NONE)).collect();
         for ((facet, region), mut cones) in std::mem::take(&mut self.partial) {
             let p = self.geometry.facets[facet as usize].polygon();
+            let (relative, share) = match region {
+                Region::Sky | Region::Ground => (0.0, SKY_GOAL),
+                Region::UnresolvedSky | Region::UnresolvedGround => {
+                    (UNRESOLVED_RELATIVE_GOAL, UNRESOLVED_GOAL)
+                }
+            };
             let request = IntegrationRequest {
-                relative: 0.0,
-                absolute: SKY_GOAL * self.goal.absolute * p.area(),
+                relative,
+                absolute: share * self.goal.absolute * p.area(),
                 max_evaluations: MAX_SKY_EVALUATIONS,
             };
             self.free.push((facet, region, obstructed_sky(p, &mut cones, &request)));
         }
         for (facet, region, b) in &self.free {
-            let sum = sums.entry(*facet).or_insert(none);
+            let sum = sums.entry(*facet).or_insert(SkyExchange::NONE);
+            // An unresolved ray meets an image that is not represented, or nothing.
+            let most = b.value + b.radius;
+            let either = Bounded::estimated(0.5 * most, 0.5 * most);
             match region {
                 Region::Sky => sum.sky = sum.sky + *b,
                 Region::Ground => sum.ground = sum.ground + *b,
-                Region::Grazing => sum.sky = sum.sky + Bounded::estimated(b.value, b.value + b.radius),
+                Region::UnresolvedSky => sum.sky = sum.sky + either,
+                Region::UnresolvedGround => sum.ground = sum.ground + either,
+            }
+            if matches!(region, Region::UnresolvedSky | Region::UnresolvedGround) {
+                sum.unresolved += most;
             }
         }
         sums.into_iter().collect()
     }
 
     fn region(&self, cell: &DirectionCell) -> Region {
-        let d = cell.centre().array();
-        if d[self.up].abs() < self.images.grazing_slope[cell.axis] {
-            Region::Grazing
-        } else if d[self.up] > 0.0 {
-            Region::Sky
-        } else {
-            Region::Ground
+        let is_above = cell.centre().array()[self.up] > 0.0;
+        match (self.images.is_unresolved(cell), is_above) {
+            (false, true) => Region::Sky,
+            (false, false) => Region::Ground,
+            (true, true) => Region::UnresolvedSky,
+            (true, false) => Region::UnresolvedGround,
         }
     }
 
@@ -150,14 +166,7 @@ impl<'a> SkyTraversal<'a> {
         let n = g.node(node);
         let shaft = SkyShaft::new(&n.bounds, cell, g.contact);
         let mut near = Vec::new();
-        occluder_list::filter(
-            g,
-            &self.images.shifts,
-            list,
-            n.bounds.radius(),
-            |o| shaft.excludes(o),
-            &mut near,
-        );
+        occluder_list::filter(g, self.images, list, n.bounds.radius(), |o| shaft.excludes(o), &mut near);
         if near.is_empty() {
             for f in g.facets_of(node) {
                 let whole = unobstructed_sky(g.facets[*f as usize].polygon(), &corners);
@@ -169,7 +178,7 @@ impl<'a> SkyTraversal<'a> {
         let to = Hull { middle: cell.centre(), corners: &corners };
         let hidden = near.iter().any(|e| {
             let Some(k) = occluder_list::single(g, *e) else { return false };
-            g.hides(k, from, to, 0.0, self.images.shifts[e.shift as usize])
+            g.hides(k, from, to, 0.0, self.images.shift(&e.block))
         });
         if hidden {
             return;
@@ -189,7 +198,7 @@ impl<'a> SkyTraversal<'a> {
         }
         let shaft = SkyShaft::new(&facet.bounds, cell, g.contact);
         let mut near = Vec::new();
-        occluder_list::filter(g, &self.images.shifts, list, 0.0, |o| shaft.excludes(o), &mut near);
+        occluder_list::filter(g, self.images, list, 0.0, |o| shaft.excludes(o), &mut near);
         let Some(mut before) = self.occluders(facet, &corners, &near) else { return };
         if before.is_empty() {
             self.free.push((f, self.region(cell), unobstructed_sky(p, &corners)));
@@ -236,7 +245,7 @@ impl<'a> SkyTraversal<'a> {
         let mut before = Vec::new();
         for e in near {
             let Some(k) = occluder_list::single(g, *e) else { continue };
-            let (o, shift) = (&g.occluders[k], self.images.shifts[e.shift as usize]);
+            let (o, shift) = (&g.occluders[k], self.images.shift(&e.block));
             if g.hides(k, facet.hull(), to, 0.0, shift) {
                 return None;
             }

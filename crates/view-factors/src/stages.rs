@@ -7,7 +7,7 @@ use zonal_math::{Bounded, Grade};
 /// Bytes of a pair, of the counts, and of the surroundings of a facet.
 const PAIR_BYTES: usize = 20;
 const COUNT_BYTES: usize = 40;
-const SURROUNDINGS_BYTES: usize = 38;
+const SURROUNDINGS_BYTES: usize = 46;
 
 /// A batch of pairs: counts, then the pairs.
 pub(crate) fn encode_pairs(counts: &TreatmentCounts, pairs: &[PairExchange]) -> Vec<u8> {
@@ -52,6 +52,7 @@ pub(crate) fn encode_surroundings(facets: &[(u32, SkyExchange)]) -> Vec<u8> {
             out.extend(b.radius.to_le_bytes());
             out.push(u8::from(b.grade != Grade::Proved));
         }
+        out.extend(s.unresolved.to_le_bytes());
     }
     out
 }
@@ -69,7 +70,8 @@ pub(crate) fn decode_surroundings(bytes: &[u8], n: usize) -> Option<Vec<(u32, Sk
     let facet = |b: &[u8]| {
         let f = u32::from_le_bytes(b[0..4].try_into().ok()?);
         let (sky, ground) = (bounded(&b[4..21])?, bounded(&b[21..38])?);
-        ((f as usize) < n).then_some((f, SkyExchange { sky, ground }))
+        let unresolved = f64::from_le_bytes(b[38..46].try_into().ok()?);
+        ((f as usize) < n).then_some((f, SkyExchange { sky, ground, unresolved }))
     };
     bytes.chunks_exact(SURROUNDINGS_BYTES).map(facet).collect()
 }
@@ -86,10 +88,15 @@ mod tests {
         let (back, pairs) = decode_pairs(&bytes, 8).expect("a batch");
         assert_eq!((back.numbers(), pairs.len(), pairs[1].j), (counts.numbers(), 2, 7));
         assert!(decode_pairs(&bytes, 7).is_none() && decode_pairs(&bytes[1..], 8).is_none());
-        let s = SkyExchange { sky: Bounded::proved(0.5, 1e-15), ground: Bounded::estimated(0.1, 1e-3) };
+        let s = SkyExchange {
+            sky: Bounded::proved(0.5, 1e-15),
+            ground: Bounded::estimated(0.1, 1e-3),
+            unresolved: 0.25,
+        };
         let bytes = encode_surroundings(&[(2, s)]);
         let back = decode_surroundings(&bytes, 3).expect("surroundings");
         assert_eq!((back[0].0, back[0].1.sky, back[0].1.ground), (2, s.sky, s.ground));
+        assert_eq!(back[0].1.unresolved, 0.25);
         assert!(decode_surroundings(&bytes, 2).is_none() && decode_surroundings(&bytes[2..], 3).is_none());
     }
 }

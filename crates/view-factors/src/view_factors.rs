@@ -2,10 +2,11 @@
 
 use crate::bounds::Bounds;
 use crate::closing::{close_rows, defects};
+use crate::direction_cell::DirectionCell;
 use crate::geometry::Geometry;
 use crate::matrix::ExchangeRows;
-use crate::occluder_list::OccluderNode;
-use crate::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, round_up};
+use crate::occluder_list;
+use crate::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, merge_images, round_up};
 use crate::periods::PeriodicImages;
 use crate::settings::{Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
@@ -13,7 +14,7 @@ use crate::stages;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use zonal_exchange::polygon::visible::ConvexPolygon;
-use zonal_math::{Bounded, Grade};
+use zonal_math::{Bounded, Grade, Vec3};
 use zonal_scene::{CheckpointStore, Progress, SceneError};
 
 /// Pairs of nodes at which the work is divided.
@@ -26,6 +27,10 @@ const MIN_SKY_NODES: usize = 512;
 const BATCHES: usize = 48;
 /// A defect beyond this number of row radii and the tolerance has another cause than numerical error.
 const OPEN_ROW_RADII: f64 = 3.0;
+/// Share of the requested absolute radius that the exchange in unresolved directions should not exceed.
+const UNRESOLVED_SHARE: f64 = 1.0;
+/// Share of the requested absolute radius below which the exchange in unresolved directions is left out.
+const OMITTED_REST: f64 = 0.01;
 /// Bytes for a pair during the computation and in the rows.
 const BYTES_PER_PAIR: u64 = 24 + 32;
 
@@ -92,18 +97,17 @@ impl ViewFactors {
         if facets.is_empty() {
             return Err(SceneError::new("facets", "there is no facet; give at least one"));
         }
-        let geometry = Geometry::new(facets, obstructions);
+        let mut geometry = Geometry::new(facets, obstructions);
         let extent = Bounds::of(
             &facets.iter().chain(obstructions).flat_map(|p| p.corners()).copied().collect::<Vec<_>>(),
         );
-        let images = PeriodicImages::new(settings, &extent);
+        let images = choose_images(&mut geometry, &extent, settings, progress)?;
         let run = Computation { geometry: &geometry, images: &images, settings, progress, checkpoints };
-        let (counts, pairs) = run.pairs()?;
-        let surroundings = match settings.surroundings {
-            Openness::Open => run.surroundings()?,
-            Openness::Closed => Vec::new(),
-        };
-        let mut rows = rows_of(facets.len(), &pairs, surroundings);
+        let (counts, mut pairs) = run.pairs()?;
+        let surroundings = run.surroundings()?;
+        let unseen = run.unrepresented(&pairs, &surroundings)?;
+        pairs.push(unseen);
+        let mut rows = rows_of(facets.len(), &pairs, settings.surroundings, surroundings);
         drop(pairs);
         let areas: Vec<f64> = facets.iter().map(ConvexPolygon::area).collect();
         let relative: Vec<f64> = defects(&areas, &rows).iter().zip(&areas).map(|(d, a)| -d / a).collect();
@@ -117,6 +121,7 @@ impl ViewFactors {
             RowClosing::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
         };
         let estimated = counts.partial > 0
+            || images.any()
             || settings.closure == RowClosing::Restore
             || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
         Ok(ViewFactors {
@@ -285,15 +290,75 @@ pub struct FactorRows {
 }
 
 /// The rows of pairs in batches and of the surroundings.
-fn rows_of(n: usize, pairs: &[Vec<PairExchange>], surroundings: Vec<(u32, SkyExchange)>) -> ExchangeRows {
+fn rows_of(
+    n: usize,
+    pairs: &[Vec<PairExchange>],
+    openness: Openness,
+    surroundings: Vec<(u32, SkyExchange)>,
+) -> ExchangeRows {
     let entries = pairs.iter().flatten().map(|p| {
         ((p.i, p.j), Bounded { value: p.value, radius: f64::from(p.radius), grade: Grade::Estimated })
     });
     let mut rows = ExchangeRows::new(n, entries);
-    for (f, s) in surroundings {
-        (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
+    if openness == Openness::Open {
+        for (f, s) in surroundings {
+            (rows.sky[f as usize], rows.ground[f as usize]) = (s.sky, s.ground);
+        }
     }
     rows
+}
+
+/// Images whose unresolved rays meet the tolerance, or as many as the limit of the cost allows; the occluders become those of all images.
+fn choose_images(
+    geometry: &mut Geometry,
+    extent: &Bounds,
+    settings: &ViewFactorSettings,
+    progress: &dyn Progress,
+) -> Result<PeriodicImages, SceneError> {
+    let first = PeriodicImages::new(settings, extent, [false; 2]);
+    let endless = geometry.endless_axes(&first);
+    let mut images = PeriodicImages::new(settings, extent, endless);
+    geometry.set_images(&images);
+    while images.any() {
+        let Some(more) = images.doubled(endless, geometry.facets.len()) else { break };
+        let cells = unresolved_cells(&images);
+        let nodes = sky_nodes(geometry);
+        let run = |node: &u32| {
+            let idle = progress.is_interrupted();
+            let traversal = SkyTraversal::new(geometry, &images, settings.goal(), settings.up);
+            if idle { Vec::new() } else { traversal.run(*node, &cells) }
+        };
+        let found: Vec<_> = nodes.par_iter().with_max_len(1).map(run).collect();
+        if progress.is_interrupted() {
+            return Err(SceneError::interrupted());
+        }
+        let allowed = |f: u32| {
+            UNRESOLVED_SHARE * settings.goal().absolute * geometry.facets[f as usize].polygon().area()
+        };
+        if found.iter().flatten().all(|(f, s)| s.unresolved <= allowed(*f)) {
+            break;
+        }
+        images = more;
+        geometry.set_images(&images);
+    }
+    Ok(images)
+}
+
+fn unresolved_cells(images: &PeriodicImages) -> Vec<DirectionCell> {
+    direction_cells(images).into_iter().filter(|c| images.is_unresolved(c)).collect()
+}
+
+/// Nodes of facets at which the surroundings are divided.
+fn sky_nodes(geometry: &Geometry) -> Vec<u32> {
+    let mut nodes = vec![0u32];
+    for _ in 0..MAX_DIVISIONS {
+        if nodes.len() >= MIN_SKY_NODES {
+            break;
+        }
+        let children = |n: &u32| geometry.node(*n).children.map_or_else(|| vec![*n], |c| c.to_vec());
+        nodes = nodes.iter().flat_map(children).collect();
+    }
+    nodes
 }
 
 /// Rows whose relative defects their errors do not explain.
@@ -313,16 +378,15 @@ struct Computation<'a> {
 
 impl Computation<'_> {
     fn traversal(&self) -> PairTraversal<'_> {
-        PairTraversal::new(self.geometry, &self.images.shifts, self.settings.goal())
+        PairTraversal::new(self.geometry, self.images, self.settings.goal())
     }
 
     /// The pairs of nodes at which the work is divided; the same for every number of threads.
     fn tasks(&self) -> (TreatmentCounts, Vec<NodePair>) {
-        let occluders: Vec<OccluderNode> =
-            (0..self.images.shifts.len()).map(|k| OccluderNode { node: 0, shift: k as u32 }).collect();
+        let occluders = occluder_list::all(self.geometry, self.images);
         let mut top = self.traversal();
-        let root = |shift| NodePair { a: 0, b: 0, shift, occluders: occluders.clone() };
-        let mut tasks: Vec<NodePair> = self.images.half().map(root).collect();
+        let root = |block| NodePair { a: 0, b: 0, block, occluders: occluders.clone() };
+        let mut tasks: Vec<NodePair> = self.images.half().into_iter().map(root).collect();
         for _ in 0..MAX_DIVISIONS {
             if tasks.len() >= MIN_TASKS {
                 break;
@@ -391,6 +455,9 @@ impl Computation<'_> {
                 let within = found.load(Ordering::Relaxed) * BYTES_PER_PAIR <= self.settings.memory_limit;
                 if within && !self.progress.is_interrupted() {
                     traversal.visit(task);
+                    if self.images.any() {
+                        merge_images(&mut traversal.found);
+                    }
                     found.fetch_add(traversal.found.len() as u64, Ordering::Relaxed);
                 }
                 self.progress.advance(1);
@@ -406,6 +473,9 @@ impl Computation<'_> {
         for (part, list) in results {
             counts.add(&part);
             pairs.extend(list);
+        }
+        if self.images.any() {
+            merge_images(&mut pairs);
         }
         Ok((counts, pairs))
     }
@@ -423,16 +493,53 @@ impl Computation<'_> {
         ))
     }
 
-    fn surroundings(&self) -> Result<Vec<(u32, SkyExchange)>, SceneError> {
-        let mut nodes = vec![0u32];
-        for _ in 0..MAX_DIVISIONS {
-            if nodes.len() >= MIN_SKY_NODES {
-                break;
+    /// Pairs with the bound of the exchange of their images that are not represented, value zero: min(U_i, U_j).
+    fn unrepresented(
+        &self,
+        pairs: &[Vec<PairExchange>],
+        surroundings: &[(u32, SkyExchange)],
+    ) -> Result<Vec<PairExchange>, SceneError> {
+        let n = self.geometry.facets.len();
+        let mut unresolved = vec![0.0f64; n];
+        surroundings.iter().for_each(|(f, s)| unresolved[*f as usize] += s.unresolved);
+        let area = |i: usize| self.geometry.facets[i].polygon().area();
+        let least = |i: usize| OMITTED_REST * self.settings.goal().absolute * area(i);
+        let rows: Vec<usize> = (0..n).filter(|i| unresolved[*i] > least(*i)).collect();
+        let mut list = Vec::new();
+        let known: u64 = pairs.iter().map(|p| p.len() as u64).sum();
+        for (k, &i) in rows.iter().enumerate() {
+            for &j in &rows[k + 1..] {
+                let both = unresolved[i].min(unresolved[j]);
+                let (p, q) = (self.geometry.facets[i].polygon(), self.geometry.facets[j].polygon());
+                if self.may_face_images(p, q) {
+                    let radius = round_up(both);
+                    list.push(PairExchange { i: i as u32, j: j as u32, value: 0.0, radius });
+                }
             }
-            let children = |n: &u32| self.geometry.node(*n).children.map_or_else(|| vec![*n], |c| c.to_vec());
-            nodes = nodes.iter().flat_map(children).collect();
+            self.check_memory(known + list.len() as u64)?;
         }
-        let cells = direction_cells(self.images, self.settings.up);
+        Ok(list)
+    }
+
+    /// False if no displacement makes two facets face each other.
+    fn may_face_images(&self, p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
+        let repeats =
+            |n: Vec3| (0..2).any(|k| self.images.periods[k] > 0.0 && n.array()[self.images.axes[k]] != 0.0);
+        let rises = |p: &ConvexPolygon, q: &ConvexPolygon| {
+            repeats(p.normal()) || q.corners().iter().any(|c| p.height(*c) > self.geometry.contact)
+        };
+        rises(p, q) && rises(q, p)
+    }
+
+    fn surroundings(&self) -> Result<Vec<(u32, SkyExchange)>, SceneError> {
+        let nodes = sky_nodes(self.geometry);
+        let cells = match self.settings.surroundings {
+            Openness::Open => direction_cells(self.images),
+            Openness::Closed => unresolved_cells(self.images),
+        };
+        if cells.is_empty() {
+            return Ok(Vec::new());
+        }
         let n = self.geometry.facets.len();
         self.progress.begin("surroundings", nodes.len() as u64);
         let mut all = Vec::with_capacity(n);
