@@ -59,8 +59,8 @@ const MPI_COMMAND: (&str, &[&str]) = ("mpi", &["cli", "math", "report", "solve"]
 const TEST_DEPENDENCIES: [&str; 2] = ["reference", "io"];
 
 /// Further crates on which the tests of one crate may depend.
-const TEST_DEPENDENCIES_OF: [(&str, &str); 3] =
-    [("paper", "transport"), ("solve", "paper"), ("demo", "transport")];
+const TEST_DEPENDENCIES_OF: [(&str, &str); 4] =
+    [("paper", "transport"), ("solve", "paper"), ("demo", "transport"), ("validation", "view-factors")];
 
 /// External crates that a crate of the library may use by an optional feature.
 const OPTIONAL_IN_THE_LIBRARY: [(&str, &str); 1] = [("scene", "clap")];

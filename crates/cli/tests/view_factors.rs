@@ -115,6 +115,24 @@ fn meshes_have_rows_in_their_order_with_sky_and_ground() {
 }
 
 #[test]
+fn both_sides_close_the_rows_of_thin_plates() {
+    let f = Folder::new();
+    // A plate whose back a floor sees.
+    f.put("plates.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nusemtl floor\nf 1 2 3 4\nusemtl roof\nf 5 6 7 8\n");
+    let open = f.done(&["view-factors", "plates.obj", "-o", "one.csv", "--json"]);
+    let open: serde_json::Value = serde_json::from_str(&open).expect("JSON");
+    assert_eq!(open["open_rows"].as_array().map(Vec::len), Some(1));
+    assert!(open["warnings"].to_string().contains("--sides both"), "{open}");
+    let closed = f.done(&["view-factors", "plates.obj", "-o", "two.csv", "--sides", "both", "--json"]);
+    let closed: serde_json::Value = serde_json::from_str(&closed).expect("JSON");
+    assert_eq!((closed["facets"].as_u64(), closed["open_rows"].as_array().map(Vec::len)), (Some(4), Some(0)));
+    let table = text(&f.get("two.csv"));
+    let row = table.lines().find(|l| l.starts_with("0,3,")).expect("the floor sees the back of the roof");
+    let factor: f64 = row.split(',').nth(4).expect("a factor").parse().expect("a number");
+    assert!((factor - 0.199_825).abs() < 1e-3 && row.contains("roof (back)"), "{row}");
+}
+
+#[test]
 fn caches_resume_and_formats_and_threads_agree() {
     let f = Folder::new();
     f.put("street.obj", STREET);

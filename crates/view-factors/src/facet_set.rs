@@ -50,6 +50,19 @@ impl FacetSet {
         self.surfaces += 1;
     }
 
+    /// Adds the back of every surface as a surface of its own, in the order of the fronts.
+    pub fn add_backs(&mut self) {
+        let fronts = self.surfaces as u32;
+        for k in 0..self.polygons.len() {
+            let corners = self.polygons[k].corners().iter().rev().copied().collect();
+            if let Some(back) = ConvexPolygon::new(corners) {
+                self.polygons.push(back);
+                self.surface.push(self.surface[k] + fronts);
+            }
+        }
+        self.surfaces *= 2;
+    }
+
     /// Adds a polygon that hides from both sides. Returns false if it has no area.
     pub fn add_obstruction(&mut self, corners: &[Vec3]) -> bool {
         let parts = convex_parts(corners);

@@ -6,6 +6,7 @@
 //! hidden by its silhouette. The union of the occluders is that of the facets and of these solids; corners move by at most the contact distance,
 //! onto the plane of the component's first facet.
 
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use zonal_exchange::polygon::visible::{ConvexBody, ConvexPolygon};
 use zonal_math::Vec3;
@@ -109,10 +110,10 @@ pub(crate) struct MergedOccluder {
 /// counts once.
 pub(crate) fn merged_occluders(polygons: &[&ConvexPolygon], contact: f64) -> Vec<MergedOccluder> {
     let outlines = Outlines::new(polygons, contact);
-    let single = without_twins(&outlines.loops);
+    let (single, has_twin) = without_twins(&outlines.loops);
     let components = coplanar_components(&outlines, polygons, &single, contact);
     let SolidShells { is_part, solids: mut made, openings } =
-        convex_solids(&outlines, polygons, &components, contact);
+        convex_solids(&outlines, polygons, &components, &has_twin, contact);
     let others = components.iter().zip(&is_part).filter(|(_, is_part)| !**is_part);
     let plates = others.flat_map(|(c, _)| merged_component(&outlines, polygons, c, &openings)).collect();
     let plate = |p: &ConvexPolygon| MergedOccluder { body: ConvexBody::plate(p), has_opening: false };
@@ -182,11 +183,13 @@ fn merged_component(
 }
 
 /// The solids, and whether each component is part of one. Components that meet in convex edges form a shell. It bounds a solid if all its corners
-/// lie behind all its planes and its open edges lie in one plane: a segment that enters through that opening leaves through the shell.
+/// lie behind all its planes and its open edges lie in one plane: a segment that enters through that opening leaves through the shell. A shell with a facet that
+/// has a twin bounds none: something is seen from within.
 fn convex_solids(
     outlines: &Outlines,
     polygons: &[&ConvexPolygon],
     components: &[Vec<usize>],
+    has_twin: &[bool],
     contact: f64,
 ) -> SolidShells {
     let adjacency = Adjacency::new(outlines, polygons, components, contact);
@@ -198,6 +201,9 @@ fn convex_solids(
             continue;
         }
         let (shell, open) = adjacency.shell(seed, &mut visited);
+        if shell.iter().flat_map(|c| &components[*c]).any(|k| has_twin[*k]) {
+            continue;
+        }
         let opening = if open.is_empty() { None } else { opening(outlines, open, contact) };
         if let Some(solid) =
             solid_of_shell(outlines, polygons, (&shell, components), opening.as_ref(), contact)
@@ -309,15 +315,22 @@ fn opening(outlines: &Outlines, edges: Vec<(Corner, Corner)>, contact: f64) -> O
     is_flat.then(|| convex_outline(outlines, outline, normal)).flatten().map(from_smallest)
 }
 
-/// The polygons without those whose corners another one has in any order.
-fn without_twins(loops: &[Vec<Corner>]) -> Vec<usize> {
-    let mut seen = HashSet::new();
-    let key = |k: &usize| {
-        let mut corners = loops[*k].clone();
+/// The polygons without those whose corners an earlier one has in any order, and whether each polygon has such a twin.
+fn without_twins(loops: &[Vec<Corner>]) -> (Vec<usize>, Vec<bool>) {
+    let mut first: HashMap<Vec<Corner>, usize> = HashMap::new();
+    let (mut single, mut has_twin) = (Vec::new(), vec![false; loops.len()]);
+    for (k, outline) in loops.iter().enumerate() {
+        let mut corners = outline.clone();
         corners.sort_unstable();
-        corners
-    };
-    (0..loops.len()).filter(|k| seen.insert(key(k))).collect()
+        match first.entry(corners) {
+            Entry::Vacant(place) => {
+                place.insert(k);
+                single.push(k);
+            }
+            Entry::Occupied(place) => (has_twin[*place.get()], has_twin[k]) = (true, true),
+        }
+    }
+    (single, has_twin)
 }
 
 /// Polygons that share edges and a plane, each component in the order in which it was found.
@@ -514,6 +527,18 @@ mod tests {
             out.extend([triangle([c[0], c[1], c[2]]), triangle([c[0], c[2], c[3]])]);
         }
         out
+    }
+
+    #[test]
+    fn a_box_of_two_sides_is_no_solid() {
+        let mut faces = cube(&[]);
+        let backs: Vec<ConvexPolygon> = faces
+            .iter()
+            .map(|p| ConvexPolygon::new(p.corners().iter().rev().copied().collect()).expect("a triangle"))
+            .collect();
+        faces.extend(backs);
+        let merged = merged_occluders(&faces.iter().collect::<Vec<_>>(), 1e-9);
+        assert!(merged.len() == 6 && merged.iter().all(|o| o.body.is_plate()), "{}", merged.len());
     }
 
     /// A box without its bottom that stands on a ground with a hole of that size.

@@ -21,6 +21,9 @@ pub struct Args {
     /// Mesh whose facets hide from both sides and have no factors.
     #[arg(long, value_name = "MESH")]
     pub obstructions: Option<PathBuf>,
+    /// Sides that exchange. With `both`, the rows of the backs follow those of the fronts in the same order.
+    #[arg(long, value_enum, default_value_t = FacetSides::Front)]
+    pub sides: FacetSides,
     /// View3D's format of a .txt or .out file [default: `out` of the .vs3 file, else text].
     #[arg(long, value_enum)]
     pub format: Option<OutputFormat>,
@@ -51,6 +54,15 @@ pub struct Args {
     /// Memory limit of the factors, GB.
     #[arg(long, default_value_t = 12.0, value_name = "GB")]
     pub max_memory: f64,
+}
+
+/// Sides of facets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum FacetSides {
+    /// The side from which the corners run counter-clockwise.
+    Front,
+    /// Both sides, each with a row of its own.
+    Both,
 }
 
 /// Formats of View3D.

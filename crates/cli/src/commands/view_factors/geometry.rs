@@ -41,6 +41,14 @@ impl FactorGeometry {
         self.emissivities.push(emissivity);
     }
 
+    /// Adds the back of every surface, with its name and emissivity, after all fronts.
+    pub fn add_backs(&mut self) {
+        self.set.add_backs();
+        let backs: Vec<String> = self.names.iter().map(|n| format!("{n} (back)")).collect();
+        self.names.extend(backs);
+        self.emissivities.extend_from_within(..);
+    }
+
     /// Adds the facets of a mesh, which hide from both sides and have no factors.
     pub fn add_obstructions(&mut self, mesh: FacetFile) {
         self.notes.extend(mesh.notes);

@@ -4,7 +4,7 @@ mod args;
 pub mod geometry;
 mod report;
 
-pub use args::{Args, OutputFormat};
+pub use args::{Args, FacetSides, OutputFormat};
 
 use super::context::{Context, check_tolerance, memory_limit};
 use geometry::FactorGeometry;
@@ -32,7 +32,10 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     if let Some(sky) = &args.sky {
         check_output(sky, &["txt"])?;
     }
-    let geometry = geometry::read(&args.input, args.obstructions.as_deref())?;
+    let mut geometry = geometry::read(&args.input, args.obstructions.as_deref())?;
+    if args.sides == FacetSides::Both {
+        geometry.add_backs();
+    }
     let settings = settings(args, &geometry)?;
     let folder = args.cache.as_deref().map(|path| open_cache(path, &geometry, &settings)).transpose()?;
     let checkpoints = folder.as_ref().map_or(&NoCheckpoints as &dyn CheckpointStore, |f| f);

@@ -104,7 +104,7 @@ fn diagnostics(geometry: &FactorGeometry, factors: &ViewFactors) -> Vec<Diagnost
         all.push(Diagnostic::warning(
             "open_rows",
             format!(
-                "{} row(s) are not closed ({}{more}, from 1): these facets lie partly inside a solid, or see backs of facets; cut the facets along the solids, or give thin surfaces two sides",
+                "{} row(s) are not closed ({}{more}, from 1): these facets lie partly inside a solid, or see backs of facets; cut the facets along the solids, turn the facets, or count both sides of all (--sides both)",
                 open.len(),
                 first.join(", ")
             ),
