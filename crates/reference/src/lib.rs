@@ -7,6 +7,7 @@
 //!
 //! | module | content |
 //! |---|---|
+//! | [`random_meshes`] | random meshes and cross-sections for view factors |
 //! | [`rng`] | random numbers, points and directions |
 //! | [`estimate`] | sample means and standard errors |
 //! | [`brute_force`] | ray queries by testing every facet, cell plane and pane |
@@ -19,6 +20,7 @@
 //! | [`forward_monte_carlo`] | powers and temperatures by surface and zone, by random walks from the sources |
 //! | [`path_tracer`] | H, G and pictures of scenes of any size by backward path tracing |
 //! | [`slab`] | layers between walls in any number of bands, by discrete ordinates; radiative equilibrium |
+//! | [`visible_views`] | view factors of polygons that hide each other, by exact views from points |
 //! | [`test_cases`] | samples of long lists of test cases |
 
 pub mod brute_force;
@@ -26,15 +28,18 @@ pub mod closed_form;
 pub mod crossed_strings;
 mod double_double;
 pub mod estimate;
+mod estimate_heap;
 pub mod exchange;
 pub mod factors;
 pub mod forward_monte_carlo;
 pub mod path_tracer;
 pub mod radiance;
+pub mod random_meshes;
 pub mod rng;
 pub mod slab;
 mod tanh_sinh;
 pub mod test_cases;
+pub mod visible_views;
 
 pub use brute_force::BruteForceScene;
 pub use estimate::SampleEstimate;

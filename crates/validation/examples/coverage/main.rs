@@ -13,6 +13,8 @@
 //! A scene of which a sum by name is not covered, or a zone is far off, is walked again, ten times as often: among thousands of sums a few are four or more standard
 //! errors off by chance, while true deviations become more significant.
 //!
+//! `--view-factors N` runs N random meshes through the view factors instead (`view_factors/mod.rs`).
+//!
 //! `--keep` writes the scenes on which something fails, `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each
 //! for one engine. Exit code 1 where a verdict fails.
 
@@ -24,6 +26,7 @@ mod page;
 mod run;
 mod stated;
 mod summary;
+mod view_factors;
 
 use model::CampaignSize;
 use run::{CampaignPlan, SceneResult};
@@ -31,13 +34,16 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use summary::CampaignSummary;
 
-const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--page FILE.md]; \
-described in crates/validation/examples/coverage/main.rs";
+const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--page FILE.md], \
+or coverage --view-factors N --seed S [--tolerance T]... [--page FILE.md]; described in crates/validation/examples/coverage/main.rs";
 
 struct CampaignOptions {
     plan: CampaignPlan,
     page: Option<PathBuf>,
     all: bool,
+    /// Meshes of a campaign of view factors in place of scenes.
+    meshes: Option<u64>,
+    tolerances: Vec<f64>,
 }
 
 fn options() -> Result<CampaignOptions, String> {
@@ -48,7 +54,7 @@ fn options() -> Result<CampaignOptions, String> {
         size: CampaignSize::Full,
         keep: None,
     };
-    let (mut page, mut all) = (None, false);
+    let (mut page, mut all, mut meshes, mut tolerances) = (None, false, None, Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(key) = args.next() {
         if key == "--help" || key == "-h" {
@@ -63,11 +69,16 @@ fn options() -> Result<CampaignOptions, String> {
             "--index" => (plan.scenes, all) = (vec![number()?], true),
             "--small" => plan.size = if value == "yes" { CampaignSize::Small } else { CampaignSize::Full },
             "--keep" => plan.keep = Some(value.into()),
+            "--view-factors" => meshes = Some(number()?),
+            "--tolerance" => {
+                let tolerance = value.parse::<f64>().ok().filter(|t| *t > 0.0 && *t < 1.0);
+                tolerances.push(tolerance.ok_or(format!("--tolerance: '{value}' is not between 0 and 1"))?);
+            }
             "--page" => page = Some(value.into()),
             _ => return Err(format!("{key}: no such option; usage: {USAGE}")),
         }
     }
-    Ok(CampaignOptions { plan, page, all })
+    Ok(CampaignOptions { plan, page, all, meshes, tolerances })
 }
 
 /// Failures of a scene, a line each.
@@ -105,6 +116,29 @@ fn complaints(d: &SceneResult) -> Vec<String> {
     out
 }
 
+/// Runs random meshes through the view factors.
+fn view_factor_campaign(options: &CampaignOptions, meshes: u64) -> ExitCode {
+    let tolerances = match options.tolerances.as_slice() {
+        [] => view_factors::TOLERANCES.to_vec(),
+        some => some.to_vec(),
+    };
+    let campaign = view_factors::FactorCampaign { meshes, seed: options.plan.seed, tolerances };
+    let checks = campaign.run();
+    for c in checks.iter().filter(|c| c.ratio() > 1.0).take(40) {
+        eprintln!("{c:?}");
+    }
+    let summary = view_factors::Summary::new(&checks);
+    let tables = summary.tables();
+    print!("{tables}");
+    if let Some(path) = &options.page
+        && let Err(e) = std::fs::write(path, view_factors::page(&campaign, &tables))
+    {
+        eprintln!("error: {}: {e}", path.display());
+        return ExitCode::from(2);
+    }
+    if summary.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) }
+}
+
 fn main() -> ExitCode {
     let options = match options() {
         Ok(o) => o,
@@ -113,6 +147,9 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
+    if let Some(meshes) = options.meshes {
+        return view_factor_campaign(&options, meshes);
+    }
     let done = run::run(&options.plan, |d| {
         for line in complaints(d) {
             eprintln!("{line}");

@@ -1,0 +1,408 @@
+//! View factors of convex polygons that hide each other: exact views from points, integrated adaptively over each polygon.
+//!
+//! ```text
+//! F_ij = 1/(π A_i) ∫_i ω⊥_j(x) dA,      ω⊥ = ½ Σ_k γ_k n·ν_k over the edges of the visible pieces (Lambert)
+//! ```
+//!
+//! From a point x the pieces of polygon j that are visible are polygon j, cut to the front of i, minus the cone of every other polygon's part between
+//! x and the plane of j. The sky (above the horizon) and the ground are the faces of a large cube about x. Facets exchange with their fronts and hide
+//! with both sides.
+//!
+//! The integral divides i into triangles. Each has a rule of nine points in collapsed coordinates; the error estimate of a triangle is the difference from the sum of
+//! its four quarters, which is its value. The triangle with the largest error is divided first. All factors of a row share the points.
+
+use crate::estimate_heap::Largest;
+use std::collections::BinaryHeap;
+use std::f64::consts::PI;
+use zonal_math::{Vec3, vec3};
+
+/// Distance relative to the size of the scene below which points lie in a plane.
+const RELATIVE_CONTACT: f64 = 1e-10;
+/// Half the edge of the cube of the surroundings, relative to the size of the scene.
+const CUBE_SIZE: f64 = 1e6;
+
+/// Polygons with an area, counter-clockwise from their fronts; some of them only hide.
+#[derive(Clone, Debug)]
+pub struct VisibleScene {
+    polygons: Vec<FlatPolygon>,
+    /// Polygons that exchange; the others only hide.
+    facets: usize,
+    size: f64,
+    /// Directions of smaller slope are unresolved rather than sky or ground.
+    grazing: f64,
+}
+
+#[derive(Clone, Debug)]
+struct FlatPolygon {
+    corners: Vec<Vec3>,
+    normal: Vec3,
+    area: f64,
+    /// The facet of which it is an image.
+    facet: usize,
+}
+
+/// A factor and an estimate of its error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OracleFactor {
+    /// The factor.
+    pub value: f64,
+    /// Its error.
+    pub error: f64,
+}
+
+/// The factors of one facet.
+#[derive(Clone, Debug)]
+pub struct OracleRow {
+    /// To each facet.
+    pub facets: Vec<OracleFactor>,
+    /// To the directions above the horizon (z up) that meet nothing.
+    pub sky: OracleFactor,
+    /// To those below.
+    pub ground: OracleFactor,
+    /// To directions of small slope that meet no image: what all other factors may lack.
+    pub unresolved: OracleFactor,
+}
+
+impl FlatPolygon {
+    fn new(corners: Vec<Vec3>, facet: usize) -> FlatPolygon {
+        let twice = (2..corners.len())
+            .fold(Vec3::ZERO, |s, k| s + (corners[k - 1] - corners[0]).cross(corners[k] - corners[0]));
+        FlatPolygon { normal: twice.normalized(), area: 0.5 * twice.length(), corners, facet }
+    }
+
+    fn height(&self, x: Vec3) -> f64 {
+        self.normal.dot(x - self.corners[0])
+    }
+}
+
+impl VisibleScene {
+    /// A scene of facets and of polygons that only hide.
+    pub fn new(facets: &[Vec<Vec3>], obstructions: &[Vec<Vec3>]) -> VisibleScene {
+        let n = facets.len();
+        let number = |k: usize| if k < n { k } else { usize::MAX };
+        let polygons: Vec<FlatPolygon> = facets
+            .iter()
+            .chain(obstructions)
+            .enumerate()
+            .map(|(k, c)| FlatPolygon::new(c.clone(), number(k)))
+            .collect();
+        let corners = || polygons.iter().flat_map(|p| &p.corners);
+        let lo = corners().fold(Vec3::splat(f64::INFINITY), |s, c| s.min(*c));
+        let hi = corners().fold(Vec3::splat(f64::NEG_INFINITY), |s, c| s.max(*c));
+        VisibleScene { facets: n, size: (hi - lo).length(), polygons, grazing: 0.0 }
+    }
+
+    /// The scene repeated `count` times to each side along `period` (m, horizontal); directions whose rays rise less than its height within these
+    /// images are unresolved.
+    pub fn repeated(facets: &[Vec<Vec3>], period: Vec3, count: i32) -> VisibleScene {
+        let mut made = VisibleScene::new(facets, &[]);
+        let zs = || made.polygons.iter().flat_map(|p| &p.corners).map(|c| c.z);
+        let height = zs().fold(f64::NEG_INFINITY, f64::max) - zs().fold(f64::INFINITY, f64::min);
+        let along = || {
+            let axis = period.normalized();
+            made.polygons.iter().flat_map(|p| &p.corners).map(move |c| axis.dot(*c)).collect::<Vec<f64>>()
+        };
+        let ends = along();
+        let extent = ends.iter().fold(f64::NEG_INFINITY, |s, x| s.max(*x))
+            - ends.iter().fold(f64::INFINITY, |s, x| s.min(*x));
+        made.grazing = height / (f64::from(count + 1) * period.length() - extent);
+        let own = made.polygons.clone();
+        for n in (-count..=count).filter(|n| *n != 0) {
+            let by = period * f64::from(n);
+            made.polygons.extend(
+                own.iter().map(|p| FlatPolygon {
+                    corners: p.corners.iter().map(|c| *c + by).collect(),
+                    ..p.clone()
+                }),
+            );
+        }
+        made.size += period.length() * f64::from(2 * count);
+        made
+    }
+
+    /// Number of facets.
+    pub fn len(&self) -> usize {
+        self.facets
+    }
+
+    /// True without facets.
+    pub fn is_empty(&self) -> bool {
+        self.facets == 0
+    }
+
+    /// Area of a facet, m².
+    ///
+    /// # Panics
+    /// On an index out of range.
+    pub fn area(&self, i: usize) -> f64 {
+        self.polygons[i].area
+    }
+
+    /// The factors of facet `i`, until the error of each is at most `tolerance` or `triangles` were divided.
+    ///
+    /// # Panics
+    /// On an index out of range.
+    pub fn row(&self, i: usize, tolerance: f64, triangles: usize) -> OracleRow {
+        let c = &self.polygons[i].corners;
+        let scale = 1.0 / (PI * self.polygons[i].area);
+        let mut parts: BinaryHeap<Largest<TrianglePart>> = BinaryHeap::new();
+        let count = self.facets + 3;
+        let mut errors = vec![0.0; count];
+        let add = |t: [Vec3; 3], rough: Option<Vec<f64>>, errors: &mut Vec<f64>| {
+            let rough = rough.unwrap_or_else(|| self.integral(i, &t));
+            let quarters = quarters(&t);
+            let sums: Vec<Vec<f64>> = quarters.iter().map(|q| self.integral(i, q)).collect();
+            let value: Vec<f64> = (0..count).map(|k| sums.iter().map(|s| s[k]).sum()).collect();
+            let error: Vec<f64> = value.iter().zip(&rough).map(|(v, r)| (v - r).abs()).collect();
+            errors.iter_mut().zip(&error).for_each(|(s, e)| *s += e);
+            let worst = error.iter().fold(0.0f64, |s, e| s.max(*e));
+            Largest { key: worst, item: TrianglePart { quarters, sums, value, error } }
+        };
+        for k in 2..c.len() {
+            parts.push(add([c[0], c[k - 1], c[k]], None, &mut errors));
+        }
+        for _ in 0..triangles {
+            if errors.iter().all(|e| e * scale <= tolerance) {
+                break;
+            }
+            let Some(Largest { item, .. }) = parts.pop() else { break };
+            errors.iter_mut().zip(&item.error).for_each(|(s, e)| *s -= e);
+            for (q, sum) in item.quarters.into_iter().zip(item.sums) {
+                parts.push(add(q, Some(sum), &mut errors));
+            }
+        }
+        // The heap's order is no order of summation.
+        let sum = |of: &dyn Fn(&TrianglePart) -> f64| {
+            let mut all: Vec<f64> = parts.iter().map(|p| of(&p.item)).collect();
+            all.sort_by(f64::total_cmp);
+            all.iter().sum::<f64>() * scale
+        };
+        let rounding = 1e-12;
+        let factor =
+            |k: usize| OracleFactor { value: sum(&|p| p.value[k]), error: sum(&|p| p.error[k]) + rounding };
+        OracleRow {
+            facets: (0..self.facets).map(factor).collect(),
+            sky: factor(self.facets),
+            ground: factor(self.facets + 1),
+            unresolved: factor(self.facets + 2),
+        }
+    }
+
+    /// ∫ ω⊥ dA over a triangle, for every facet, the sky, the ground and unresolved directions.
+    fn integral(&self, i: usize, [a, b, c]: &[Vec3; 3]) -> Vec<f64> {
+        const NODES: [(f64, f64); 3] =
+            [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+        let twice = (*b - *a).cross(*c - *a).length();
+        let mut sum = vec![0.0; self.facets + 3];
+        for (u, wu) in NODES {
+            for (v, wv) in NODES {
+                let x = *a + (*b - *a) * u + (*c - *b) * (u * v);
+                self.add_views(i, x, wu * wv * u * twice, &mut sum);
+            }
+        }
+        sum
+    }
+
+    /// Adds weight × ω⊥ from a point of facet `i`.
+    fn add_views(&self, i: usize, x: Vec3, weight: f64, sum: &mut [f64]) {
+        let n = self.polygons[i].normal;
+        let contact = RELATIVE_CONTACT * self.size;
+        // All relative to x, in front of i.
+        let before: Vec<Option<Vec<Vec3>>> = self
+            .polygons
+            .iter()
+            .enumerate()
+            .map(|(k, p)| {
+                let corners: Vec<Vec3> = p.corners.iter().map(|c| *c - x).collect();
+                let above = corners.iter().any(|c| n.dot(*c) > contact);
+                (k != i && above).then(|| clipped(&corners, n, 0.0)).flatten()
+            })
+            .collect();
+        for (j, target) in self.polygons.iter().enumerate().filter(|(_, p)| p.facet != usize::MAX) {
+            if target.height(x) <= contact {
+                continue;
+            }
+            let Some(piece) = &before[j] else { continue };
+            let plane = (target.normal, target.normal.dot(target.corners[0] - x));
+            let visible = self.visible(piece.clone(), &before, Some((j, plane)), contact);
+            let seen: f64 = visible.iter().map(|p| projected(p, n)).sum();
+            sum[target.facet] += weight * seen.abs();
+        }
+        for (region, direction) in self.surroundings() {
+            let Some(piece) = clipped(&direction, n, 0.0) else { continue };
+            let visible = self.visible(piece, &before, None, contact);
+            let seen: f64 = visible.iter().map(|p| projected(p, n)).sum();
+            sum[self.facets + region] += weight * seen.abs();
+        }
+    }
+
+    /// The pieces of a polygon (relative to the point of view) that no other one hides.
+    fn visible(
+        &self,
+        whole: Vec<Vec3>,
+        before: &[Option<Vec<Vec3>>],
+        target: Option<(usize, (Vec3, f64))>,
+        contact: f64,
+    ) -> Vec<Vec<Vec3>> {
+        let mut pieces = vec![whole];
+        for (k, o) in before.iter().enumerate() {
+            let Some(o) = o else { continue };
+            let own;
+            let o = match target {
+                None => o,
+                Some((j, _)) if j == k => continue,
+                // The origin lies on the negative… side of n·y = c of which it is in front: c < 0.
+                Some((_, (normal, c))) => {
+                    if o.iter().all(|y| normal.dot(*y) - c <= contact) {
+                        continue;
+                    }
+                    let Some(part) = clipped(o, normal, c) else { continue };
+                    own = part;
+                    &own
+                }
+            };
+            let planes = cone(o);
+            if planes.is_empty() || pieces.is_empty() {
+                continue;
+            }
+            pieces = pieces.into_iter().flat_map(|p| outside(p, &planes)).collect();
+        }
+        pieces
+    }
+
+    /// Faces of a large cube as directions: 0 the sky, 1 the ground, 2 unresolved directions.
+    fn surroundings(&self) -> Vec<(usize, Vec<Vec3>)> {
+        let r = CUBE_SIZE * self.size;
+        let s = self.grazing.min(1.0);
+        let corner = |x: f64, y: f64, z: f64| vec3(x, y, z) * r;
+        let mut all = vec![
+            (
+                0,
+                [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, y)| corner(x, y, 1.0)).to_vec(),
+            ),
+            (
+                1,
+                [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
+                    .map(|(x, y)| corner(x, y, -1.0))
+                    .to_vec(),
+            ),
+        ];
+        let sides = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+        for k in 0..4 {
+            let (p, q) = (sides[k], sides[(k + 1) % 4]);
+            for (region, low, high) in [(0, s, 1.0), (1, -1.0, -s), (2, -s, 0.0), (2, 0.0, s)] {
+                if high > low {
+                    all.push((
+                        region,
+                        vec![
+                            corner(p.0, p.1, low),
+                            corner(q.0, q.1, low),
+                            corner(q.0, q.1, high),
+                            corner(p.0, p.1, high),
+                        ],
+                    ));
+                }
+            }
+        }
+        all
+    }
+}
+
+struct TrianglePart {
+    quarters: [[Vec3; 3]; 4],
+    sums: Vec<Vec<f64>>,
+    value: Vec<f64>,
+    error: Vec<f64>,
+}
+
+fn quarters([a, b, c]: &[Vec3; 3]) -> [[Vec3; 3]; 4] {
+    let (p, q, r) = ((*a + *b) * 0.5, (*b + *c) * 0.5, (*c + *a) * 0.5);
+    [[*a, p, r], [p, *b, q], [r, q, *c], [p, q, r]]
+}
+
+/// The part of a convex polygon with n·y ≥ c.
+fn clipped(polygon: &[Vec3], n: Vec3, c: f64) -> Option<Vec<Vec3>> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, p) in polygon.iter().enumerate() {
+        let q = polygon[(k + 1) % polygon.len()];
+        let (h, g) = (n.dot(*p) - c, n.dot(q) - c);
+        if h >= 0.0 {
+            kept.push(*p);
+        }
+        if h * g < 0.0 {
+            kept.push(*p + (q - *p) * (h / (h - g)));
+        }
+    }
+    (kept.len() >= 3).then_some(kept)
+}
+
+/// The planes through the origin and the edges of a convex polygon, with the polygon on the positive side; none for one seen edge-on.
+fn cone(polygon: &[Vec3]) -> Vec<Vec3> {
+    let middle = polygon.iter().fold(Vec3::ZERO, |s, p| s + *p) / polygon.len() as f64;
+    let edges = (0..polygon.len()).map(|k| polygon[k].cross(polygon[(k + 1) % polygon.len()]));
+    let planes: Vec<Vec3> = edges.map(Vec3::normalized).filter(|n| n.length2() > 0.5).collect();
+    let distance = middle.length();
+    let inside = |n: &Vec3| n.dot(middle) / distance;
+    let sign = if planes.iter().map(inside).sum::<f64>() >= 0.0 { 1.0 } else { -1.0 };
+    let planes: Vec<Vec3> = planes.into_iter().map(|n| n * sign).collect();
+    let is_edge_on = planes.iter().all(|n| inside(n).abs() < 1e-13);
+    if is_edge_on || planes.len() < 3 { Vec::new() } else { planes }
+}
+
+/// A convex polygon minus a cone.
+fn outside(polygon: Vec<Vec3>, planes: &[Vec3]) -> Vec<Vec<Vec3>> {
+    if planes.iter().any(|n| polygon.iter().all(|p| n.dot(*p) <= 0.0)) {
+        return vec![polygon];
+    }
+    let (mut out, mut rest) = (Vec::new(), polygon);
+    for n in planes {
+        out.extend(clipped(&rest, -*n, 0.0).filter(|p| p.iter().any(|x| n.dot(*x) < 0.0)));
+        match clipped(&rest, *n, 0.0) {
+            Some(inside) => rest = inside,
+            None => break,
+        }
+    }
+    out
+}
+
+/// ω⊥ of a convex polygon from the origin for the normal n; its sign is that of the orientation.
+fn projected(polygon: &[Vec3], n: Vec3) -> f64 {
+    let edge = |k: usize| {
+        let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+        let c = a.cross(b);
+        let sine = c.length();
+        if sine > 0.0 { sine.atan2(a.dot(b)) * n.dot(c) / sine } else { 0.0 }
+    };
+    0.5 * (0..polygon.len()).map(edge).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(z: f64, up: bool) -> Vec<Vec3> {
+        let mut c = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| vec3(x, y, z)).to_vec();
+        if !up {
+            c.reverse();
+        }
+        c
+    }
+
+    #[test]
+    fn opposite_squares_have_the_factor_of_the_catalogue_and_rows_close() {
+        let scene = VisibleScene::new(&[square(0.0, true), square(1.0, false)], &[]);
+        let row = scene.row(0, 1e-8, 2000);
+        assert!((row.facets[1].value - 0.199_824_895_698_387_4).abs() < 1e-7, "{row:?}");
+        assert!((row.facets[1].value + row.sky.value + row.ground.value - 1.0).abs() < 1e-7, "{row:?}");
+        assert!(row.ground.value < 1e-9);
+    }
+
+    #[test]
+    fn a_screen_over_everything_leaves_the_sky_beside_it() {
+        let screen =
+            [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]].map(|[x, y]| vec3(x, y, 0.5)).to_vec();
+        let scene = VisibleScene::new(&[square(0.0, true), square(1.0, false)], &[screen]);
+        let row = scene.row(0, 1e-6, 500);
+        assert!(row.facets[1].value < 1e-12 && row.sky.value < 0.01 && row.sky.value > 1e-4, "{row:?}");
+    }
+}
