@@ -182,13 +182,14 @@ pub fn heat_cells(
         None => [0.0; 2],
     };
     let unit = powers[usize::from(x.kind != HeatRowKind::Surface)];
-    let temperature = |t| value_with_error(t, x.temperature_error.unwrap_or(f64::INFINITY) + of_temperature);
-    let power = x.power_error + of_power;
+    let power = [x.power_error, of_power];
+    let temperature =
+        |t| value_with_errors(t, [x.temperature_error.unwrap_or(f64::INFINITY), of_temperature]);
     [
         format!("{} m{unit}", number(x.size)),
         x.temperature.map_or("undefined".into(), temperature),
-        format!("{} W/m{unit}", value_with_error(x.over_size(x.power), x.over_size(power))),
-        value_with_error(x.power, power),
+        format!("{} W/m{unit}", value_with_errors(x.over_size(x.power), power.map(|e| x.over_size(e)))),
+        value_with_errors(x.power, power),
     ]
 }
 
@@ -197,7 +198,7 @@ fn heat_row(out: &mut String, r: &HeatReport, part: (usize, Option<&Discretizati
     let x = &r.rows[part.0];
     let sunlight = x.absorbed_sunlight.map_or(String::new(), |w| format!("{:>18}", large_number(w)));
     let [size, temperature, flux, power] = heat_cells(r, part, ["2", "3"]);
-    let _ = writeln!(out, "  {:<26}{size:>14}{temperature:>20}{flux:>30}{power:>28}{sunlight}", x.name);
+    let _ = writeln!(out, "  {:<26}{size:>14} {temperature:>19} {flux:>29} {power:>27}{sunlight}", x.name);
 }
 
 /// Origin of the discretization error.
@@ -237,21 +238,20 @@ pub struct PowerRow {
     pub name: String,
     /// The power in each band, W.
     pub values: Vec<f64>,
-    /// Its error in each band, W.
-    pub errors: Vec<f64>,
+    /// Its errors in each band, W: of the exchange, and of the zones (0 where that was not requested).
+    pub errors: Vec<[f64; 2]>,
 }
 
 /// The powers of the energy balance of light with errors: exchange error, plus discretization error if it is known.
 #[must_use]
 pub fn power_rows(s: &Solution) -> Vec<PowerRow> {
     let row = |name: &str, of: &dyn Fn(&EnergyBalance) -> Bands| {
-        let error = |t: &Solution| {
-            let zones = t.report.discretization_error.as_ref();
-            let exchange = of(&t.report.energy_error);
-            zones.map_or(exchange, |z| exchange + of(&z.energy))
-        };
+        let zones =
+            |t: &Solution| t.report.discretization_error.as_ref().map_or(Bands::ZERO, |z| of(&z.energy));
         let values = s.all_bands(|t| of(&t.report.energy));
-        PowerRow { name: name.into(), values, errors: s.all_bands(error) }
+        let exchange = s.all_bands(|t| of(&t.report.energy_error));
+        let errors = exchange.into_iter().zip(s.all_bands(zones)).map(|(e, z)| [e, z]).collect();
+        PowerRow { name: name.into(), values, errors }
     };
     let absorbed = &s.report.energy.absorbed_surfaces;
     let by =
@@ -286,10 +286,10 @@ fn band_row(out: &mut String, name: &str, v: &[f64]) {
 }
 
 /// A row of the values of all bands with errors, or of one if they are equal.
-fn band_row_with_errors(out: &mut String, name: &str, v: &[f64], e: &[f64]) {
-    let is_grey = |v: &[f64]| v.windows(2).all(|w| w[0] == w[1]);
-    let shown = if is_grey(v) && is_grey(e) { 1 } else { v.len() };
-    let text: Vec<String> = v.iter().zip(e).take(shown).map(|(v, e)| value_with_error(*v, *e)).collect();
+fn band_row_with_errors(out: &mut String, name: &str, v: &[f64], e: &[[f64; 2]]) {
+    let is_grey = v.windows(2).all(|w| w[0] == w[1]) && e.windows(2).all(|w| w[0] == w[1]);
+    let shown = if is_grey { 1 } else { v.len() };
+    let text: Vec<String> = v.iter().zip(e).take(shown).map(|(v, e)| value_with_errors(*v, *e)).collect();
     for (line, cells) in text.chunks(BANDS_PER_LINE).enumerate() {
         let _ = writeln!(out, "  {:<33} {:>12}", if line == 0 { name } else { "" }, cells.join("   "));
     }
@@ -326,6 +326,19 @@ pub fn value_with_error(x: f64, e: f64) -> String {
         }
         true => format!("{} ± {}", large_number(x), two_digits(e)),
         false => large_number(x),
+    }
+}
+
+/// A value and the sum of two errors, of the exchange and of the zones; where one of them is unknown, the other is named beside it.
+#[must_use]
+pub fn value_with_errors(x: f64, [exchange, zones]: [f64; 2]) -> String {
+    let text = value_with_error(x, exchange + zones);
+    match [exchange, zones] {
+        [e, z] if e > 0.0 && e.is_finite() && !z.is_finite() => {
+            format!("{text} (exchange {})", two_digits(e))
+        }
+        [e, z] if z > 0.0 && z.is_finite() && !e.is_finite() => format!("{text} (zones {})", two_digits(z)),
+        _ => text,
     }
 }
 

@@ -79,6 +79,37 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// The scene with the patches of some surfaces and panes at most an `n`-th as large across as their largest in `zones`; the patches of the others stay.
+    ///
+    /// # Errors
+    /// If a patch size is not valid.
+    pub fn with_divided_patches(
+        &self,
+        zones: &Zones,
+        [surfaces, panes]: [&[bool]; 2],
+        n: usize,
+    ) -> Result<Scene, SceneError> {
+        let (rule, default) = (self.options().patch_rule, self.patch_size());
+        let mut largest = vec![0.0f64; self.surfaces().len()];
+        for p in &zones.patches {
+            largest[p.surface] = largest[p.surface].max(patch_size(&p.plate, rule));
+        }
+        let divided_panes = zones.panes.iter().filter(|p| panes.get(p.pane) == Some(&true));
+        let pane = divided_panes.map(|p| patch_size(&p.plate, rule)).fold(f64::INFINITY, f64::min);
+        self.map_triples(|triple| {
+            let mut parts = triple.into_parts();
+            parts.options.patch_size = Some(default.min(pane / n as f64));
+            for (k, surface) in parts.surfaces.iter_mut().enumerate() {
+                let own = surface.patch_size.unwrap_or(default);
+                let divides = surfaces.get(k) == Some(&true) && largest[k] > 0.0;
+                surface.patch_size = Some(if divides { own.min(largest[k] / n as f64) } else { own });
+            }
+            Scene::new(parts)
+        })
+    }
+}
+
 /// The measure of a patch that a rule limits, m.
 fn patch_size(p: &Plate, rule: PatchRule) -> f64 {
     let longest = p.e1.length().max(p.e2.length());

@@ -318,6 +318,7 @@ impl EvenExtension {
             base.extend(0..zones.patches.len() as u32);
         }
         out.sheets = SheetSides::of(&self.scene, &out.patches);
+        out.merged = zones.merged.repeated(self.image_count(), zones.patches.len());
         self.extend_voxels(zones, &mut out, &mut base);
         let mut first = 0;
         for same_pane in zones.panes.chunk_by(|a, b| a.pane == b.pane) {

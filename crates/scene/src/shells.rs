@@ -221,6 +221,23 @@ fn edge_uses(plates: &[Plate], weld: f64) -> Vec<EdgeUse> {
     uses
 }
 
+/// Maximum number of plates at an edge whose plates count as neighbours.
+const MAX_PLATES_AT_EDGE: usize = 8;
+
+/// Pairs of plates that share an edge and traverse it in opposite directions, so that their fronts lie on one side, by ascending edge; corners nearer than
+/// about `weld` times the extent of all plates are identified. Edges with more than eight plates have none.
+#[must_use]
+pub fn edge_neighbours(plates: &[Plate], weld: f64) -> Vec<[u32; 2]> {
+    let uses = edge_uses(plates, weld);
+    let mut pairs = Vec::new();
+    for group in uses.chunk_by(|a, b| a.corners == b.corners).filter(|g| g.len() <= MAX_PLATES_AT_EDGE) {
+        for a in group.iter().filter(|u| u.forwards) {
+            pairs.extend(group.iter().filter(|u| !u.forwards).map(|b| [a.plate, b.plate]));
+        }
+    }
+    pairs
+}
+
 /// Pairs of plates around a balanced edge that bound a common wedge behind both.
 fn pair_around_edge(plates: &[Plate], group: &[EdgeUse]) -> Vec<(u32, u32)> {
     let direction_and_normal = |u: &EdgeUse| {

@@ -4,6 +4,7 @@
 
 use crate::band::Band;
 use crate::bands::Bands;
+use crate::merged_patches::MergedPatches;
 use crate::plate::Plate;
 use crate::sheet_sides::SheetSides;
 use crate::voxel_zones::VoxelZones;
@@ -89,6 +90,8 @@ pub struct Zones {
     pub own_reflectances: Vec<Bands>,
     /// The sides of sheets that transmit diffusely.
     pub sheets: SheetSides,
+    /// Patches that share one radiosity; none but in the solve on larger zones that estimates the discretization error.
+    pub merged: MergedPatches,
 }
 
 impl Zones {

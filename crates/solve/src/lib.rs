@@ -49,6 +49,7 @@ pub mod hierarchical;
 mod iteration;
 pub mod layered;
 pub mod light_groups;
+mod merged_operator;
 pub mod mirrors;
 mod mixed_sides;
 pub mod operator;

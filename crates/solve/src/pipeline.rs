@@ -146,7 +146,8 @@ fn solve_on_zones(
     let others: Vec<Transport> = scene.triples().skip(1).map(Transport::new).collect();
     let mut zones = vec![zones];
     for (scene, transport) in scene.triples().skip(1).zip(&others) {
-        zones.push(zone_division::shared_zones(scene, transport, settings.communicator)?);
+        let merged = zones[0].merged.clone();
+        zones.push(Zones { merged, ..zone_division::shared_zones(scene, transport, settings.communicator)? });
     }
     let transports: Vec<&Transport> = std::iter::once(&transport).chain(&others).collect();
     thermal::emissivity::solve(scene, zones, settings, |zones, settings| {

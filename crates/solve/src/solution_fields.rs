@@ -7,6 +7,7 @@ use crate::errors::consistency;
 use crate::errors::propagation::{errors_like, propagate_factor_errors};
 use crate::iteration::IterationResult;
 use crate::light_groups::SourceGroup;
+use crate::merged_operator::PatchGroups;
 use crate::operator::IncidentPower;
 use crate::ray::power_normalization::normalize_power;
 use crate::report::energy_balance::{GroupFields, balance_group};
@@ -29,6 +30,9 @@ pub(crate) fn assemble(
     engine: Engine,
 ) -> (Fields, Vec<LightGroup>) {
     let (zones, n) = (context.zones, context.zones.len());
+    if let Some(groups) = PatchGroups::of(zones) {
+        results.iter_mut().for_each(|r| groups.average(&mut r.strengths));
+    }
     // The rows of a solution by rays close, but its power balance does not.
     let options = context.scene.options();
     let normalizes =

@@ -3,8 +3,11 @@
 use crate::common;
 
 use common::{read, solved, unit_room};
+use zonal_math::{Vec3, vec3};
 use zonal_reference::test_cases::sampled_cases;
-use zonal_scene::{Band, Bands, DiscretizationError, Engine, HeatRow, Scene, Solution, SolveOptions};
+use zonal_scene::{
+    Band, Bands, DiscretizationError, Engine, Facet, HeatRow, Plate, Scene, Solution, SolveOptions,
+};
 
 /// Range of the estimate over the error.
 const ESTIMATE_OVER_ERROR: [f64; 2] = [1.0, 40.0];
@@ -242,12 +245,12 @@ fn unknown_errors_are_infinite_and_reported() {
     assert!(message.contains("one cell across"), "{message}");
     assert_eq!(unknown(stated(&z))[..6], [[false, true]; 6]);
     assert!(unknown(stated(&z))[6][0]);
+    // Walls of one patch are divided beside larger cells.
     let (z, message) = notes(&room("patch_size = 2", &equilibrium("[8,8,8]")));
-    assert!(message.contains("on room.x0, room.x1, room.y0, room.y1 and 2 more"), "{message}");
-    assert_eq!(unknown(stated(&z))[..6], [[false, true]; 6]);
-    // The medium receives the radiation of walls with unknown errors; its power is prescribed.
-    assert_eq!(unknown(stated(&z))[6], [true, false]);
-    assert!(stated(&z).energy.absorbed_surfaces.iter().all(|x| x.1.first() == f64::INFINITY));
+    assert!(
+        !message.contains("unknown") && unknown(stated(&z)).iter().all(|x| *x == [false; 2]),
+        "{message}"
+    );
     let (z, message) = notes(&room("patch_rule = \"voxels\"", &equilibrium("[2,14,14]")));
     assert!(stated(&z).zones > 0 && message.contains("multiplied by 10: zones are few"), "{message}");
     let (z, message) =
@@ -255,12 +258,33 @@ fn unknown_errors_are_infinite_and_reported() {
     assert!(z.is_none() && message.is_empty(), "{message}");
 }
 
+/// Single triangles that are too many to be divided have unknown errors, which the other parts keep apart.
 #[test]
 fn unchanged_surface_is_named() {
+    let speck = |k: usize| {
+        let at = vec3(0.1 + 0.05 * (k % 16) as f64, 0.1 + 0.05 * (k / 16) as f64, 0.5);
+        Plate::triangle(at, at + vec3(0.02, 0.0, 0.0), at + vec3(0.0, 0.02, 0.0))
+    };
+    let dust = (0..256).map(speck).collect();
+    let s = common::solve(room_of_balls(
+        "patch_size = 0.24\ntolerance = 0.1",
+        "temperature = 1500\nemissivity = 1",
+        dust,
+        "",
+    ));
+    let z = stated(&s.report.discretization_error);
+    let message = z.notes.iter().map(ToString::to_string).collect::<String>();
+    assert!(message.contains("of the same size on balls, and"), "{message}");
+    assert_eq!(unknown(z), [[[false; 2]; 6].to_vec(), vec![[false, true]]].concat());
+}
+
+#[test]
+fn single_patch_among_many_has_an_estimate() {
     let lamp = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.4,0.4,0.5], edge1 = [0.05,0,0], edge2 = [0,0.05,0] }\ntemperature = 1500\nemissivity = 1\n";
     let (z, message) = notes(&room("patch_size = 0.09", lamp));
-    assert!(message.contains("of the same size on lamp, and"), "{message}");
-    assert_eq!(unknown(stated(&z)), [[[false; 2]; 6].to_vec(), vec![[false, true]]].concat());
+    // A third solve divides it.
+    assert!(!message.contains("lamp") && unknown(stated(&z)).iter().all(|x| *x == [false; 2]), "{message}");
+    assert!(stated(&z).heat[6][1] > 0.0, "{:?}", stated(&z).heat);
     let (z, message) =
         notes(&room("patch_size = 0.09", &lamp.replace("emissivity", "patch_size = 0.02\nemissivity")));
     assert!(!message.contains("lamp") && !unknown(stated(&z))[6][1], "{message}");
@@ -402,4 +426,120 @@ fn scene_of_panes_alone_has_an_estimate() {
     let pane = "mode = \"thermal\"\n[solve]\npatch_size = 0.25\n[surroundings]\ntemperature = 300\n[[pane]]\nname = \"p\"\npolygon = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\nthickness = 0.04\nextinction = 5\nalbedo = 0\ntemperature = 900\n";
     let (stated, message) = notes(pane);
     assert!(stated.is_some_and(|z| z.zones == 4 && z.ratio == 2.0), "{message}");
+}
+
+/// A ball of 8·4^`levels` triangles.
+fn ball(centre: Vec3, radius: f64, levels: usize) -> Vec<Plate> {
+    let [x, y, z] = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
+    let mut faces = vec![
+        [x, y, z],
+        [y, -x, z],
+        [-x, -y, z],
+        [-y, x, z],
+        [y, x, -z],
+        [-x, y, -z],
+        [-y, -x, -z],
+        [x, -y, -z],
+    ];
+    for _ in 0..levels {
+        let middle = |a: Vec3, b: Vec3| ((a + b) * 0.5).normalized();
+        let divided = |[a, b, c]: &[Vec3; 3]| {
+            let (d, e, f) = (middle(*a, *b), middle(*b, *c), middle(*c, *a));
+            [[*a, d, f], [*b, e, d], [*c, f, e], [d, e, f]]
+        };
+        faces = faces.iter().flat_map(divided).collect();
+    }
+    let at = |p: Vec3| centre + p * radius;
+    faces.into_iter().map(|[a, b, c]| Plate::triangle(at(a), at(b), at(c))).collect()
+}
+
+/// A room with balls in the place of its last surface, which is `condition`.
+fn room_of_balls(solve: &str, condition: &str, balls: Vec<Plate>, gas: &str) -> Scene {
+    let surface = format!(
+        "[[surface]]\nname = \"balls\"\nrectangle = {{ origin = [0.4,0.4,0.5], edge1 = [0.1,0,0], edge2 = [0,0.1,0] }}\n{condition}\n{gas}"
+    );
+    let mut parts = read(&room(solve, &surface)).into_parts();
+    let last = parts.surfaces.len() - 1;
+    parts.surfaces[last].solid = true;
+    parts.facets.retain(|f| f.surface != last);
+    parts.facets.extend(balls.into_iter().map(|plate| Facet { surface: last, plate, uv: [[0.0; 2]; 3] }));
+    Scene::new(parts).unwrap()
+}
+
+/// Facets of a mesh that are patches cannot grow; their groups do, so that the errors of the balls, the walls and the gas have an estimate.
+#[test]
+fn fine_meshes_leave_no_error_unknown() {
+    let centres = [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.25, 0.75, 0.75], [0.75, 0.25, 0.75]];
+    let balls = centres.into_iter().flat_map(|c| ball(Vec3::from_array(c), 0.15, 2)).collect();
+    let gas = gas("[6,6,6]", "temperature = 900");
+    let s = common::solve(room_of_balls(
+        "patch_size = 0.1\ntolerance = 0.1",
+        "temperature = 600\nemissivity = 0.7",
+        balls,
+        &gas,
+    ));
+    let z = stated(&s.report.discretization_error);
+    assert!(unknown(z).iter().all(|x| *x == [false; 2]), "{:?} {:?}", z.heat, z.notes);
+    assert!(z.heat.iter().all(|e| e[1] > 0.0) && z.notes.iter().all(|n| !n.is_warning()), "{:?}", z.notes);
+    // The second solve has no more zones than the first.
+    assert!(z.zones < s.zones.len(), "{} of {}", z.zones, s.zones.len());
+}
+
+/// The estimate of the groups of facets covers the error against facets divided in sixteen.
+#[test]
+fn error_of_a_mesh_of_single_patches_is_within_the_estimate() {
+    for condition in ["heat_flux = 0\nemissivity = 0.8", "temperature = 500\nemissivity = 0.3"] {
+        let scene = |patch: f64, more: &str| {
+            let facets = ball(vec3(0.4, 0.5, 0.3), 0.2, 2);
+            let solve = format!("engine = \"dense\"\ntolerance = 1e-3\npatch_size = 0.16\n{more}");
+            room_of_balls(&solve, &format!("{condition}\npatch_size = {patch}"), facets, "")
+        };
+        let s = common::solve(scene(0.2, ""));
+        let exact = common::solve(
+            scene(0.02, "discretization_error = false")
+                .with_options(SolveOptions {
+                    patch_size: Some(0.08),
+                    ..scene(0.02, "discretization_error = false").options().clone()
+                })
+                .unwrap(),
+        );
+        let z = stated(&s.report.discretization_error);
+        let rows = |s: &Solution| s.report.heat.as_ref().unwrap().rows.clone();
+        for ((a, b), stated) in rows(&s).iter().zip(&rows(&exact)).zip(&z.heat) {
+            let (error, noise) = ((a.power - b.power).abs(), a.power_error + b.power_error);
+            assert!(stated[1].is_finite() && stated[1] + noise >= error, "{}: {error} {stated:?}", a.name);
+            let (error, noise) = (
+                (a.temperature.unwrap() - b.temperature.unwrap()).abs(),
+                a.temperature_error.unwrap() + b.temperature_error.unwrap(),
+            );
+            assert!(stated[0] + noise >= error, "{}: {error} K {stated:?}", a.name);
+        }
+    }
+}
+
+/// Single rectangles have no neighbours: a solve with these divided estimates their errors, and those of the other parts.
+#[test]
+fn parts_that_do_not_grow_are_divided() {
+    let shelf = |k: usize| {
+        format!(
+            "[[surface]]\nname = \"shelf {k}\"\nrectangle = {{ origin = [0.2,0.2,{}], edge1 = [0.6,0,0], edge2 = [0,0.6,0] }}\nsides = \"both\"\npatch_size = 2\ntemperature = 700\nemissivity = 0.6\n",
+            0.2 * k as f64
+        )
+    };
+    let shelves: String = (1..4).map(shelf).collect();
+    let (z, message) = notes(&room("patch_size = 0.09\ntolerance = 0.05", &shelves));
+    assert!(unknown(stated(&z)).iter().all(|x| *x == [false; 2]), "{message}");
+    assert!(!message.contains("unknown") && stated(&z).heat.iter().all(|e| e[1] > 0.0), "{message}");
+}
+
+/// Cells that neither absorb nor emit have no net power and no error of it.
+#[test]
+fn transparent_cells_leave_the_errors_of_the_medium_known() {
+    let region =
+        "[[medium.region]]\nbox = { min = [0,0,0.5], max = [1,1,1] }\nextinction = 2\ntemperature = 300\n";
+    let clear = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [4,4,4]\n";
+    let s =
+        solved(&room("patch_rule = \"voxels\"\ndiscretization_error = false", &format!("{clear}{region}")));
+    let medium = &s.report.heat.as_ref().unwrap().rows[6];
+    assert!(medium.power_error.is_finite() && medium.power < 0.0, "{medium:?}");
 }

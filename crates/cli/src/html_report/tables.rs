@@ -2,6 +2,7 @@
 
 use crate::table::{
     heat_balance, heat_cells, light_group_powers, number, power_rows, thousands, value_with_error,
+    value_with_errors,
 };
 use std::fmt::Write;
 use zonal_scene::{HeatReport, Solution};
@@ -96,12 +97,12 @@ fn band_headings(s: &Solution, grey: bool, unit: &str) -> Vec<String> {
 
 fn power_table(s: &Solution) -> Table {
     let rows = power_rows(s);
-    let grey = rows.iter().all(|r| is_grey(&r.values) && is_grey(&r.errors));
+    let grey = rows.iter().all(|r| is_grey(&r.values) && r.errors.windows(2).all(|w| w[0] == w[1]));
     let shown = if grey { 1 } else { usize::MAX };
     let mut table = Table::new("Power", &[""]);
     table.heading.extend(band_headings(s, grey, "W"));
     for r in rows.iter().filter(|r| r.values.iter().any(|x| *x != 0.0)) {
-        let cells = r.values.iter().zip(&r.errors).take(shown).map(|(v, e)| value_with_error(*v, *e));
+        let cells = r.values.iter().zip(&r.errors).take(shown).map(|(v, e)| value_with_errors(*v, *e));
         table.rows.push(std::iter::once(r.name.clone()).chain(cells).collect());
     }
     table
@@ -110,13 +111,13 @@ fn power_table(s: &Solution) -> Table {
 fn surface_table(s: &Solution) -> Table {
     let mut table = Table::new("Surfaces", &["", "area, m²", "emitted less absorbed, W", "per area, W/m²"]);
     for r in s.surfaces() {
-        let error = r.total_error().unwrap_or(r.exchange_error);
-        let per_area = if r.area > 0.0 { error / r.area } else { 0.0 };
+        let errors = [r.exchange_error, r.discretization_error.unwrap_or(0.0)];
+        let per_area = |e: f64| if r.area > 0.0 { e / r.area } else { 0.0 };
         table.rows.push(vec![
             r.name.clone(),
             number(r.area),
-            value_with_error(r.net_power, error),
-            value_with_error(r.net_flux(), per_area),
+            value_with_errors(r.net_power, errors),
+            value_with_errors(r.net_flux(), errors.map(per_area)),
         ]);
     }
     table

@@ -6,6 +6,7 @@ use crate::dense::band_groups::{InteriorPanes, band_groups};
 use crate::dense::image_sums::{ImageSumOperator, ImageSums};
 use crate::hierarchical;
 use crate::layered::{LayerStack, LayeredOperator};
+use crate::merged_operator::{MergedOperator, PatchGroups};
 use crate::operator::{AdjustableExchange, ErrorModel};
 use crate::report::closure::{self, RowClosure};
 use crate::report::least_squares_closure;
@@ -19,8 +20,23 @@ use crate::surroundings::{SurroundingsExchange, exact_rows};
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages};
 
-/// Builds the selected engine. Restoration of closure scales `surroundings` too.
+/// Builds the selected engine, with merged patches where the zones have some. Restoration of closure scales `surroundings` too.
 pub(crate) fn build<'a>(
+    choice: EngineChoice,
+    context: &SolveContext<'a>,
+    surroundings: &mut SurroundingsExchange,
+) -> Result<BuiltEngine<'a>, SceneError> {
+    let built = build_single(choice, context, surroundings)?;
+    Ok(match PatchGroups::of(context.zones) {
+        Some(groups) => {
+            BuiltEngine { operator: Box::new(MergedOperator { operator: built.operator, groups }), ..built }
+        }
+        None => built,
+    })
+}
+
+/// As [`build`], with the exchange of the single patches.
+fn build_single<'a>(
     choice: EngineChoice,
     context: &SolveContext<'a>,
     surroundings: &mut SurroundingsExchange,

@@ -20,6 +20,7 @@ use crate::gather::zone_groups::ZoneGroups;
 use crate::iteration::multivector::{self, total};
 use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgstab, neumann_series};
 use crate::light_groups::SourceGroup;
+use crate::merged_operator::PatchGroups;
 use crate::mixed_sides::mix_sides;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
 use crate::solve_context::SolveContext;
@@ -69,6 +70,8 @@ pub struct RayOperator<'a> {
     sources: Vec<VertexSource>,
     /// Fraction of its own emission that each pane zone absorbs.
     pane_self_exchange: Vec<Bands>,
+    /// Patches that share one radiosity.
+    groups: Option<PatchGroups>,
 }
 
 impl<'a> RayOperator<'a> {
@@ -94,6 +97,7 @@ impl<'a> RayOperator<'a> {
                 .collect(),
             sources: Vec::new(),
             pane_self_exchange: zones.panes.iter().map(self_absorbed_fraction).collect(),
+            groups: PatchGroups::of(zones),
         }
     }
 
@@ -184,8 +188,15 @@ impl<'a> RayOperator<'a> {
         }
     }
 
-    /// B of all zones by their strengths, W/m².
+    /// B of all zones by their strengths, W/m²; of merged patches the mean.
     fn radiosities(&self, strengths: &[Bands]) -> Vec<PaddedBands> {
+        if let Some(groups) = &self.groups {
+            return self.single_radiosities(&groups.averaged(strengths));
+        }
+        self.single_radiosities(strengths)
+    }
+
+    fn single_radiosities(&self, strengths: &[Bands]) -> Vec<PaddedBands> {
         let over = |s: f64, c: f64| if c > 0.0 { s / c } else { 0.0 };
         let both = strengths.par_iter().zip(&self.coefficients);
         both.map(|(s, c)| padded(s.zip_map(*c, over))).collect()

@@ -96,7 +96,7 @@ fn zones_without_mirrors(
         None => VoxelZones::default(),
     };
     let sheets = SheetSides::of(scene, &patches);
-    Ok(Zones { patches, voxels, panes, own_reflectances: Vec::new(), sheets })
+    Ok(Zones { patches, voxels, panes, sheets, ..Zones::default() })
 }
 
 /// Patches that a surface is expected to have.

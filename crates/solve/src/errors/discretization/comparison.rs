@@ -1,9 +1,10 @@
 //! The zones of the second solve, and the errors that follow from it.
 
 use super::error_floor::{ErrorFloor, difference};
+use super::merged_facets::merge_unchanged;
 use super::prescribed_temperatures::{row_temperatures, temperature_error};
 use super::second_solve::{SecondSolveCheckpoints, SecondSolveProgress};
-use super::zone_growth::{SecondZones, ZoneGrowth};
+use super::zone_growth::{SecondZoneKind, SecondZones, ZoneGrowth, divides_all};
 use crate::settings::SolveSettings;
 use zonal_scene::{DiscretizationError, Engine, EvenExtension, Report, Scene, SceneError, ZoneBasis, Zones};
 use zonal_transport::{Transport, build_zones};
@@ -14,6 +15,8 @@ const SMALLER_ZONES_FACTOR: f64 = 2.0;
 /// Divisors of the zones for a solve on smaller ones, and the maximum number of these.
 const DIVISIONS: [(usize, usize); 3] = [(8, 1000), (4, 1000), (2, MAX_SECOND_ZONES)];
 const MAX_SECOND_ZONES: usize = 2500;
+/// Divisor of the patches of parts that did not grow.
+const PARTS_DIVISION: usize = 2;
 /// Reduction of the maximum if facets or panes occlude pairs, which then cost several times as much.
 const OCCLUSION_COST: usize = 3;
 
@@ -60,15 +63,21 @@ impl<'a> ComparisonZones<'a> {
         second: SecondZones,
     ) -> Result<ComparisonZones<'a>, String> {
         let transport = Transport::new(other);
-        let zones = build_zones(other, &transport).map_err(text_of)?;
+        let mut zones = build_zones(other, &transport).map_err(text_of)?;
+        let mut few_groups_share = 0.0;
+        if second == SecondZones::Larger {
+            let found = merge_unchanged(own.1, &zones);
+            (zones.merged, few_groups_share) = (found.merged, found.few_groups_share);
+        }
         let others = (other, &zones);
         let (small, large) = if second == SecondZones::Smaller { (others, own) } else { (own, others) };
         // Beside a mirror a patch may face its own image.
+        let kind = SecondZoneKind { second, few_groups_share };
         let growth = match EvenExtension::of(other).map_err(text_of)? {
             Some(extension) => {
-                ZoneGrowth::between(small, large, &Transport::new(&extension.scene), basis, second)
+                ZoneGrowth::between(small, large, &Transport::new(&extension.scene), basis, kind)
             }
-            None => ZoneGrowth::between(small, large, &transport, basis, second),
+            None => ZoneGrowth::between(small, large, &transport, basis, kind),
         };
         Ok(ComparisonZones { scene: other, transport, zones, growth, second })
     }
@@ -88,17 +97,18 @@ impl<'a> ComparisonZones<'a> {
         }
     }
 
-    /// Solves on these zones and estimates the errors of the first solve.
-    fn solve(
+    /// Number of zones with merged patches counted once.
+    fn zone_count(&self) -> usize {
+        self.zones.len() - self.zones.merged.removed()
+    }
+
+    /// The reports of a solve on these zones; `kind` names them.
+    fn reports(
         self,
-        scene: &Scene,
-        reports: &[&Report],
+        kind: &'static str,
         settings: &SolveSettings,
         solve: &SolveFn,
-    ) -> Result<Vec<DiscretizationError>, String> {
-        let ComparisonZones { scene: other, transport, zones, growth, second } = self;
-        let ratio = growth.ratio.clone()?;
-        let kind = if second == SecondZones::Smaller { "smaller" } else { "larger" };
+    ) -> Result<Vec<Report>, String> {
         let progress = SecondSolveProgress { observer: settings.progress, kind };
         let checkpoints = SecondSolveCheckpoints { store: settings.checkpoints, kind };
         let settings = SolveSettings {
@@ -107,23 +117,61 @@ impl<'a> ComparisonZones<'a> {
             progress: &progress,
             ..*settings
         };
-        let count = zones.len();
-        let others = solve(other, transport, zones, &settings)
-            .map_err(|e| format!("the solve on {kind} zones failed ({e})"))?;
-        let factor = growth.safety_factor
-            * if second == SecondZones::Smaller { SMALLER_ZONES_FACTOR } else { 1.0 / (ratio - 1.0) };
+        solve(self.scene, self.transport, self.zones, &settings)
+            .map_err(|e| format!("the solve on {kind} zones failed ({e})"))
+    }
+
+    /// Solves on these zones and estimates the errors of the first solve. `divided` are the same zones with the parts divided that did not grow: a third
+    /// solve on them estimates the errors of these parts.
+    fn solve(
+        mut self,
+        scene: &Scene,
+        reports: &[&Report],
+        (settings, solve): (&SolveSettings, &SolveFn),
+        divided: Option<ComparisonZones>,
+    ) -> Result<Vec<DiscretizationError>, String> {
+        let ratio = self.growth.ratio.clone()?;
+        let kind = if self.second == SecondZones::Smaller { "smaller" } else { "larger" };
+        let mut growth = std::mem::replace(&mut self.growth, ZoneGrowth::none());
+        let count = self.zone_count();
+        let others = self.reports(kind, settings, solve)?;
+        let third = divided.and_then(|d| d.reports("divided", settings, solve).ok());
+        if third.is_some() {
+            growth.cover_unchanged_parts();
+        }
+        let factor =
+            growth.safety_factor * if kind == "smaller" { SMALLER_ZONES_FACTOR } else { 1.0 / (ratio - 1.0) };
         let error = |a: f64, b: f64| difference(a, b) * factor;
-        let of_triple = |(report, other): (&&Report, &Report)| {
+        let of_triple = |(t, (report, other)): (usize, (&&Report, &Report))| {
             let floor = ErrorFloor::new(report, other, &error);
-            let heat = heat_errors(scene, report, other, &growth, (&error, &floor));
+            let mut heat = heat_errors(scene, report, other, &growth, (&error, &floor));
             let mut energy = report.energy.zip_map(&other.energy, error);
             floor.widen(&mut energy, &report.energy);
             growth.unchanged.widen(&mut energy);
+            if let Some(divided) = third.as_ref().map(|t3| &t3[t]) {
+                let more = |a: f64, b: f64| SMALLER_ZONES_FACTOR * difference(a, b);
+                add_differences(&mut heat, (other, divided), &more);
+                let more = other.energy.zip_map(&divided.energy, more);
+                energy = energy.zip_map(&more, |a, b| a + b);
+            }
             DiscretizationError { zones: count, ratio, heat, energy, notes: Vec::new() }
         };
-        let mut errors: Vec<DiscretizationError> = reports.iter().zip(&others).map(of_triple).collect();
-        errors[0].notes = growth.notes;
+        let mut errors: Vec<DiscretizationError> =
+            reports.iter().zip(&others).enumerate().map(of_triple).collect();
+        errors[0].notes = growth.sheets_note.into_iter().chain(growth.notes).collect();
         Ok(errors)
+    }
+}
+
+/// Adds the differences of two solves to errors of temperature (K) and net power (W) of each row; an error of 0 of a temperature that is the same in both stays 0.
+fn add_differences(heat: &mut [[f64; 2]], (a, b): (&Report, &Report), more: &dyn Fn(f64, f64) -> f64) {
+    let tables = a.heat.iter().zip(&b.heat);
+    let rows = tables.flat_map(|(a, b)| a.rows.iter().zip(&b.rows));
+    for (error, (a, b)) in heat.iter_mut().zip(rows) {
+        if let Some((t, u)) = a.temperature.zip(b.temperature) {
+            error[0] += more(t, u);
+        }
+        error[1] += more(a.power, b.power);
     }
 }
 
@@ -154,7 +202,8 @@ fn heat_errors(
     heat.collect()
 }
 
-/// Compares with larger zones if they cover all errors; else with smaller ones if these are few enough; else with larger ones as far as possible.
+/// Compares with larger zones if they cover all errors; else with smaller ones if these are few enough; else with larger ones as far as possible, and with
+/// smaller ones of the parts that did not grow.
 pub(super) fn compare(
     (scene, zones, basis): (&Scene, &Zones, ZoneBasis),
     reports: &[&Report],
@@ -165,19 +214,47 @@ pub(super) fn compare(
     let coarser = second_scene(scene.coarsened().map_err(text_of)?, reports, basis)?;
     let larger = ComparisonZones::new(own, &coarser, basis, SecondZones::Larger);
     if larger.as_ref().is_ok_and(|o| o.growth.is_complete()) {
-        return larger?.solve(scene, reports, settings, solve);
+        return larger?.solve(scene, reports, (settings, solve), None);
     }
     let pair_cost = larger.as_ref().map_or(OCCLUSION_COST, ComparisonZones::pair_cost);
     for n in divisions(scene, zones, pair_cost) {
         let finer = scene.refined(zones, n).map_err(text_of).and_then(|s| second_scene(s, reports, basis));
         let Ok(finer) = finer else { continue };
         let smaller = ComparisonZones::new(own, &finer, basis, SecondZones::Smaller);
-        let found = smaller.and_then(|o| o.limited()?.solve(scene, reports, settings, solve));
+        let found = smaller.and_then(|o| o.limited()?.solve(scene, reports, (settings, solve), None));
         if let Ok(found) = found {
             return Ok(found);
         }
     }
-    larger?.solve(scene, reports, settings, solve)
+    let larger = larger?;
+    let divided = divided_scene(&larger, reports, basis);
+    let divided = divided.as_ref().and_then(|s| divided_zones(&larger, zones, s));
+    larger.solve(scene, reports, (settings, solve), divided)
+}
+
+/// The scene of larger zones with the patches of unchanged surfaces and panes divided; `None` if all surfaces, panes and cells grew.
+fn divided_scene(larger: &ComparisonZones, reports: &[&Report], basis: ZoneBasis) -> Option<Scene> {
+    let unchanged = larger.growth.unchanged_sheets()?;
+    let divided = larger.scene.with_divided_patches(&larger.zones, unchanged, PARTS_DIVISION).ok()?;
+    second_scene(divided, reports, basis).ok()
+}
+
+/// Its zones, if they are few: as those of the first solve, or of any second one.
+fn divided_zones<'a>(
+    larger: &ComparisonZones,
+    zones: &Zones,
+    scene: &'a Scene,
+) -> Option<ComparisonZones<'a>> {
+    let transport = Transport::new(scene);
+    let mut others = build_zones(scene, &transport).ok()?;
+    others.merged = merge_unchanged(zones, &others).merged;
+    let growth = ZoneGrowth::none();
+    let out = ComparisonZones { scene, transport, zones: others, growth, second: SecondZones::Larger };
+    let sheets = larger.growth.unchanged_sheets()?;
+    let divides = divides_all(scene, [&larger.zones, &out.zones], sheets);
+    let is_cheap =
+        out.zone_count() <= zones.len() || out.zone_count() * larger.pair_cost() <= MAX_SECOND_ZONES;
+    (divides && is_cheap).then_some(out)
 }
 
 /// Divisors of the zones for which a second solve is cheap, the largest first; `pair_cost` is [`ComparisonZones::pair_cost`].

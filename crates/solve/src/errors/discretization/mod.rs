@@ -11,8 +11,10 @@
 //! Observed orders lie between 1.5 and 2 (`docs/validation.md`), so that the bound is two to three times the error; for r = 2 and
 //! p = 2 it is the grid convergence index of two grids (Roache). It is an estimate and may fail if Q(rh) is not in the asymptotic range.
 //!
-//! Larger zones are cheap, but zones that the geometry does not allow to grow give no estimate, and few or thick ones a poor one. Scenes with few zones
-//! are then solved on smaller zones instead. If these are too many as well, the errors of the surfaces and volumes that did not grow are infinite,
+//! Patches are no larger than their facets: the patches of neighbouring facets of a fine mesh are merged into larger zones (`merged_facets`), which needs no
+//! new exchange areas. Larger zones are cheap, but zones that the geometry does not allow to grow give no estimate, and few or thick ones a poor one. Scenes with few zones
+//! are then solved on smaller zones instead. If these are too many as well, a third solve divides the surfaces and panes that did not grow, on the larger zones of the
+//! others; its difference to the second solve, twice, is added. If that has more zones than the first solve, the errors of the surfaces and volumes that did not grow are infinite,
 //! which stands for unknown, and the estimate of few or thick zones is multiplied by the largest observed ratio of error and estimate.
 //!
 //! Light without a second solve has the estimate of `thick_scattering` where cells scatter over large optical depths.
@@ -23,6 +25,7 @@
 mod comparison;
 mod error_floor;
 mod estimate;
+mod merged_facets;
 mod near_surface_scattering;
 mod prescribed_temperatures;
 mod second_solve;

@@ -20,6 +20,13 @@ pub(super) enum SecondZones {
     Smaller,
 }
 
+/// The zones of the second solve, and the share of the area on smooth surfaces of few merged patches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SecondZoneKind {
+    pub second: SecondZones,
+    pub few_groups_share: f64,
+}
+
 /// Growth below which zones count as unchanged.
 const MIN_GROWTH: f64 = 1.2;
 
@@ -33,6 +40,9 @@ const MIN_SMALLER_CELLS: usize = 4;
 /// Patches wider than this multiple of the gap in front of them, on more than this share of the area, are too coarse.
 const MAX_WIDTH_OVER_GAP: f64 = 2.0;
 const MAX_WIDE_AREA_SHARE: f64 = 0.1;
+
+/// Share of the area on smooth surfaces of few merged patches above which zones are few.
+const MAX_FEW_GROUPS_SHARE: f64 = 0.1;
 
 /// Factor on an estimate from few or thick zones, or from patches wider than the gap in front of them: known errors were up to ten times as large.
 const SAFETY_FACTOR_LARGER: f64 = 10.0;
@@ -51,6 +61,8 @@ pub(super) struct ZoneGrowth {
     pub ratio: Result<f64, String>,
     /// Errors that the comparison does not cover.
     pub notes: Vec<Diagnostic>,
+    /// The unchanged surfaces and panes.
+    pub sheets_note: Option<Diagnostic>,
     /// Parts of the scene that it does not cover.
     pub unchanged: UnchangedParts,
     /// Factor on the estimate: 1, or more for few or thick zones.
@@ -63,6 +75,8 @@ pub(super) struct UnchangedParts {
     /// Surfaces and panes, in the order of the scene.
     surfaces: Vec<bool>,
     panes: Vec<bool>,
+    /// True if cells are unchanged.
+    cells: bool,
     /// True if the cells or a large share of the patches are unchanged: then all errors are unknown.
     all: bool,
 }
@@ -98,9 +112,33 @@ impl UnchangedParts {
 }
 
 impl ZoneGrowth {
+    /// No growth and no notes.
+    pub(super) fn none() -> ZoneGrowth {
+        ZoneGrowth {
+            ratio: Err(String::new()),
+            notes: Vec::new(),
+            sheets_note: None,
+            unchanged: UnchangedParts::default(),
+            safety_factor: 1.0,
+        }
+    }
+
+    /// Unchanged surfaces and panes, in the order of the scene; `None` if there are none, or if cells are unchanged too.
+    pub(super) fn unchanged_sheets(&self) -> Option<[&[bool]; 2]> {
+        let UnchangedParts { surfaces, panes, cells, .. } = &self.unchanged;
+        let any = surfaces.iter().chain(panes).any(|x| *x);
+        (any && !cells).then_some([surfaces, panes])
+    }
+
+    /// Records that a solve on smaller zones covers the unchanged surfaces and panes.
+    pub(super) fn cover_unchanged_parts(&mut self) {
+        self.unchanged = UnchangedParts::default();
+        self.sheets_note = None;
+    }
+
     /// True if the comparison covers all errors without reservation.
     pub(super) fn is_complete(&self) -> bool {
-        self.ratio.is_ok() && self.notes.is_empty()
+        self.ratio.is_ok() && self.notes.is_empty() && self.sheets_note.is_none()
     }
 
     /// Compares zones with larger ones on the same facets; `second` says which of the two belong to the second solve.
@@ -109,7 +147,7 @@ impl ZoneGrowth {
         (other, others): (&Scene, &Zones),
         transport: &Transport,
         basis: ZoneBasis,
-        second: SecondZones,
+        SecondZoneKind { second, few_groups_share }: SecondZoneKind,
     ) -> ZoneGrowth {
         let mut notes: Vec<Diagnostic> = Vec::new();
         // Compare the cells.
@@ -121,16 +159,23 @@ impl ZoneGrowth {
         // Compare the patches and panes.
         let sheets = SheetGrowth::new(scene, zones, others);
         let mut unchanged = sheets.unchanged.clone();
-        unchanged.all = !notes.is_empty();
+        unchanged.cells = !notes.is_empty();
+        unchanged.all = unchanged.cells;
         let area = |of: &dyn Fn(usize) -> bool| -> f64 {
             zones.patches.iter().filter(|p| of(p.surface)).map(|p| p.area).sum()
         };
         unchanged.all |= area(&|s| unchanged.surfaces[s]) > MAX_UNCHANGED_AREA_SHARE * area(&|_| true);
-        notes.extend(unchanged_sheets(&sheets.names));
-        let none = || notes.first().map_or_else(|| "there are no zones".into(), |n| n.text.clone());
+        let sheets_note = unchanged_sheets(&sheets.names);
+        let none = || {
+            notes
+                .first()
+                .or(sheets_note.as_ref())
+                .map_or_else(|| "there are no zones".into(), |n| n.text.clone())
+        };
         let ratio = [cells, sheets.ratio].into_iter().flatten().min_by(f64::total_cmp).ok_or_else(none);
         // Judge the reliability of the estimate.
         let why = unreliable_zones((scene, zones), (other, others), &sheets, basis, second);
+        let why = why.or((few_groups_share > MAX_FEW_GROUPS_SHARE).then_some(FEW_ZONES));
         let why = why.or_else(|| wide_patches(zones, transport));
         let safety_factor = match (why, second) {
             (Some(_), SecondZones::Smaller) => SAFETY_FACTOR_SMALLER,
@@ -144,7 +189,7 @@ impl ZoneGrowth {
             // A note, since the stated error includes the factor.
             Diagnostic::note("rough-discretization", text)
         }));
-        ZoneGrowth { ratio, notes, unchanged, safety_factor }
+        ZoneGrowth { ratio, notes, sheets_note, unchanged, safety_factor }
     }
 }
 
@@ -162,10 +207,9 @@ fn unreliable_zones(
             few.or_else(|| thick_voxels(scene, zones, basis))
         }
         SecondZones::Larger => {
-            let few_patches = sheets.names.is_empty()
-                && scene.voxel_grid().is_none()
-                && others.patches.len() < 2 * other.facets().len();
-            let few = if few_patches { Some(FEW_ZONES) } else { few_cells(other, MIN_LARGER_CELLS) };
+            let has_few_patches =
+                sheets.names.is_empty() && scene.voxel_grid().is_none() && few_patches(other, others);
+            let few = if has_few_patches { Some(FEW_ZONES) } else { few_cells(other, MIN_LARGER_CELLS) };
             few.or_else(|| thick_voxels(other, others, basis))
         }
     }
@@ -234,12 +278,23 @@ fn unchanged_cells(scene: &Scene, grid: &VoxelGrid, none_grew: bool) -> Option<S
     single.then(|| "the medium has one cell across an axis: the discretization errors are unknown".into())
 }
 
+/// True if the zones `new` divide every one of these surfaces and panes, `old` being zones that do not.
+pub(super) fn divides_all(scene: &Scene, [old, new]: [&Zones; 2], [surfaces, panes]: [&[bool]; 2]) -> bool {
+    let is_divided = |(_, new, old, _): (String, usize, usize, bool)| {
+        (new as f64 / old.max(1) as f64).sqrt() >= MIN_GROWTH
+    };
+    let counts = sheet_counts(scene, new, old).into_iter();
+    counts.zip(surfaces.iter().chain(panes)).all(|(count, wanted)| !wanted || is_divided(count))
+}
+
 /// For each surface and pane: its name, the number of its zones before and after, and whether it may stay undivided: across periodic axes the
 /// radiation is uniform.
 fn sheet_counts(scene: &Scene, zones: &Zones, others: &Zones) -> Vec<(String, usize, usize, bool)> {
     let surfaces = |z: &Zones| {
         let mut out = vec![0; scene.surfaces().len()];
         z.patches.iter().for_each(|p| out[p.surface] += 1);
+        let merged = z.merged.groups().iter();
+        merged.for_each(|g| out[z.patches[g[0] as usize].surface] -= g.len() - 1);
         out
     };
     let panes = |z: &Zones| {
@@ -252,8 +307,10 @@ fn sheet_counts(scene: &Scene, zones: &Zones, others: &Zones) -> Vec<(String, us
     let names = scene.surfaces().iter().map(|s| &s.name);
     let counts = surfaces(zones).into_iter().zip(surfaces(others)).zip(free);
     let walls = names.zip(counts).map(|(n, ((a, b), free))| (n.clone(), a, b, free));
-    let counts = panes(zones).into_iter().zip(panes(others));
-    let glass = scene.panes().iter().zip(counts).map(|(p, (a, b))| (p.name.clone(), a, b, false));
+    let mut free = vec![scene.endless_axes() != [false; 3]; scene.panes().len()];
+    zones.panes.iter().for_each(|p| free[p.pane] &= is_periodic_across(scene, p.normal));
+    let counts = panes(zones).into_iter().zip(panes(others)).zip(free);
+    let glass = scene.panes().iter().zip(counts).map(|(p, ((a, b), free))| (p.name.clone(), a, b, free));
     walls.chain(glass).collect()
 }
 
@@ -264,6 +321,14 @@ fn is_periodic_across(scene: &Scene, normal: Vec3) -> bool {
 
 /// Reason of an estimate from few zones.
 const FEW_ZONES: &str = "zones are few";
+
+/// True if facets have fewer than two patches on average, without those whose patches are merged.
+fn few_patches(scene: &Scene, zones: &Zones) -> bool {
+    let merged: usize = zones.merged.groups().iter().map(Vec::len).sum();
+    let count = |n: usize| n.saturating_sub(merged);
+    merged == 0 && zones.patches.len() < 2 * scene.facets().len()
+        || count(zones.patches.len()) < 2 * count(scene.facets().len())
+}
 
 /// The reason if a scene has fewer than `least` cells along an axis.
 fn few_cells(scene: &Scene, least: usize) -> Option<&'static str> {
