@@ -307,3 +307,49 @@ fn stated_errors_of_layers_are_those_of_rounding() {
         assert!(Band::all().all(|b| e[b] > 0.0 && e[b] < 1e-11 * h[b]), "{i}: {h:?} ± {e:?}");
     }
 }
+
+/// Two endless plates with panes between them: mirrors, periods, several panes, a pane that divides a cell, and the same panes as cells.
+fn glass(sides: &str, cells: usize, panes: &[(f64, f64)], medium: &str) -> String {
+    let pane = |(k, (z, extinction)): (usize, &(f64, f64))| {
+        format!(
+            "[[pane]]\nname = \"glass {k}\"\npolygon = [[0,0,{z}], [1,0,{z}], [1,1,{z}], [0,1,{z}]]\nthickness = 0.008\nextinction = {extinction}\ntemperature = 300\n"
+        )
+    };
+    let panes: String = panes.iter().enumerate().map(pane).collect();
+    format!(
+        "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\n[boundary]\nx = \"{sides}\"\ny = \"{sides}\"\n[[surface]]\nname = \"wall\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nomit = [\"x0\", \"x1\", \"y0\", \"y1\"]\nemissivity = 1\ntemperature = 300\nfaces.z1.temperature = 900\n{panes}[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [1, 1, {cells}]\n{medium}\n"
+    )
+}
+
+#[test]
+fn panes_between_endless_plates_are_layers() {
+    let rows = |text: &str| {
+        let s = solve(common::read(text));
+        assert_eq!(s.report.engine, "layered");
+        s.report.heat.unwrap().rows
+    };
+    for sides in ["mirror", "periodic"] {
+        // At a boundary of cells, and in the middle of one.
+        for (cells, position) in [(10, 0.3), (10, 0.35), (3, 0.3)] {
+            let found = rows(&glass(sides, cells, &[(position, 60.0)], "extinction = 0"));
+            assert!((found[0].power + 16773.7096).abs() < 1e-3, "{sides} {cells} {position}: {found:?}");
+            let pane = found.last().unwrap();
+            assert!((pane.power + 19970.3167).abs() < 1e-3 && pane.power_error.is_finite(), "{pane:?}");
+        }
+        // Two panes in a gas: cells of their thickness, beside which the gas keeps its depth.
+        let two =
+            rows(&glass(sides, 10, &[(0.3, 60.0), (0.72, 15.0)], "extinction = 1e-9\ntemperature = 300"));
+        let as_one = rows(&glass(sides, 10, &[(0.5, 75.0)], "extinction = 1e-9\ntemperature = 300"));
+        assert!((two[0].power / as_one[0].power - 1.0).abs() < 1e-6, "{two:?} {as_one:?}");
+    }
+    // A pane that fills the period in part, and panes along one endless axis, have a remedy.
+    let refused =
+        |text: &str| zonal_solve::solve(common::read(text), 1 << 30, &NoProgress).unwrap_err().to_string();
+    let part = glass("mirror", 10, &[(0.3, 60.0)], "extinction = 0")
+        .replace("[1,1,0.3], [0,1,0.3]", "[1,0.5,0.3], [0,0.5,0.3]");
+    assert!(refused(&part).contains("extend it over the whole period"), "{}", refused(&part));
+    let one_axis = glass("mirror", 10, &[(0.3, 60.0)], "extinction = 0")
+        .replace("y = \"mirror\"", "")
+        .replace(", \"y0\", \"y1\"]", "]");
+    assert!(refused(&one_axis).contains("give one end a mirror"), "{}", refused(&one_axis));
+}

@@ -3,7 +3,7 @@
 use super::cost_forecast::CostForecast;
 use super::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
 use crate::hierarchical::memory_budget::MemoryBudget;
-use crate::layered::layer_stack::{LayerStack, has_varying_layers};
+use crate::layered::layer_stack::{LayerStack, needs_layers};
 use crate::report::cost_estimate::problem_size::ProblemSize;
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
@@ -91,7 +91,7 @@ pub fn select_engine(
     let selection =
         EngineSelection { ranks, ..EngineSelection::new(scene, zones, size, settings, memory_limit) };
     selection.check_basis()?;
-    if selection.requested == Engine::Layered || has_varying_layers(scene) {
+    if selection.requested == Engine::Layered || needs_layers(scene) {
         let out = selection.layered_engine()?;
         selection.check_memory(&out, transport)?;
         return Ok(out);
@@ -169,7 +169,7 @@ impl<'a> EngineSelection<'a> {
             return refuse(
                 "solve.engine",
                 format!(
-                    "{name} has no periodic images of layers of different extinction; use \"layered\", or \"auto\""
+                    "{name} has no periodic images of panes and of layers of different extinction; use \"layered\", or \"auto\""
                 ),
             );
         }
@@ -185,7 +185,9 @@ impl<'a> EngineSelection<'a> {
         let reason = match self.requested {
             Engine::Layered => "as requested".to_string(),
             _ => {
-                format!("{} layers of different extinction, periodic along two axes", stack.extinction.len())
+                let panes =
+                    if stack.panes > 0 { format!(" and {} panes", stack.panes) } else { String::new() };
+                format!("{} layers of different extinction{panes}, periodic along two axes", stack.layers)
             }
         };
         Ok(EngineChoice { engine: Engine::Layered, reason, enclosure: None, layers: Some(stack), note: None })
@@ -337,7 +339,13 @@ impl<'a> EngineSelection<'a> {
 
 /// The reason why a periodic scene is refused that is no box on the grid of its medium.
 fn no_box(why: &str) -> String {
-    format!("a periodic scene must be a box on the grid of its medium, but {why}")
+    let remedy = match why == "there are panes" {
+        true => {
+            ": with periods or facing mirrors along two axes panes across the third are solved; along one, end the scene by walls, or give one end a mirror"
+        }
+        false => "",
+    };
+    format!("a periodic scene must be a box on the grid of its medium, but {why}{remedy}")
 }
 
 /// Refuses periodic scenes for engines without periodic images: only the dense engine in a closed box and the spectral engine have them.

@@ -3,25 +3,45 @@
 use crate::spectral::enclosure::{BoxEnclosure, OPENING};
 use zonal_scene::{Band, Bands, PerBand, Scene, Zones};
 
-/// Layers between two ends. Elements are the lower end, the layers, and the upper end.
+/// Relative deviation from the third axis, from a plane and from the area of the period that counts as rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Layers between two ends. Elements are the lower end, the layers of cells, the upper end, and panes. A pane that crosses a layer of cells divides it into
+/// sheets, which are one element.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerStack {
-    /// Extinctions of the layers, 1/m.
+    /// Extinctions of the sheets, 1/m.
     pub(crate) extinction: Vec<Bands>,
-    /// Thickness of a layer, m.
-    pub(crate) thickness: f64,
+    /// Their thicknesses, m.
+    pub(crate) thickness: Vec<f64>,
+    /// The element of the lower end, of each sheet, and of the upper end.
+    pub(crate) element_of_sheet: Vec<u32>,
+    /// Number of layers of cells.
+    pub(crate) layers: usize,
+    /// Number of panes.
+    pub(crate) panes: usize,
     /// Area of the period, m².
     pub(crate) area: f64,
-    /// The element of each zone.
+    /// The element of each zone, and its share of the area of the period.
     pub(crate) element: Vec<u32>,
+    pub(crate) share: Vec<f64>,
     /// True at ends without a wall.
     pub(crate) open: [bool; 2],
 }
 
-/// True for a scene that is periodic along two axes and whose extinction varies.
-pub(crate) fn has_varying_layers(scene: &Scene) -> bool {
+/// True for a scene that is periodic along two axes and whose extinction varies, or that has panes.
+pub(crate) fn needs_layers(scene: &Scene) -> bool {
     scene.periodic().iter().filter(|p| **p).count() == 2
-        && scene.voxel_grid().is_some_and(|m| m.uniform_extinction().is_none())
+        && scene.voxel_grid().is_some_and(|m| m.uniform_extinction().is_none() || !scene.panes().is_empty())
+}
+
+/// A pane that fills the period.
+struct PaneLayer {
+    pane: usize,
+    /// Its coordinate on the third axis, m.
+    position: f64,
+    /// Its zones, as indices into those of the panes.
+    zones: Vec<usize>,
 }
 
 impl LayerStack {
@@ -35,11 +55,17 @@ impl LayerStack {
         };
         let BoxEnclosure { grid, faces, .. } = BoxEnclosure::locate(scene, zones, map.extinction(0))?;
         let layers = grid.cells[axis];
+        let area = (0..3).filter(|&k| k != axis).map(|k| grid.edges[k] * grid.cells[k] as f64).product();
+        let panes = pane_layers(scene, zones, axis, area)?;
         let mut stack = LayerStack {
             extinction: Vec::with_capacity(layers),
-            thickness: grid.edges[axis],
-            area: (0..3).filter(|&k| k != axis).map(|k| grid.edges[k] * grid.cells[k] as f64).product(),
+            thickness: Vec::with_capacity(layers),
+            element_of_sheet: Vec::with_capacity(layers + 2),
+            layers,
+            panes: panes.len(),
+            area,
             element: vec![0; zones.len()],
+            share: Vec::new(),
             open: [false; 2],
         };
         for (side, ends) in faces[axis].iter().enumerate() {
@@ -62,8 +88,74 @@ impl LayerStack {
             }
         }
         let of_layer = |f: &Option<usize>| f.map_or(Bands::ZERO, |i| zones.voxels.at(i).extinction);
-        stack.extinction = first.iter().map(of_layer).collect();
+        let extinction: Vec<Bands> = first.iter().map(of_layer).collect();
+        stack.add_sheets(&extinction, (map.min()[axis], grid.edges[axis]), zones, &panes);
+        stack.set_shares(zones);
         Ok(stack)
+    }
+
+    /// Adds the sheets from the lower end to the upper one: layers of cells of thickness `edge` from `start` on, divided by the panes, and the panes.
+    fn add_sheets(
+        &mut self,
+        extinction: &[Bands],
+        (start, edge): (f64, f64),
+        zones: &Zones,
+        panes: &[PaneLayer],
+    ) {
+        self.element_of_sheet.push(0);
+        let mut next = 0;
+        for (layer, kappa) in extinction.iter().enumerate() {
+            let (mut from, to) = (0.0, edge);
+            let low = start + layer as f64 * edge;
+            while next < panes.len() {
+                let at = panes[next].position - low;
+                let is_last = layer + 1 == extinction.len();
+                if at > to - ROUNDING * edge && !is_last {
+                    break;
+                }
+                if at > from + ROUNDING * edge && at < to - ROUNDING * edge {
+                    self.add_sheet(*kappa, at - from, layer as u32 + 1);
+                    from = at;
+                } else if at >= to - ROUNDING * edge {
+                    self.add_sheet(*kappa, to - from, layer as u32 + 1);
+                    from = to;
+                }
+                let element = (self.layers + 2 + next) as u32;
+                for &k in &panes[next].zones {
+                    self.element[zones.pane_offset() + k] = element;
+                }
+                let own = &zones.panes[panes[next].zones[0]];
+                self.add_sheet(own.extinction, own.thickness, element);
+                next += 1;
+            }
+            if from < to {
+                self.add_sheet(*kappa, to - from, layer as u32 + 1);
+            }
+        }
+        self.element_of_sheet.push(self.layers as u32 + 1);
+    }
+
+    /// Adds a sheet of positive thickness.
+    fn add_sheet(&mut self, extinction: Bands, thickness: f64, element: u32) {
+        if thickness > 0.0 {
+            self.extinction.push(extinction);
+            self.thickness.push(thickness);
+            self.element_of_sheet.push(element);
+        }
+    }
+
+    /// Sets the shares of the zones in the area of their element.
+    fn set_shares(&mut self, zones: &Zones) {
+        let mut sum = vec![0.0; self.elements()];
+        let size = |i: usize| zones.response(i).1;
+        self.element.iter().enumerate().for_each(|(i, e)| sum[*e as usize] += size(i));
+        let counts = self.zone_counts();
+        let share = |(i, e): (usize, &u32)| match *e as usize >= self.layers + 2 {
+            true => size(i) / sum[*e as usize],
+            // Cells and their faces have one size.
+            false => 1.0 / f64::from(counts[*e as usize]),
+        };
+        self.share = self.element.iter().enumerate().map(share).collect();
     }
 
     /// Assigns the patches of a wall to its element; all must be equal.
@@ -85,7 +177,7 @@ impl LayerStack {
 
     /// Number of elements.
     pub(crate) fn elements(&self) -> usize {
-        self.extinction.len() + 2
+        self.layers + 2 + self.panes
     }
 
     /// True if an end has no wall.
@@ -94,7 +186,7 @@ impl LayerStack {
     }
 
     /// Number of zones of each element.
-    pub(crate) fn zone_counts(&self) -> Vec<u32> {
+    fn zone_counts(&self) -> Vec<u32> {
         let mut counts = vec![0; self.elements()];
         self.element.iter().for_each(|e| counts[*e as usize] += 1);
         counts
@@ -102,7 +194,8 @@ impl LayerStack {
 
     /// Smallest optical thickness above 0 of a layer; 1 if there is none below.
     pub(crate) fn smallest_depth(&self) -> f64 {
-        let depths = self.extinction.iter().flatten().map(|k| k * self.thickness);
+        let sheets = self.extinction.iter().zip(&self.thickness);
+        let depths = sheets.flat_map(|(k, d)| k.into_iter().map(move |k| k * d));
         depths.filter(|a| *a > 0.0).fold(1.0, f64::min)
     }
 
@@ -119,4 +212,41 @@ impl LayerStack {
         }
         (group, firsts)
     }
+}
+
+/// The panes of a scene along an axis, by ascending position, or the reason why one does not fill the period of area `area`, m².
+fn pane_layers(scene: &Scene, zones: &Zones, axis: usize, area: f64) -> Result<Vec<PaneLayer>, String> {
+    let Some((min, max)) = scene.boundary_box() else { return Err("there is no medium".into()) };
+    let slack = ROUNDING * (max[axis] - min[axis]);
+    let mut out: Vec<PaneLayer> = Vec::new();
+    for (k, zone) in zones.panes.iter().enumerate() {
+        let (name, position) = (&scene.panes()[zone.pane].name, zone.plate.centre()[axis]);
+        if zone.normal[axis].abs() < 1.0 - ROUNDING {
+            return Err(format!(
+                "pane '{name}' does not lie across the axis that ends: turn it, or give it as cells"
+            ));
+        }
+        if position < min[axis] - slack || position > max[axis] + slack {
+            return Err(format!(
+                "pane '{name}' lies outside the medium: extend the medium, whose extinction may be 0"
+            ));
+        }
+        let same = |p: &&mut PaneLayer| p.pane == zone.pane && (p.position - position).abs() <= slack;
+        match out.iter_mut().find(same) {
+            Some(found) => found.zones.push(k),
+            None => out.push(PaneLayer { pane: zone.pane, position, zones: vec![k] }),
+        }
+    }
+    for p in &out {
+        let own: f64 = p.zones.iter().map(|&k| zones.panes[k].area).sum();
+        if (own - area).abs() > ROUNDING * area {
+            let name = &scene.panes()[p.pane].name;
+            return Err(format!(
+                "pane '{name}' covers {own} of {area} m² of the period at {} m: extend it over the whole period, or end the scene by walls",
+                p.position
+            ));
+        }
+    }
+    out.sort_by(|a, b| a.position.total_cmp(&b.position).then(a.pane.cmp(&b.pane)));
+    Ok(out)
 }

@@ -13,8 +13,6 @@ use zonal_scene::{Band, Bands, PerBand, Progress};
 /// The exchange of the zones of a stack of layers.
 pub struct LayeredOperator {
     stack: LayerStack,
-    /// Share of each element's zones in the area of the period; 0 of an opening.
-    shares: Vec<f64>,
     /// Factors of the elements, m², m³ and m⁴, for each group of bands.
     matrices: Vec<PackedSymmetric>,
     /// Relative radii of the factors, with the rounding of a product, for each group of bands.
@@ -30,32 +28,30 @@ impl LayeredOperator {
     /// Computes the factors of a stack.
     pub fn new(stack: LayerStack, progress: &dyn Progress) -> LayeredOperator {
         let (group, firsts) = stack.band_groups();
-        let share = |n: u32| if n > 0 { 1.0 / f64::from(n) } else { 0.0 };
-        let shares = stack.zone_counts().into_iter().map(share).collect();
-        let thickness = vec![stack.thickness; stack.extinction.len()];
         let (mut matrices, mut radii, mut nodes) = (Vec::new(), Vec::new(), 0);
         progress.begin("exchange areas of layers", firsts.len() as u64);
         for b in firsts {
             let extinction: Vec<f64> = stack.extinction.iter().map(|k| k[b]).collect();
-            let factors = LayerFactors::new(&extinction, &thickness);
+            let factors = LayerFactors::new(&extinction, &stack.thickness);
             let mut matrix = PackedSymmetric::zeros(factors.elements());
             matrix.rows_mut().into_par_iter().enumerate().with_max_len(1).for_each(|(i, row)| {
                 factors.row(i, row);
                 row.iter_mut().for_each(|x| *x *= stack.area);
             });
-            matrices.push(matrix);
+            matrices.push(joined(&stack, matrix));
             radii.push(factors.relative_radius() + factors.elements() as f64 * f64::EPSILON);
             nodes += factors.nodes();
             progress.advance(1);
         }
         progress.end();
-        LayeredOperator { stack, shares, matrices, radii, nodes, group, scaling: None }
+        LayeredOperator { stack, matrices, radii, nodes, group, scaling: None }
     }
 
     /// Bytes of the operator while it is built.
     pub(crate) fn bytes(stack: &LayerStack) -> u64 {
         let groups = stack.band_groups().1.len() as u64;
-        groups * 8 * packed_length(stack.elements()) as u64
+        let joins = u64::from(stack.panes > 0);
+        (groups + joins) * 8 * packed_length(stack.extinction.len() + 2) as u64
             + LayerFactors::bytes(stack.extinction.len(), stack.smallest_depth())
     }
 
@@ -64,7 +60,7 @@ impl LayeredOperator {
         let n = self.stack.element.len() as u64;
         [
             ("pairs", n * (n + 1) / 2),
-            ("layers", self.stack.extinction.len() as u64),
+            ("layers", (self.stack.layers + self.stack.panes) as u64),
             ("nodes of integrals", self.nodes as u64),
         ]
         .map(|(what, n)| (what.to_string(), n))
@@ -73,8 +69,8 @@ impl LayeredOperator {
 
     /// Incident power for a radiosity of one at the openings: the factors of the surroundings, m² and m³.
     pub(crate) fn opening_factors(&self) -> Vec<Bands> {
-        let last = self.stack.elements() - 1;
-        let mut open = vec![Bands::ZERO; last + 1];
+        let last = self.stack.layers + 1;
+        let mut open = vec![Bands::ZERO; self.stack.elements()];
         for (element, is_open) in [0, last].into_iter().zip(self.stack.open) {
             if is_open {
                 open[element] = Bands::ONE;
@@ -96,18 +92,35 @@ impl LayeredOperator {
 
     /// The share of each zone in the power of its element.
     fn spread(&self, power: &[Bands]) -> Vec<Bands> {
-        let of = |e: &u32| power[*e as usize] * self.shares[*e as usize];
-        self.stack.element.iter().map(of).collect()
+        let of = |(e, share): (&u32, &f64)| power[*e as usize] * *share;
+        self.stack.element.iter().zip(&self.stack.share).map(of).collect()
     }
 
     fn product(&self, s: &[Bands]) -> Vec<Bands> {
         assert_eq!(s.len(), self.len(), "one strength for each zone");
         let mut means = vec![Bands::ZERO; self.stack.elements()];
-        for (e, s) in self.stack.element.iter().zip(s) {
-            means[*e as usize] += *s * self.shares[*e as usize];
+        for ((e, share), s) in self.stack.element.iter().zip(&self.stack.share).zip(s) {
+            means[*e as usize] += *s * *share;
         }
         self.spread(&self.exchange(&means))
     }
+}
+
+/// The factors of the elements from those of their sheets: factors of volumes add up.
+fn joined(stack: &LayerStack, mut sheets: PackedSymmetric) -> PackedSymmetric {
+    if stack.panes == 0 {
+        return sheets;
+    }
+    let mut out = PackedSymmetric::zeros(stack.elements());
+    let mut rows: Vec<&mut [f64]> = out.rows_mut();
+    for (i, row) in sheets.rows_mut().into_iter().enumerate() {
+        for (j, x) in row.iter().enumerate() {
+            let [a, b] = [i, j].map(|k| stack.element_of_sheet[k] as usize);
+            // Two sheets of one element exchange in both directions.
+            rows[a.max(b)][a.min(b)] += if a == b && i != j { 2.0 * x } else { *x };
+        }
+    }
+    out
 }
 
 impl ExchangeOperator for LayeredOperator {

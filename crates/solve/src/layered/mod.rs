@@ -1,6 +1,6 @@
 //! The layered engine: slabs whose extinction varies from layer to layer, periodic along two axes.
 //!
-//! The medium varies along the third axis alone, and the walls at its ends, if there are any, fill the period. Then all zones of a layer have equal
+//! The medium varies along the third axis alone, panes lie across it and fill the period, and the walls at its ends, if there are any, fill the period. Then all zones of a layer have equal
 //! radiosities, and the exchange of two zones is that of their layers times their shares s of the area A of the period:
 //!
 //! ```text

@@ -30,6 +30,9 @@ impl BoxEnclosure {
     /// The box enclosure of a scene, or the reason why it is none.
     pub fn find(scene: &Scene, zones: &Zones) -> Result<BoxEnclosure, String> {
         let map = scene.voxel_grid().ok_or("there is no medium")?;
+        if !scene.panes().is_empty() {
+            return Err("there are panes".into());
+        }
         let kappa = map.uniform_extinction().ok_or_else(|| {
             let varies = |b: &Band| (0..map.len()).any(|i| map.extinction(i)[*b] != map.extinction(0)[*b]);
             format!("the extinction varies in band {}", Band::all().find(varies).map_or(0, Band::index))
@@ -41,9 +44,6 @@ impl BoxEnclosure {
     /// none.
     pub(crate) fn locate(scene: &Scene, zones: &Zones, kappa: Bands) -> Result<BoxEnclosure, String> {
         let map = scene.voxel_grid().ok_or("there is no medium")?;
-        if !scene.panes().is_empty() {
-            return Err("there are panes".into());
-        }
         let whole = zones.voxels.total() == map.len() && zones.voxels.cut_count() == 0;
         if !whole {
             return Err("surfaces cut or fill voxels, or voxels lie outside the walls".into());

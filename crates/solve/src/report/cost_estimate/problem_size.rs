@@ -3,7 +3,7 @@
 use crate::dense::band_groups;
 use crate::direct_light::light_power::LIGHT_RAYS;
 use crate::direct_light::shadow_rays;
-use crate::layered::layer_stack::{LayerStack, has_varying_layers};
+use crate::layered::layer_stack::{LayerStack, needs_layers};
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::surroundings::SurroundingsExchange;
 use crate::unobstructed_cells::UnobstructedCells;
@@ -201,7 +201,7 @@ pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
         return (0..zones.len()).step_by(step).any(|i| strips.losses(i) != [0.0; 2]);
     }
     if scene.is_periodic() {
-        return match has_varying_layers(scene) {
+        return match needs_layers(scene) {
             true => LayerStack::find(scene, zones).is_ok_and(|s| s.is_open()),
             false => BoxEnclosure::find(scene, zones).is_ok_and(|e| e.is_open()),
         };
