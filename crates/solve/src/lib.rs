@@ -34,6 +34,7 @@
 //! | [`state`] | thermal states of one geometry from stored exchange areas |
 //! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
 
+mod balanced_report;
 mod closure_amplification;
 pub mod dense;
 pub mod direct_light;

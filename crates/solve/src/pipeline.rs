@@ -8,20 +8,20 @@
 //! iteration. All other phases are cheap and are repeated with the same bits. An observer may interrupt the solve between phases and iterations;
 //! stages that are complete by then stay in the store.
 
+use crate::balanced_report;
 use crate::direct_light::emitter_exchange::{self, EmitterExchange};
+use crate::direct_light::illumination;
 use crate::direct_light::light_field::{DirectLight, LightField};
-use crate::direct_light::{direct_error, illumination};
 use crate::engine::selection::EngineChoice;
 use crate::engine::{build, selection};
 use crate::errors::discretization::{self, FirstTriple};
-use crate::errors::{consistency, finite, propagation};
+use crate::errors::finite;
 use crate::group_solve::{self, SolvedColumns};
-use crate::iteration::IterationResult;
 use crate::light_groups::{self, SourceGroup};
 use crate::mirrors::{self, MirroredSolve};
 use crate::ray::ray_sampling::rays_measure_escape;
 use crate::report::cost_estimate::problem_size::ProblemSize;
-use crate::report::{diagnostics, summary};
+use crate::report::{back_faces, diagnostics};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
 use crate::solve_context::{BuiltEngine, SolveContext};
@@ -33,8 +33,7 @@ use crate::zonal_solution::ZonalSolution;
 use crate::zone_division;
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
-    Bands, Diagnostic, EnergyBalance, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError,
-    Solution, Zones,
+    Diagnostic, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones,
 };
 use zonal_transport::Transport;
 
@@ -171,9 +170,19 @@ fn solve_with_reflectances(
         .collect();
     let mut solved = solve_equations(&triples, settings)?;
     solved.iter_mut().zip(zones).for_each(|(s, zones)| s.zones = zones);
-    thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
+    let explained = thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
+    // Errors of rows that do not close are no explanation where closure can be restored.
+    let explained = if scene.restores_closure() { explained } else { 0.0 };
+    let backs = back_faces::lost_on_backs(
+        scene,
+        &solved[0].zones,
+        transports[0],
+        &solved[0].fields,
+        &solved[0].report,
+    );
+    solved[0].report.warnings.extend(backs);
     for (scene, s) in scene.triples().zip(&mut solved) {
-        s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report));
+        s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report, explained));
         let checked = finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report);
         finite::agree(checked, &s.zones, settings.communicator)?;
         s.zones.own_reflectances = Vec::new();
@@ -446,7 +455,7 @@ fn finish(
     }
     let mut out = Vec::new();
     for (t, ((mut fields, groups, results), preparation)) in assembled.into_iter().zip(prepared).enumerate() {
-        let mut report = balance_and_report(
+        let mut report = balanced_report::balance_and_report(
             &contexts[t],
             &built[t],
             &exterior[t],
@@ -545,37 +554,6 @@ fn solve_columns(
         check_interrupted(settings.progress)?;
     }
     Ok((columns, None))
-}
-
-/// Balances the energy of a solution, widens its errors by the residual of the balance, and writes the report with the errors of all powers.
-fn balance_and_report(
-    context: &SolveContext,
-    built: &BuiltEngine,
-    exterior: &SurroundingsExchange,
-    (fields, groups): (&mut Fields, &[LightGroup]),
-    results: &[IterationResult],
-    thickness: f64,
-) -> Report {
-    let (scene, zones, direct) = (context.scene, context.zones, context.direct);
-    let shared = context.shared_zones();
-    let mut energy = EnergyBalance::default();
-    groups.iter().for_each(|g| energy.add(&g.energy));
-    let mut lost = propagation::escaped_power_error(zones, exterior, results);
-    lost = direct_error::light_power_errors(direct).into_iter().fold(lost, Bands::hypot);
-    // Heat is balanced after the temperatures are recovered.
-    if scene.thermal().is_none() && scene.options().scattering_orders.is_none() {
-        consistency::widen_by_balance(shared, &energy, lost, fields);
-    }
-    let mut report = summary::summarize(context, built, exterior, (fields, energy), results, thickness);
-    report.energy_error = match scene.thermal() {
-        Some(_) => EnergyBalance { escaped: lost, ..EnergyBalance::default() },
-        None => {
-            let mut error = consistency::power_errors(shared, &report.energy, fields, |i| fields.error[i]);
-            direct_error::add_to_power_errors(shared, &report.energy, direct, &mut error);
-            error
-        }
-    };
-    report
 }
 
 /// Direct light of light number `l` by shadow rays, with its mirror images.

@@ -61,3 +61,28 @@ fn reached_maximum_of_iterations_is_reported_once() {
         assert_eq!((notes(&s, "balance").len(), notes(&s, balance)), (1, stated));
     }
 }
+
+/// A plate of 300 K radiates onto the black back of the plate above; the diagnostic names that plate and the power.
+#[test]
+fn power_on_black_backs_is_reported_by_surface() {
+    let plate = |name: &str, z: f64, sides: &str| {
+        format!(
+            "[[surface]]\nname = '{name}'\nrectangle = {{ origin = [0,0,{z}], edge1 = [1,0,0], edge2 = [0,1,0] }}\nemissivity = 0.9\ntemperature = 300\n{sides}\n"
+        )
+    };
+    let plates = |sides: &str| {
+        let head = "mode = 'thermal'\n[solve]\npatch_size = 0.25\ndiscretization_error = false\n[surroundings]\ntemperature = 300\n";
+        solved(&format!("{head}{}{}", plate("low", 0.0, sides), plate("high", 1.0, sides)))
+    };
+    let s = plates("");
+    let lost = s.report.heat.as_ref().unwrap().absorbed_backfaces;
+    assert!(lost > 70.0 && lost < 95.0, "{lost} W");
+    let [note] = notes(&s, "backs of one-sided surfaces")[..] else { panic!("{:?}", s.report.warnings) };
+    assert!(
+        note.is_warning() && note.contains("high (about") && note.contains("sides = \"both\""),
+        "{note:?}"
+    );
+    assert!(note.contains(&format!("{lost:.4} W")), "{note:?}");
+    let open = plates("sides = 'both'");
+    assert!(notes(&open, "backs of").is_empty(), "{:?}", open.report.warnings);
+}

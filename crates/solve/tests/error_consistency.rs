@@ -88,3 +88,24 @@ fn powers_by_name_have_errors() {
     assert!(told > 0.0 && told < 1e-6, "{told}");
     assert!((e.residual.first() * e.emitted.first()).abs() <= told + d.escaped.first() + 1e-12);
 }
+
+/// The power that enters from a sky has an error of a third by rays that mostly pass between two distant plates; a residual within it is no defect.
+#[test]
+fn residuals_within_the_stated_errors_are_no_warning() {
+    let plate = |name: &str, origin: &str, edge: &str| {
+        format!(
+            "[[surface]]\nname = \"{name}\"\nrectangle = {{ origin = {origin}, edge1 = [1,0,0], edge2 = {edge} }}\nreflectance = 0\n"
+        )
+    };
+    let sky = "[[light]]\nkind = \"perez-sky\"\ndirect_normal = 800\ndiffuse_horizontal = 90\ndirection = [0, 0.819152044, -0.573576436]\n";
+    let plates = plate("ground", "[0,0,0]", "[0,1,0]") + &plate("south", "[0,50,20]", "[0,0,1]");
+    let s = solve(read(&format!("{plates}{sky}")));
+    let energy = &s.report.energy;
+    assert!(energy.residual.first().abs() > 0.01, "the scene is no good test: {energy:?}");
+    assert!(s.report.warnings.iter().all(|w| w.code != "energy-balance"), "{:?}", s.report.warnings);
+    // The stated errors cover the residual.
+    let errors = &s.report.energy_error;
+    let absorbed = errors.absorbed_surfaces.iter().map(|x| x.1.first()).sum::<f64>();
+    let residual = (energy.residual * (energy.emitted + energy.incoming)).first().abs();
+    assert!(residual <= absorbed + errors.incoming.first(), "{residual} W of {errors:?}");
+}

@@ -143,6 +143,13 @@ pub(crate) fn power_errors(
     out
 }
 
+/// Amount of the residual of a balance that the stated errors of its powers explain, W per band, for the error `lost` of the escaping power: the errors of
+/// [`power_errors`] of escaped power contain the residual and do not count.
+pub(crate) fn explained_residual(stated: &EnergyBalance, lost: Bands) -> Bands {
+    let absorbed = stated.absorbed_surfaces.iter().fold(Bands::ZERO, |s, x| s + x.1);
+    absorbed + stated.absorbed_volumes + stated.absorbed_panes + stated.incoming + lost
+}
+
 /// Error of the power absorbed by a zone; 0 without absorption, also for an infinite error of its field.
 fn absorbed_error(area: f64, error: f64) -> f64 {
     if area == 0.0 { 0.0 } else { widest(area * error, 0.0) }

@@ -9,7 +9,7 @@
 
 use crate::sum_order::SumOrder;
 use zonal_scene::{
-    Bands, Diagnostic, EnergyBalance, Engine, ErrorEstimate, Fields, Report, Scene, SolveOptions,
+    Band, Bands, Diagnostic, EnergyBalance, Engine, ErrorEstimate, Fields, Report, Scene, SolveOptions,
     SolveStatus, Zones,
 };
 
@@ -39,36 +39,47 @@ fn closure_advice(restores_closure: bool) -> &'static str {
     }
 }
 
-/// The diagnostic of the balance of light, and of a solver with `status`.
+/// The diagnostic of the balance of light, and of a solver with `status`. A residual within `explained`, the stated errors of the powers of the balance
+/// (W per band) before they were widened by this residual, is none.
 pub(crate) fn light_balance(
     energy: &EnergyBalance,
+    explained: Bands,
     scene: &Scene,
     status: impl Iterator<Item = SolveStatus>,
 ) -> Option<Diagnostic> {
     let (options, restores_closure): (&SolveOptions, bool) = (scene.options(), scene.restores_closure());
-    let off = energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
-    let poor = off > MAX_BALANCE_RESIDUAL && options.scattering_orders.is_none();
-    let imbalance = format!("the energy balance is off by {off:.1e}");
-    if poor && off > NOTHING_ABSORBED {
+    let given = energy.emitted + energy.incoming;
+    let largest = |counts: &dyn Fn(Band) -> bool| {
+        Band::all().filter(|b| counts(*b)).map(|b| energy.residual[b].abs()).fold(0.0, f64::max)
+    };
+    let off = largest(&|_| true);
+    let unexplained = largest(&|b| (energy.residual[b] * given[b]).abs() > explained[b]);
+    let is_poor = |off: f64| off > MAX_BALANCE_RESIDUAL && options.scattering_orders.is_none();
+    let imbalance = |off: f64| format!("the energy balance is off by {off:.1e}");
+    if is_poor(off) && off > NOTHING_ABSORBED {
         let text = format!(
-            "{imbalance}: nothing absorbs light and no light escapes; lower a reflectance or the albedo"
+            "{}: nothing absorbs light and no light escapes; lower a reflectance or the albedo",
+            imbalance(off)
         );
         return Some(Diagnostic::warning("energy-balance", text));
     }
     if { status }.any(|s| s == SolveStatus::MaxIterations) {
-        return Some(not_converged(poor.then_some(imbalance)));
+        return Some(not_converged(is_poor(off).then(|| imbalance(off))));
     }
-    poor.then(|| {
-        Diagnostic::warning("energy-balance", format!("{imbalance}: {}", closure_advice(restores_closure)))
+    is_poor(unexplained).then(|| {
+        let text = format!("{}: {}", imbalance(unexplained), closure_advice(restores_closure));
+        Diagnostic::warning("energy-balance", text)
     })
 }
 
-/// The diagnostic of the balance of heat, and of a solver that reached its maximum of iterations; none in light mode.
+/// The diagnostic of the balance of heat, and of a solver that reached its maximum of iterations; none in light mode. A residual within `explained`, the
+/// stated errors of the powers of the balance (W) before they were widened by this residual, is none.
 pub(crate) fn heat_balance(
     scene: &Scene,
     zones: &Zones,
     fields: &Fields,
     report: &Report,
+    explained: f64,
 ) -> Option<Diagnostic> {
     let (table, heat) = (report.heat.as_ref()?, fields.heat.as_ref()?);
     // Sum the net powers given and taken.
@@ -91,7 +102,8 @@ pub(crate) fn heat_balance(
     let left = report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
     let by_solver = report.engine != "hierarchical" && left * emitted > 0.5 * balance;
     let advice = if by_solver { "use a smaller residual" } else { closure_advice(scene.restores_closure()) };
-    poor.then(|| Diagnostic::warning("heat-balance", format!("{imbalance}: {advice}")))
+    (poor && balance > explained)
+        .then(|| Diagnostic::warning("heat-balance", format!("{imbalance}: {advice}")))
 }
 
 /// The diagnostic of an estimated error above the tolerance; none if an engine reported it already.
@@ -128,14 +140,18 @@ pub(crate) fn tolerance_advice(engine: Engine, reported: &[Diagnostic]) -> &'sta
     }
 }
 
-/// The diagnostic of negative fluxes in zones whose slopes are too steep; `incident` is the field of all zones, W/m².
-pub(crate) fn negative_flux(incident: &[Bands], order: SumOrder) -> Option<Diagnostic> {
+/// The diagnostic of negative fluxes, beyond their stated errors, in zones whose slopes are too steep. An error that is no larger than the amount of a negative
+/// flux was widened to it.
+pub(crate) fn negative_flux(fields: &Fields, order: SumOrder) -> Option<Diagnostic> {
+    let incident = &fields.incident;
     let most = incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
     let most = order.over_processes(most, f64::max);
     if most <= 0.0 {
         return None;
     }
-    let below = || incident.iter().filter(|h| h.any(|x| x < -MAX_UNDERSHOOT * most));
+    let is_below = |h: Bands, e: Bands| Band::all().any(|b| h[b] < -MAX_UNDERSHOOT * most && e[b] <= -h[b]);
+    let both = || incident.iter().zip(&fields.error);
+    let below = || both().filter(|(h, e)| is_below(**h, **e)).map(|x| x.0);
     let least = order.over_processes(below().flatten().fold(0.0f64, |m, x| m.min(*x)), f64::min);
     let count = order.over_processes(below().count() as u64, |a, b| a + b);
     (least < 0.0).then(|| {

@@ -1,7 +1,6 @@
 //! Assembly of the report of a solve: status, counts, grade and diagnostics.
 
 use super::cost_estimate::problem_size::scene_diagnostics;
-use super::diagnostics;
 use crate::errors::estimate::error_estimate;
 use crate::iteration::IterationResult;
 use crate::solve_context::{BuiltEngine, SolveContext};
@@ -46,18 +45,11 @@ pub(crate) fn summarize(
     let basis = if built.operator.len() == zones.len() { ZoneBasis::Constant } else { ZoneBasis::Linear };
     let mut warnings = scene_diagnostics(scene, context.zones, thickness, basis);
     warnings.extend(built.warnings.iter().cloned());
-    if !has_negative_source(zones) {
-        warnings.extend(diagnostics::negative_flux(&fields.incident, zones.order()));
-    }
     if !surroundings.is_closed() {
         let text = "the scene is open: power escapes to the surroundings or onto black backs";
         warnings.push(Diagnostic::note("open-scene", text));
     }
     warnings.extend(context.direct.warnings());
-    if scene.thermal().is_none() {
-        let status = results.iter().flat_map(|e| e.status);
-        warnings.extend(diagnostics::light_balance(&energy, scene, status));
-    }
     let (status, residuals) = combine_results(results);
     let mut closure = built.closure.summary.clone();
     closure.largest_change = closure.largest_change.map(|c| c.max(context.direct.largest_change()));

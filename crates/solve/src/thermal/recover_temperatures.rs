@@ -35,11 +35,11 @@ pub(crate) struct SolvedTriple<'a> {
 }
 
 /// Gives the zones the emission of the temperatures found, and adds temperatures, net powers and the table by name to the first triple of bands. No
-/// effect in light mode.
-pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
+/// effect in light mode. Returns the residual of the heat balance, W, that the stated errors explain.
+pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) -> f64 {
     let scenes: Vec<&Scene> = triples.iter().map(|t| t.scene).collect();
     if scenes[0].thermal().is_none() {
-        return;
+        return 0.0;
     }
     let parts = scenes.iter().zip(&*triples).map(|(scene, t)| TripleZones { scene, zones: t.zones });
     let balances = SpectralBalances::new(&parts.collect::<Vec<_>>());
@@ -48,7 +48,7 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
     let surfaces: Vec<usize> = triples[0].zones.patches.iter().map(|p| p.surface).collect();
     let nodes = NodeZones::new(&balances, &surfaces);
     let (found, of_nodes) = find_zones(&balances, nodes.as_ref(), triples);
-    widen_by_heat_balance(&balances, &found, triples);
+    let explained = widen_by_heat_balance(&balances, &found, triples);
     // Convert them to temperatures and net powers with errors.
     let node_errors = nodes.as_ref().map_or_else(Vec::new, |n| node_errors(&balances, n, &of_nodes, triples));
     let errors = zone_errors(&balances, &found, triples, &node_errors);
@@ -81,6 +81,7 @@ pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) {
         emitters: balances.total(|t| triples[t].emitters),
     });
     triples[0].fields.heat = Some(heat);
+    explained
 }
 
 /// Sets the errors in the report of a triple from those of its fields.
@@ -194,6 +195,10 @@ fn zone_errors(
             return [q + emitted * error, error];
         }
         let convected = l.convected(e)[1];
+        // A zone that neither absorbs nor gives heat has a known net power, and no temperature.
+        if q == 0.0 && emitted + convected == 0.0 {
+            return [0.0; 2];
+        }
         let error = q / (emitted + convected);
         [convected * error, error]
     };
@@ -224,14 +229,19 @@ fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[Solve
     (zones + emitters + (0..triples[0].groups.len()).map(outside).sum::<f64>()).abs()
 }
 
-/// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature.
-fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &mut [SolvedTriple]) {
+/// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature. Returns the
+/// residual that the stated errors explain, W.
+fn widen_by_heat_balance(
+    balances: &SpectralBalances,
+    found: &[(f64, f64)],
+    triples: &mut [SolvedTriple],
+) -> f64 {
     // Zones of known power emit it in any case: a residual belongs to the zones of known temperature, of nodes and with convection.
     let is_free = |i: &usize| {
         let l = balances.first(*i);
         matches!(l.condition, ThermalCondition::Temperature(_)) || l.node.is_some() || l.convection.is_some()
     };
-    let fraction = {
+    let (fraction, explained) = {
         let triples = &*triples;
         let explained = |i: usize| {
             let l = balances.first(i);
@@ -240,7 +250,8 @@ fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], trip
         };
         let missing = imbalance(balances, found, triples);
         let known: f64 = (0..balances.len()).filter(is_free).map(explained).sum();
-        let excess = missing - known - balances.total(|t| triples[t].report.energy_error.escaped);
+        let explained = known + balances.total(|t| triples[t].report.energy_error.escaped);
+        let excess = missing - explained;
         let absorbed = |i: usize| {
             let l = balances.first(i);
             l.measure * balances.weighted_total(i, |t| l.incident_flux(triples[t].fields, i).abs())
@@ -250,12 +261,13 @@ fn widen_by_heat_balance(balances: &SpectralBalances, found: &[(f64, f64)], trip
         let exchanged: f64 = (0..balances.len()).map(|i| absorbed(i) + net(i)).sum();
         // An excess that is NaN gives an unknown error.
         match excess <= ROUNDING_OF_BALANCE * exchanged {
-            true => return,
-            false if all > 0.0 && excess.is_finite() => excess / all,
-            false => f64::INFINITY,
+            true => return explained,
+            false if all > 0.0 && excess.is_finite() => (excess / all, explained),
+            false => (f64::INFINITY, explained),
         }
     };
     triples.iter_mut().for_each(|t| consistency::distribute(Bands::splat(fraction), t.fields));
+    explained
 }
 
 /// Diagnostics of zones without a temperature.

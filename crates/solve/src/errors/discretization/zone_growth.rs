@@ -132,7 +132,10 @@ impl ZoneGrowth {
 
     /// Records that a solve on smaller zones covers the unchanged surfaces and panes.
     pub(super) fn cover_unchanged_parts(&mut self) {
-        self.unchanged = UnchangedParts::default();
+        let UnchangedParts { surfaces, panes, all, .. } = &mut self.unchanged;
+        surfaces.fill(false);
+        panes.fill(false);
+        *all = false;
         self.sheets_note = None;
     }
 
