@@ -2,6 +2,7 @@
 //!
 //! Only regular files are opened: opening a pipe blocks until its writer appears, and a device has no end.
 
+use crate::file_stamps;
 use crate::memory_arrays::{ArraysInMemory, MemoryArray};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -40,7 +41,10 @@ impl<'a> FileSource<'a> {
     /// True if a regular file of that name exists.
     pub(crate) fn contains(self, path: &Path) -> bool {
         match self {
-            FileSource::Disk | FileSource::Arrays(_) => path.is_file(),
+            FileSource::Disk | FileSource::Arrays(_) => {
+                file_stamps::record(path);
+                path.is_file()
+            }
             FileSource::Memory(files) => files.contains_key(path),
         }
     }
@@ -49,6 +53,7 @@ impl<'a> FileSource<'a> {
 /// An open regular file and its length in bytes; an error states the defect and the remedy. Pipes, devices, sockets and folders are
 /// refused before they are opened.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), String> {
+    file_stamps::record(path);
     let failed = |e: std::io::Error| unreadable(&e);
     let check_regular = |m: &std::fs::Metadata| match m.is_file() {
         true => Ok(()),

@@ -10,6 +10,7 @@
 //! ```
 
 mod error;
+mod file_stamps;
 mod files;
 pub mod input;
 mod memory_arrays;

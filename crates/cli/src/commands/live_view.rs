@@ -12,7 +12,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
+use zonal_io::input::{FilesRead, record_files};
 use zonal_render::bake::has_separate_suns;
 use zonal_report::{Failure, note, say};
 use zonal_scene::{CheckpointStore, ErrorEstimate, NoProgress, Progress, Scene, Solution, Zones};
@@ -78,22 +79,26 @@ impl LiveInput {
         path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("npz"))
     }
 
-    /// The scene of the input.
-    pub(super) fn read(&self) -> Result<Scene, Failure> {
-        match self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+    /// The scene of the input, and the files that it was read from, each as it was before the reading.
+    pub(super) fn read(&self) -> (Result<Scene, Failure>, FilesRead) {
+        record_files(|| match self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
             true => Ok(zonal_io::input::read_scene(&self.path)?),
             false => Ok(propose(&self.path, Path::new(""), &self.model.options())?.scene),
-        }
+        })
     }
 
-    /// Solves `scene` with rising quality and publishes each result, then waits for changes of the file, until `stop`.
-    pub(super) fn keep_solving(&self, scene: Scene, page: &LivePage, stop: &AtomicBool) {
-        let mut scene = Ok(scene);
+    /// Solves `scene`, read from `files`, with rising quality and publishes each result, then waits for changes of the files, until `stop`.
+    pub(super) fn keep_solving(
+        &self,
+        (scene, files): (Scene, FilesRead),
+        page: &LivePage,
+        stop: &AtomicBool,
+    ) {
+        let (mut scene, mut files) = (Ok(scene), files);
         loop {
-            let seen = self.modified();
             let ended = AtomicBool::new(false);
             let outcome = std::thread::scope(|scope| {
-                scope.spawn(|| self.interrupt_on_change(page, stop, &ended, seen));
+                scope.spawn(|| interrupt_on_change(page, stop, &ended, &files));
                 let outcome = scene.and_then(|scene| self.solve_stages(&scene, page));
                 ended.store(true, Ordering::SeqCst);
                 outcome
@@ -101,14 +106,14 @@ impl LiveInput {
             if stop.load(Ordering::SeqCst) {
                 return;
             }
-            // An interrupted solve makes way for the changed file.
-            if self.modified() == seen {
+            // An interrupted solve makes way for the changed files.
+            if !files.have_changed() {
                 let error = outcome.err().map(|e| e.to_string());
                 if let Some(e) = &error {
                     note(e);
                 }
                 page.finish(error);
-                while self.modified() == seen {
+                while !files.have_changed() {
                     if stop.load(Ordering::SeqCst) {
                         return;
                     }
@@ -116,28 +121,7 @@ impl LiveInput {
                 }
             }
             page.begin_solve(Quality::Draft.name());
-            scene = self.read();
-        }
-    }
-
-    /// The time of the last change of the file.
-    fn modified(&self) -> Option<SystemTime> {
-        std::fs::metadata(&self.path).and_then(|m| m.modified()).ok()
-    }
-
-    /// Interrupts the solve when the file changes or the program is to stop.
-    fn interrupt_on_change(
-        &self,
-        page: &LivePage,
-        stop: &AtomicBool,
-        ended: &AtomicBool,
-        seen: Option<SystemTime>,
-    ) {
-        while !ended.load(Ordering::SeqCst) {
-            if stop.load(Ordering::SeqCst) || self.modified() != seen {
-                page.interrupt();
-            }
-            std::thread::sleep(FILE_CHECK_INTERVAL);
+            (scene, files) = self.read();
         }
     }
 
@@ -253,6 +237,16 @@ impl LiveInput {
             published.estimates.push(solution.report.estimate.clone());
         }
         Ok(())
+    }
+}
+
+/// Interrupts the solve when a file changes or the program is to stop.
+fn interrupt_on_change(page: &LivePage, stop: &AtomicBool, ended: &AtomicBool, files: &FilesRead) {
+    while !ended.load(Ordering::SeqCst) {
+        if stop.load(Ordering::SeqCst) || files.have_changed() {
+            page.interrupt();
+        }
+        std::thread::sleep(FILE_CHECK_INTERVAL);
     }
 }
 

@@ -111,7 +111,8 @@ fn run_live(args: &Args, context: Context) -> Result<(), Failure> {
         first_band: args.first_band as usize,
         json: context.json,
     };
-    let scene = input.read()?;
+    let (scene, files) = input.read();
+    let scene = scene?;
     let page = Arc::new(LivePage::with_observer(context.progress()));
     let server = bind(args.port, page::live_routes(&page))?;
     let stop = Arc::new(AtomicBool::new(false));
@@ -127,7 +128,7 @@ fn run_live(args: &Args, context: Context) -> Result<(), Failure> {
         say(&format!("{}: {url}\nCtrl-C ends the server", scene.name()))?;
     }
     std::thread::scope(|scope| {
-        scope.spawn(|| input.keep_solving(scene, &page, &stop));
+        scope.spawn(|| input.keep_solving((scene, files), &page, &stop));
         serve(args, &server, &url);
     });
     if context.json { Ok(()) } else { say("stopped") }

@@ -63,6 +63,7 @@ mod view3d;
 mod vol;
 mod vtk;
 
+pub use crate::file_stamps::{FilesRead, record_files};
 pub use crate::files::FilesInMemory;
 pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
 pub use camera_file::read_cameras;
