@@ -274,8 +274,9 @@ fn solve_with_checkpoints(
     let keys = || zonal_cli::commands::solving::checkpoint_keys(&scene, pair_settings);
     let folder = settings.checkpoint.as_ref().map(|path| CheckpointFolder::new(path, keys()));
     if let Some(folder) = &folder {
+        folder.claim().map_err(|e| of_file(&e))?;
         if !(settings.resume && folder.state() == CheckpointState::Matching) {
-            folder.remove();
+            folder.clear();
         }
         folder.begin().map_err(|e| of_file(&e))?;
     }

@@ -145,7 +145,7 @@ pub(crate) fn view_factors<'py>(
     let folder =
         settings.cache.as_ref().map(|path| CheckpointFolder::within(path, checkpoint_keys(&set, &native)));
     if let Some(folder) = &folder {
-        folder.begin().map_err(|e| of_file(&e))?;
+        folder.open_shared().map_err(|e| of_file(&e))?;
     }
     let computed = long_call::run(py, CallSettings { threads, progress }, move |observer| {
         let store: &dyn CheckpointStore = folder.as_ref().map_or(&NoCheckpoints, |f| f);

@@ -109,8 +109,9 @@ impl<'a> Solver<'a> {
             CheckpointFolder::new(path, CheckpointKeys::of_solve(&scene, CheckpointKeys::EXACT_METHOD))
         });
         if let Some(folder) = &folder {
+            folder.claim()?;
             if folder.state() != CheckpointState::Matching {
-                folder.remove();
+                folder.clear();
             }
             folder.begin()?;
         }

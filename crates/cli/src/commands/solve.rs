@@ -250,6 +250,7 @@ fn checkpoint_folder(scene: &Scene, args: &Args) -> CheckpointFolder {
 /// The folder of the checkpoint: with its stages if `--resume` is given and they belong to this scene, else empty.
 fn resume_or_begin_checkpoint(scene: &Scene, args: &Args) -> Result<CheckpointFolder, Failure> {
     let folder = checkpoint_folder(scene, args);
+    folder.claim()?;
     match folder.state() {
         CheckpointState::Matching if args.resume => {}
         CheckpointState::Mismatched if args.resume => {
@@ -257,9 +258,9 @@ fn resume_or_begin_checkpoint(scene: &Scene, args: &Args) -> Result<CheckpointFo
                 "{}: this checkpoint belongs to another scene, other options or another version; starting from the beginning",
                 checkpoint_path(args).display()
             ));
-            folder.remove();
+            folder.clear();
         }
-        _ => folder.remove(),
+        _ => folder.clear(),
     }
     folder.begin()?;
     Ok(folder)

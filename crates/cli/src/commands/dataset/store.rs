@@ -17,9 +17,10 @@ impl SampleStore {
     /// # Errors
     /// If the folder cannot be written.
     pub(super) fn begin(folder: CheckpointFolder) -> Result<(SampleStore, bool), FileError> {
+        folder.claim()?;
         let is_other = folder.state() == CheckpointState::Mismatched;
         if is_other {
-            folder.remove();
+            folder.clear();
         }
         folder.begin()?;
         Ok((SampleStore(folder), is_other))

@@ -113,17 +113,8 @@ fn open_cache(
     settings: &ViewFactorSettings,
 ) -> Result<CheckpointFolder, Failure> {
     let folder = CheckpointFolder::new(path, checkpoint_keys(&geometry.set, settings));
-    match folder.state() {
-        CheckpointState::Matching => {}
-        CheckpointState::Empty => folder.begin()?,
-        CheckpointState::Mismatched => {
-            note(&format!(
-                "{}: this cache belongs to other facets or settings; it begins anew",
-                path.display()
-            ));
-            folder.remove();
-            folder.begin()?;
-        }
+    if folder.open_shared()? == CheckpointState::Mismatched {
+        note(&format!("{}: this cache belonged to other facets or settings; it begins anew", path.display()));
     }
     Ok(folder)
 }

@@ -2,7 +2,7 @@
 
 use super::npy::{self, ElementType};
 use std::borrow::Cow;
-use std::io::{self, Seek, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 use zonal_math::Vec3;
 use zonal_scene::{BandSet, Bands, Plate, PlateKind, ZoneValues};
@@ -10,9 +10,42 @@ use zonal_scene::{BandSet, Bands, Plate, PlateKind, ZoneValues};
 /// Bytes of a block that is gathered before it is written.
 const BLOCK_BYTES: usize = 1 << 16;
 
+/// A file that reports its first error, and after it takes and drops all bytes: the crate zip completes an archive when it is dropped, and would print the same error
+/// once more.
+struct FailsOnce<W> {
+    out: W,
+    has_failed: bool,
+}
+
+impl<W> FailsOnce<W> {
+    fn call<T>(&mut self, of_failed: T, act: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
+        if self.has_failed {
+            return Ok(of_failed);
+        }
+        let result = act(&mut self.out);
+        self.has_failed = result.as_ref().is_err_and(|e| e.kind() != io::ErrorKind::Interrupted);
+        result
+    }
+}
+
+impl<W: Write> Write for FailsOnce<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.call(bytes.len(), |out| out.write(bytes))
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.call((), Write::flush)
+    }
+}
+
+impl<W: Seek> Seek for FailsOnce<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.call(0, |out| out.seek(to))
+    }
+}
+
 /// An npz that is written entry by entry. Arrays of bands have one column for each band of a scene; their values are given by triples of bands.
 pub(crate) struct NpzWriter<W: Write + Seek> {
-    zip: ZipWriter<W>,
+    zip: ZipWriter<FailsOnce<W>>,
     /// Bands of each triple.
     bands_of_triples: Vec<usize>,
 }
@@ -21,7 +54,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// For arrays of the bands of a scene.
     pub(crate) fn new(out: W, bands: &BandSet) -> NpzWriter<W> {
         let bands_of_triples = (0..bands.triples()).map(|t| bands.window(t).len()).collect();
-        NpzWriter { zip: ZipWriter::new(out), bands_of_triples }
+        NpzWriter { zip: ZipWriter::new(FailsOnce { out, has_failed: false }), bands_of_triples }
     }
 
     pub(crate) fn finish(self) -> io::Result<()> {
