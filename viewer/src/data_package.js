@@ -54,6 +54,7 @@ function validate(header, arrays, invalid) {
   for (const [name, n] of Object.entries(sizes)) {
     if (arrays[name]?.length !== n * vertices) throw invalid(`size of ${name}`);
   }
+  if (arrays.curve && arrays.curve.length !== 4 * vertices) throw invalid('size of curve');
   if (!arrays.index || arrays.index.length % 3 || arrays.index.some((i) => i >= vertices)) throw invalid('index');
   if (arrays.surface.some((s) => s >= header.surfaces.length)) throw invalid('surface');
   for (const [name, a] of Object.entries(arrays)) {

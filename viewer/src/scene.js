@@ -96,6 +96,8 @@ function createMesh(gl, scene) {
     attribute(gl, 0, arrays.position, 3, gl.FLOAT), attribute(gl, 1, arrays.uv, 2, gl.FLOAT),
     attribute(gl, 2, arrays.surface, 1, gl.UNSIGNED_SHORT, { integer: true }), light, attribute(gl, 4, normals(arrays), 4, gl.SHORT, { normalized: true }),
   ];
+  if (arrays.curve) buffers.push(attribute(gl, 5, arrays.curve, 4, gl.FLOAT));
+  else gl.vertexAttrib4f(5, 0, 0, 0, 0);
   const triangles = groupByTexture(scene);
   const edges = crackLines(triangles, ids, arrays.position);
   const lists = [[triangles.order, triangles.runs], [edges.lines, edges.runs]].map(([data, runs]) => {

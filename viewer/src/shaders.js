@@ -21,6 +21,8 @@ layout(location = 1) in vec2 uv;
 layout(location = 2) in uint surface;
 layout(location = 3) in vec3 irradiance;
 layout(location = 4) in vec3 normal;
+// On a curved surface its unit normal, and the height of the surface above the facet, m; zero on a flat one.
+layout(location = 5) in vec4 curve;
 uniform mat4 viewProjection;
 uniform vec3 eye;
 uniform bool cracks;
@@ -28,6 +30,7 @@ uniform bool cracks;
 centroid out vec2 vUv;
 centroid out vec3 vH;
 centroid out vec3 vPoint;
+centroid out vec4 vCurve;
 flat out vec3 vNormal;
 flat out int vSurface;
 flat out int vAway;
@@ -37,6 +40,7 @@ void main() {
   vH = irradiance;
   vPoint = position;
   vNormal = normal;
+  vCurve = curve;
   vSurface = int(surface);
   gl_Position = viewProjection * vec4(position, 1.0);
   // Crack lines lie slightly behind the surfaces whose gaps they close.
@@ -47,6 +51,7 @@ void main() {
 centroid in vec2 vUv;
 centroid in vec3 vH;
 centroid in vec3 vPoint;
+centroid in vec4 vCurve;
 flat in vec3 vNormal;
 flat in int vSurface;
 flat in int vAway;
@@ -70,12 +75,18 @@ void main() {
   vec3 rho = min(reflectance.rgb * texture(albedo, vUv).rgb, 1.0);
   vec3 n = normalize(vNormal);
   float turn = noise(gl_FragCoord.xy);
-  vec3 sun = sunlight(vPoint, n, turn);
+  vec3 lit = vPoint;
+  if (dot(vCurve.xyz, vCurve.xyz) > 0.1) {
+    // Sunlight falls on the curved surface for which the facet stands.
+    lit += vCurve.w * n;
+    n = normalize(vCurve.xyz);
+  }
+  vec3 sun = sunlight(lit, n, turn);
   if (cracks && sun != vec3(0.0)) {
     // A line along an edge is lit only where both sides are.
     vec3 side = crackInset * normalize(cross(n, abs(n.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0)));
     vec3 other = cross(n, side);
-    sun = min(min(sunlight(vPoint + side, n, turn), sunlight(vPoint - side, n, turn)), min(sunlight(vPoint + other, n, turn), sunlight(vPoint - other, n, turn)));
+    sun = min(min(sunlight(lit + side, n, turn), sunlight(lit - side, n, turn)), min(sunlight(lit + other, n, turn), sunlight(lit - other, n, turn)));
   }
   vec3 H = baked * vH + sun;
   vec3 B = emitted * texelFetch(surfaces, at + ivec2(0, 1), 0).rgb * texture(emission, vUv).rgb + rho * H;

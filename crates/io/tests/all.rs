@@ -27,5 +27,6 @@ mod spectra;
 mod stl_files;
 mod support;
 mod thermal_scenes;
+mod vertex_normals;
 mod view3d_files;
 mod view_factor_files;

@@ -53,6 +53,8 @@ pub use picture::{focus_distances, render, render_each, sky_noise};
 #[cfg(test)]
 mod approximation_tests;
 #[cfg(test)]
+mod curved_tests;
+#[cfg(test)]
 mod depth_of_field_tests;
 #[cfg(test)]
 mod picture_tests;

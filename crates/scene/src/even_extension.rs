@@ -22,10 +22,11 @@ use crate::bands::Bands;
 use crate::grid_geometry::GridGeometry;
 use crate::light::Light;
 use crate::light_group::{LightGroup, ZoneValues};
-use crate::plate::Plate;
+use crate::plate::{Plate, PlateKind};
 use crate::scene::Scene;
 use crate::scene_error::SceneError;
 use crate::scene_parts::SceneParts;
+use crate::shading::{CornerNormals, ShadingNormals};
 use crate::sheet_sides::SheetSides;
 use crate::solution::Solution;
 use crate::surface::Facet;
@@ -73,6 +74,17 @@ impl Reflection {
     fn facet(&self, f: &Facet) -> Facet {
         let uv = if self.swaps_edges() { [f.uv[0], f.uv[2], f.uv[1]] } else { f.uv };
         Facet { surface: f.surface, plate: self.plate(&f.plate), uv }
+    }
+
+    /// The corner normals of the image of a facet of `kind`.
+    fn corner_normals(&self, normals: &CornerNormals, kind: PlateKind) -> CornerNormals {
+        let image = normals.map(|n| self.vector(Vec3::from_array(n.map(f64::from))).array().map(|x| x as f32));
+        let [a, b, c, d] = image;
+        match (self.swaps_edges(), kind) {
+            (false, _) => image,
+            (true, PlateKind::Parallelogram) => [a, d, c, b],
+            (true, PlateKind::Triangle) => [a, c, b, b],
+        }
     }
 
     fn patch(&self, p: &Patch, facet: usize) -> Patch {
@@ -214,6 +226,19 @@ fn scale_powers(thermal: &mut Thermal, factor: f64) {
     thermal.network.iter_mut().for_each(|n| n.scale(factor));
 }
 
+/// The shading normals of a scene and its images.
+fn extend_shading(scene: &Scene, reflections: &[Reflection]) -> ShadingNormals {
+    let mut out = ShadingNormals::default();
+    out.maps.clone_from(&scene.shading().maps);
+    for (g, r) in reflections.iter().enumerate() {
+        for (facet, normals) in scene.shading().facets() {
+            let kind = scene.facets()[facet].plate.kind;
+            out.push_checked((facet + g * scene.facets().len()) as u32, r.corner_normals(normals, kind));
+        }
+    }
+    out
+}
+
 impl EvenExtension {
     /// The even extension of a scene; `None` without mirrors.
     ///
@@ -240,6 +265,7 @@ impl EvenExtension {
         let patch_size = scene.patch_size();
         let mut parts = scene.clone().into_parts();
         parts.facets = reflections.iter().flat_map(|r| scene.facets().iter().map(|f| r.facet(f))).collect();
+        parts.shading = extend_shading(scene, &reflections);
         for pane in &mut parts.panes {
             pane.plates = reflections.iter().flat_map(|r| pane.plates.iter().map(|p| r.plate(p))).collect();
         }

@@ -11,6 +11,7 @@ use crate::options::SolveOptions;
 use crate::printable::printable;
 use crate::scene_error::{SceneError, invalid};
 use crate::scene_parts::SceneParts;
+use crate::shading::{ShadedPoint, ShadingNormals, curved_point, mapped_normal};
 use crate::surface::{Facet, Pane, Surface, Texture};
 use crate::thermal::{Thermal, ThermalCondition};
 use crate::validation::{check_parts, check_triples};
@@ -135,6 +136,34 @@ impl Scene {
     /// Facets of all surfaces.
     pub fn facets(&self) -> &[Facet] {
         &self.parts.facets
+    }
+    /// Normals for pictures of facets that stand for curved surfaces.
+    pub fn shading(&self) -> &ShadingNormals {
+        &self.parts.shading
+    }
+    /// The point of the curved surface for which a facet stands at its parameters (u, v), seen from its front or back and at least `lift` metres above that side, and the
+    /// unit normal there, without normal maps; `None` of a flat facet.
+    pub fn curved_point(&self, (facet, front): (usize, bool), uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
+        let corners = self.parts.shading.of_facet(facet)?;
+        Some(self.point_above((facet, front), curved_point(&self.parts.facets[facet], &corners, front, uv), lift))
+    }
+    /// As [`Scene::curved_point`], with the normal map of the surface, if it has one; `None` of a facet that is shaded as it is.
+    pub fn shaded_point(&self, (facet, front): (usize, bool), uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
+        let f = &self.parts.facets[facet];
+        let Some(map) = self.parts.shading.map_of(f.surface) else {
+            return self.curved_point((facet, front), uv, lift);
+        };
+        let corners = self.parts.shading.of_facet(facet).unwrap_or([f.plate.normal(); 4]);
+        let at = curved_point(f, &corners, front, uv);
+        let texture = (&self.parts.textures[map.texture], map.scale);
+        let normal = mapped_normal(f, at.normal, f.uv_at(uv[0], uv[1]), texture);
+        Some(self.point_above((facet, front), ShadedPoint { normal, ..at }, lift))
+    }
+    /// A point of the front of a facet as its front or back, raised by `lift` metres.
+    fn point_above(&self, (facet, front): (usize, bool), at: ShadedPoint, lift: f64) -> ShadedPoint {
+        let side = if front { 1.0 } else { -1.0 };
+        let up = self.parts.facets[facet].plate.normal() * side;
+        ShadedPoint { point: at.point + up * lift, normal: at.normal * side }
     }
     /// Faces of mesh files, and values by face.
     pub fn faces(&self) -> &FaceTable {

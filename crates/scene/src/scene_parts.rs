@@ -7,6 +7,7 @@ use crate::face_table::FaceTable;
 use crate::light::{Light, Surroundings};
 use crate::options::SolveOptions;
 use crate::plate::Plate;
+use crate::shading::ShadingNormals;
 use crate::surface::{Facet, Pane, Surface, Texture};
 use crate::thermal::Thermal;
 use crate::voxel_grid::VoxelGrid;
@@ -21,6 +22,8 @@ pub struct SceneParts {
     pub surfaces: Vec<Surface>,
     /// Facets of all surfaces.
     pub facets: Vec<Facet>,
+    /// Normals for pictures of facets that stand for curved surfaces.
+    pub shading: ShadingNormals,
     /// Faces of mesh files, and values by face.
     pub faces: FaceTable,
     /// Textures.

@@ -7,6 +7,7 @@
 //! | arrays | per | contents |
 //! |---|---|---|
 //! | `position`, `uv`, `surface`, `indirectG`, `directG`, `error` | vertex | mesh of the patches; indirect and direct irradiance of group G |
+//! | `curve` | vertex | unit normal of a curved surface and its height above the facet, m; zero on flat facets; absent without vertex normals |
 //! | `index`, `triangleZone` | triangle | corners; patch zone |
 //! | `zoneIndirectG`, `zoneDirectG`, `zoneError`, `zoneReflectance`, `zoneEmission`, `zoneSurface` | patch | values of the solution |
 //! | `panePosition`, `paneNormal`, `paneOf`, `paneG`, `paneIndex` | vertex, triangle | panes with their radiosity |
@@ -129,6 +130,7 @@ fn pack(
     let mut scales = vec![json!({}); baked.groups.len()];
     add_header(&mut pack, s, (baked, detail), origin);
     add_mesh(&mut pack, &baked.surfaces, origin, &mut scales);
+    add_curves(&mut pack, &baked.surfaces, s);
     add_zones(&mut pack, s);
     add_panes(&mut pack, s, &baked.panes, origin, &mut scales);
     add_volume(&mut pack, medium, origin, &mut scales);
@@ -227,6 +229,28 @@ fn add_mesh(pack: &mut Pack, m: &SurfaceMesh, origin: Vec3, scales: &mut [Value]
     pack.u32("index", m.triangles.as_flattened());
     pack.u32("triangleZone", &m.zones);
     pack.set("mesh", json!({ "vertices": m.positions.len(), "errorScale": error }));
+}
+
+/// The normals of vertices of curved surfaces, by which the page shades sunlight.
+fn add_curves(pack: &mut Pack, m: &SurfaceMesh, s: &Solution) {
+    let scene = &s.scene;
+    if scene.shading().facets().len() == 0 {
+        return;
+    }
+    let mut curves = vec![[0.0f32; 4]; m.positions.len()];
+    for (triangle, zone) in m.triangles.iter().zip(&m.zones) {
+        let patch = &s.zones.patches[*zone as usize];
+        let plate = &scene.facets()[patch.facet].plate;
+        let side = (patch.facet, plate.normal().dot(patch.normal) > 0.0);
+        let centre = plate.parameters(plate.centre());
+        let Some(at) = scene.curved_point(side, centre, 0.0) else { continue };
+        let rise = (at.point - plate.centre()).dot(patch.normal).max(0.0) as f32;
+        for v in triangle.map(|v| v as usize) {
+            let [x, y, z] = m.normals[v];
+            curves[v] = [x, y, z, rise];
+        }
+    }
+    pack.f32("curve", curves.as_flattened());
 }
 
 /// Values of the patches in the solution, for the probe.

@@ -26,11 +26,19 @@ const MIN_PIXELS_ALLOWANCE: usize = 1 << 24;
 
 /// Decodes an image by its first bytes; `file` names it in messages.
 pub(crate) fn decode(file: &str, bytes: &[u8]) -> Result<Texture, FileFault> {
+    decode_by_table(file, bytes, &srgb_decode_table())
+}
+
+/// As [`decode`], of a picture of numbers from 0 to 1 in place of colours.
+pub(crate) fn decode_stored(file: &str, bytes: &[u8]) -> Result<Texture, FileFault> {
+    decode_by_table(file, bytes, &std::array::from_fn(|i| i as f32 / 255.0))
+}
+
+fn decode_by_table(file: &str, bytes: &[u8], table: &[f32; 256]) -> Result<Texture, FileFault> {
     let (width, height, channels, data) = decode_bytes(file, bytes)?;
-    let linear = srgb_decode_table();
     let pixel = |p: &[u8]| match p {
-        [r, g, b, ..] => [*r, *g, *b].map(|x| linear[x as usize]),
-        [grey, ..] => [linear[*grey as usize]; 3],
+        [r, g, b, ..] => [*r, *g, *b].map(|x| table[x as usize]),
+        [grey, ..] => [table[*grey as usize]; 3],
         [] => [0.0; 3],
     };
     let pixels: Vec<[f32; 3]> = data.chunks_exact(channels).take(width * height).map(pixel).collect();

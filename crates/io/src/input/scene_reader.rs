@@ -181,6 +181,16 @@ impl<'a> SceneReader<'a> {
         };
         Ok(Texture { width, height, pixels: (0..width * height).map(pixel).collect() })
     }
+    /// The index of a normal map's texture, with its values as stored; every image is decoded once.
+    pub(crate) fn normal_map(&mut self, image: &ImageSource) -> Result<usize, FileFault> {
+        let name = format!("normal map {}", image.name());
+        if let Some(i) = self.texture_of_image.get(&name) {
+            return Ok(*i);
+        }
+        self.parts.textures.push(images::decode_stored(&image.name(), &self.bytes_of(image)?)?);
+        self.texture_of_image.insert(name, self.parts.textures.len() - 1);
+        Ok(self.parts.textures.len() - 1)
+    }
     /// The index of an image's texture; every image is decoded once.
     pub(crate) fn image(&mut self, image: &ImageSource) -> Result<usize, FileFault> {
         if let ImageSource::Limited(own) = image {

@@ -83,7 +83,7 @@ pub struct SunDepths {
 pub struct SurfaceMesh {
     /// Position, m.
     pub positions: Vec<[f32; 3]>,
-    /// Unit normal of the side that takes part in the exchange.
+    /// Unit normal of the side that takes part in the exchange; on a facet with vertex normals the normal between these.
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates, v down.
     pub uvs: Vec<[f32; 2]>,

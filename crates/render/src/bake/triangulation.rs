@@ -8,7 +8,7 @@ use super::baked::{SurfaceMesh, single_vector};
 use super::edge_matching::match_edges;
 use super::group_fields::GroupField;
 use super::patch_quadtree::{LatticePoint, PatchQuadtree, QuadtreeCell, centre, corners};
-use super::vertex_lighting::{VertexLighting, field_unless_zero, interpolated};
+use super::vertex_lighting::{VertexLighting, interpolated};
 use crate::image::to_single_precision;
 use crate::surface::patch_field::TileField;
 use rayon::prelude::*;
@@ -160,7 +160,15 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
         .par_iter()
         .map(|v| single_vector(lighting.point(v.0 as usize, PatchQuadtree::parameters(v.1))))
         .collect();
-    mesh.normals = vertices.par_iter().map(|v| single_vector(patch(v).normal)).collect();
+    mesh.normals = vertices
+        .par_iter()
+        .map(|v| {
+            let p = patch(v);
+            let front = s.scene.facets()[p.facet].plate.normal().dot(p.normal) > 0.0;
+            let curved = s.scene.curved_point((p.facet, front), on_facet(v), 0.0);
+            single_vector(curved.map_or(p.normal, |at| at.normal))
+        })
+        .collect();
     mesh.uvs = vertices
         .par_iter()
         .map(|v| {
@@ -196,7 +204,7 @@ fn group_direct(
     match slot {
         Some(k) => (0..vertices.len()).map(|i| values[i * n + k].into_rgb()).collect(),
         None if group.is_smooth() => {
-            let field = field_unless_zero((0..patches).map(|i| group.direct(i)).collect());
+            let field = lighting.field_unless_zero((0..patches).map(|i| group.direct(i)).collect());
             vertices.par_iter().map(|v| to_single_precision(at_vertex(&field, lighting, v))).collect()
         }
         None => Vec::new(),
@@ -218,7 +226,7 @@ fn group_irradiance(
 ) -> Vec<[f32; 3]> {
     let patches = lighting.solution.zones.patches.len();
     let means: Vec<Bands> = (0..patches).into_par_iter().map(|i| interpolated(group, i)).collect();
-    let (field, n) = (field_unless_zero(means), lighting.value_count());
+    let (field, n) = (lighting.field_unless_zero(means), lighting.value_count());
     let one = |(i, v): (usize, &PatchVertex)| {
         let h = at_vertex(&field, lighting, v);
         let direct = slot.map_or(PerBand::default(), |k| values[i * n + k]);

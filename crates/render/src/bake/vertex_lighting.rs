@@ -6,7 +6,9 @@
 
 use super::group_fields::GroupField;
 use super::lit_scene::LitScene;
+use crate::surface::curved_facets::CurvedFacets;
 use crate::surface::patch_field::{TileField, TileTopology};
+use crate::surface::shading::SurfacePoint;
 use crate::surface::tiles::patch_tiles;
 use rayon::prelude::*;
 use zonal_math::Vec3;
@@ -23,6 +25,7 @@ const SKY_SAMPLE_FACTOR: usize = 16;
 pub(super) struct VertexLighting<'a> {
     pub topology: TileTopology<'a>,
     pub solution: &'a Solution,
+    curved: CurvedFacets,
     /// Shadow rays in the scene with the images of mirrors.
     transport: &'a Transport<'a>,
     /// H_ind of all groups together; `None` where it is zero.
@@ -65,12 +68,14 @@ impl<'a> VertexLighting<'a> {
             means.push(mean(s, |i| group.direct(i)));
             has_zone_mean.push(!lit.has_separate_sun(group.kind));
         }
+        let curved = CurvedFacets::of(s);
         let topology = TileTopology::new(patch_tiles(s), Some(transport));
         VertexLighting {
             topology,
             solution: s,
+            indirect: on_curved_surfaces(&curved, values),
+            curved,
             transport: shadow_rays,
-            indirect: field_unless_zero(values),
             light_samplers,
             slots,
             means,
@@ -96,8 +101,10 @@ impl<'a> VertexLighting<'a> {
         let (rho, tau) = (p.reflectance, sheets.transmittance(patch));
         let is_sheet = sheets.opposite(patch).is_some();
         for (slot, light_sampler, n) in &self.light_samplers {
-            let on =
-                |normal: Vec3| light_sampler.gather(self.transport, inside, Receiver::Surface(normal), *n, 1);
+            let on = |normal: Vec3| {
+                let at = SurfacePoint::without_map(self.transport, p.facet, (inside, normal));
+                light_sampler.gather(self.transport, at.point, Receiver::Surface(at.normal), *n, 1)
+            };
             let mut light = on(p.normal);
             if is_sheet {
                 let sum = rho * light + tau * on(-p.normal);
@@ -113,6 +120,11 @@ impl<'a> VertexLighting<'a> {
         let mut values = Vec::with_capacity(self.value_count());
         self.evaluate(patch, uv, &mut values);
         values.iter().map(|v| v.map_to_bands(f64::from)).sum()
+    }
+
+    /// The field with these means, one a patch, as curved surfaces have them; `None` where all are zero.
+    pub(super) fn field_unless_zero(&self, values: Vec<Bands>) -> Option<TileField> {
+        on_curved_surfaces(&self.curved, values)
     }
 
     /// The point of a patch with the patch's parameters, m.
@@ -132,8 +144,9 @@ impl<'a> VertexLighting<'a> {
     }
 }
 
-/// The field with these means, one a patch; `None` where all are zero.
-pub(super) fn field_unless_zero(values: Vec<Bands>) -> Option<TileField> {
+/// The field with these means, one a patch, as curved surfaces have them; `None` where all are zero.
+fn on_curved_surfaces(curved: &CurvedFacets, mut values: Vec<Bands>) -> Option<TileField> {
+    curved.adjust(&mut values);
     values.iter().any(|v| *v != Bands::ZERO).then(|| TileField::new(values))
 }
 

@@ -22,6 +22,7 @@ use super::ray_sampler::RaySampler;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
 use crate::surface::patch_field::PatchField;
+use crate::surface::shading::SurfacePoint;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
@@ -87,8 +88,8 @@ impl<'a> FinalGather<'a> {
         }
     }
 
-    /// H without direct light, W/m², at a surface point with its unit normal.
-    pub(crate) fn irradiance(&self, inputs: GatherInputs, at: (Vec3, Vec3), sampler: RaySampler) -> Bands {
+    /// H without direct light, W/m², at a surface point.
+    pub(crate) fn irradiance(&self, inputs: GatherInputs, at: SurfacePoint, sampler: RaySampler) -> Bands {
         self.irradiance_and_nearness(inputs, at, f64::MAX, sampler).irradiance
     }
 
@@ -96,7 +97,7 @@ impl<'a> FinalGather<'a> {
     pub(crate) fn irradiance_and_nearness(
         &self,
         inputs: GatherInputs,
-        (point, normal): (Vec3, Vec3),
+        surface: SurfacePoint,
         reach: f64,
         sampler: RaySampler,
     ) -> GatheredIrradiance {
@@ -105,7 +106,8 @@ impl<'a> FinalGather<'a> {
         for i in 0..self.rays {
             let number = ray * self.rays + i;
             let at = low_discrepancy::r2(number, [sampler.shift[1], sampler.shift[2]]);
-            let ray = ViewRay { origin: point, dir: direction_sampling::cosine_hemisphere(normal, at) };
+            let dir = surface.above_facet(direction_sampling::cosine_hemisphere(surface.normal, at));
+            let ray = ViewRay { origin: surface.point, dir };
             let sampler = RaySampler::of_ray(number, 1, sampler.shift);
             let (radiance, length) = self.zonal_radiance(inputs, GatherRay { ray, sampler, vertices: 0 });
             sum += radiance;

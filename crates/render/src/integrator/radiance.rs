@@ -20,7 +20,9 @@ use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
 use crate::medium::ray_path::{RayPath, VoxelSegment, linear_source_integral};
+use crate::surface::curved_facets::CurvedFacets;
 use crate::surface::patch_field::PatchField;
+use crate::surface::shading::SurfacePoint;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
@@ -72,7 +74,8 @@ impl<'a> Integrator<'a> {
         let samplers: Vec<LightSampler> =
             scene.lights().iter().map(|l| LightSampler::new(scene, l)).collect();
         let field = NoisyField { incident: &s.fields.incident, error: &s.fields.error };
-        let incident = denoise_patches(&s.zones.patches, &[field]).swap_remove(0);
+        let mut incident = denoise_patches(&s.zones.patches, &[field]).swap_remove(0);
+        CurvedFacets::of(s).adjust(&mut incident);
         Integrator {
             solution: s,
             transport,
@@ -220,31 +223,41 @@ impl<'a> Integrator<'a> {
         let tau = scene.transmittance_at(hit.facet, hit.u, hit.v);
         let scattered = |fraction: Bands, side: usize, normal: Vec3| match fraction {
             Bands::ZERO => Bands::ZERO,
-            _ => fraction * self.arriving_light((side, uv), (point, normal), sampler),
+            _ => {
+                let at = SurfacePoint::on_facet(self.transport, (hit.facet, uv), (point, normal));
+                fraction * self.arriving_light((side, uv), (point, at), sampler)
+            }
         };
         // The sides of a facet have consecutive numbers.
         let behind = scattered(tau, hit.side() ^ 1, -normal);
         (emission + scattered(rho, hit.side(), normal) + behind) / PI
     }
 
-    /// H of all light at a point of a side of a facet with its unit normal, W/m².
+    /// H of all light at a point of a side of a facet, W/m²; `at` is the point as it is shaded.
     fn arriving_light(
         &self,
         (side, uv): (usize, [f64; 2]),
-        (point, normal): (Vec3, Vec3),
+        (point, at): (Vec3, SurfacePoint),
         sampler: RaySampler,
     ) -> Bands {
         let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };
         let patch = self.irradiance.tile_at(side, uv);
         let indirect = match (&self.gather, patch) {
-            (Some(gather), _) => gather.irradiance(inputs, (point, normal), sampler),
+            (Some(gather), _) => gather.irradiance(inputs, at, sampler),
             (None, Some(i)) => self.interpolated_irradiance(inputs, i, point),
             (None, None) => Bands::ZERO,
         };
-        let sky = self.skies.as_ref().zip(patch).and_then(|(f, i)| f.irradiance(i, point));
+        // Nodes of patches are too far apart for a normal map.
+        let zones = &self.solution.zones;
+        let has_map = |i: &usize| {
+            let shading = self.solution.scene.shading();
+            !shading.maps.is_empty() && shading.map_of(zones.patches[*i].surface).is_some()
+        };
+        let node_patch = patch.filter(|i| !has_map(i));
+        let sky = self.skies.as_ref().zip(node_patch).and_then(|(f, i)| f.irradiance(i, point));
         let skip = |light: &LightSampler| sky.is_some() && is_sky(light);
         let direct = sky.unwrap_or(Bands::ZERO)
-            + self.lights.irradiance_but((point, normal), indirect, sampler, &skip);
+            + self.lights.irradiance_but((at.point, at.normal), indirect, sampler, &skip);
         indirect + direct
     }
 

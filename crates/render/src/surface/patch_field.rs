@@ -1,7 +1,7 @@
 //! A field on surfaces, smooth across the zones of one sheet and sharp at creases and walls.
 //!
 //! Every tile (a patch, or a piece of a pane) has nodes at its corners and edge middles. Their values come from
-//! [`crate::node_interpolation`] over the tiles that touch the node, face the same way within 20° and are not separated by a wall (the
+//! [`crate::node_interpolation`] over the tiles that touch the node, face the same way within 20° (or stand for a curved surface whose normals at the node do) and are not separated by a wall (the
 //! segment between points just above both centres is free). Weights are the angles that the tiles subtend at the node. Inside a
 //! parallelogram the nine values (the ninth, at the centre, conserves the mean of the tile) are interpolated by the biquadratic
 //! Lagrange polynomial; inside a triangle by the quadratic one with a cubic bubble for the centre. Both agree along shared edges and
@@ -21,6 +21,8 @@ use zonal_transport::plate_boxes::PlateBoxes;
 
 /// Least cosine between the normals of tiles of one smooth sheet: cos 20°.
 const MIN_COS_SMOOTH: f64 = 0.939_692_620_785_908_4;
+/// Least cosine between the normals of facets that stand for one curved surface.
+const MIN_COS_CURVED: f64 = -0.5;
 /// Distance within which points of a tile coincide, over the tile's diameter.
 const TOUCHING_SHARE: f64 = 1e-6;
 /// Tiles that touch a node of most meshes.
@@ -34,6 +36,8 @@ pub(crate) struct PlateTile {
     pub normal: Vec3,
     /// The sheet from which it is cut: one side of a facet, or a plate of a pane.
     pub sheet: usize,
+    /// True of a patch whose facet stands for a curved surface.
+    pub is_curved: bool,
 }
 
 /// A field that is evaluated at points of its sheets.
@@ -223,11 +227,15 @@ impl<'a> TileTopology<'a> {
                 let Some(angle) = self.subtended(j as usize, p) else {
                     continue;
                 };
-                let connected = known.iter().find(|k| k.0 == j).map(|k| k.1).unwrap_or_else(|| {
-                    let connected = self.are_connected(i, j as usize);
-                    known.push((j, connected));
-                    connected
-                });
+                let smooth = self.are_one_curve(i, j as usize, p);
+                let connected = match smooth {
+                    true => self.are_joined(i, j as usize),
+                    false => known.iter().find(|k| k.0 == j).map(|k| k.1).unwrap_or_else(|| {
+                        let connected = self.are_connected(i, j as usize);
+                        known.push((j, connected));
+                        connected
+                    }),
+                };
                 if connected {
                     nodes.touching.push((j, angle));
                 }
@@ -277,11 +285,32 @@ impl<'a> TileTopology<'a> {
 
     /// True where two tiles that touch belong to one smooth sheet with no wall between.
     fn are_connected(&self, i: usize, j: usize) -> bool {
+        self.tiles[i].normal.dot(self.tiles[j].normal) >= MIN_COS_SMOOTH && self.are_joined(i, j)
+    }
+
+    /// True where two tiles at a steep angle stand for one curved surface at a common point: its normals there are the same within 20°.
+    fn are_one_curve(&self, i: usize, j: usize, p: Vec3) -> bool {
         let (a, b) = (&self.tiles[i], &self.tiles[j]);
         let cos = a.normal.dot(b.normal);
-        if cos < MIN_COS_SMOOTH {
+        if !(a.is_curved || b.is_curved) || !(MIN_COS_CURVED..MIN_COS_SMOOTH).contains(&cos) {
             return false;
         }
+        self.curved_normal(a, p).dot(self.curved_normal(b, p)) >= MIN_COS_SMOOTH
+    }
+
+    /// The normal of the curved surface for which a tile stands.
+    fn curved_normal(&self, tile: &PlateTile, p: Vec3) -> Vec3 {
+        let Some(scene) = self.transport.map(Transport::scene).filter(|_| tile.is_curved) else {
+            return tile.normal;
+        };
+        let (facet, front) = (tile.sheet / 2, tile.sheet.is_multiple_of(2));
+        let uv = scene.facets()[facet].plate.parameters(p);
+        scene.curved_point((facet, front), uv, 0.0).map_or(tile.normal, |at| at.normal)
+    }
+
+    /// True where no wall stands between the upper sides of two tiles.
+    fn are_joined(&self, i: usize, j: usize) -> bool {
+        let cos = self.tiles[i].normal.dot(self.tiles[j].normal);
         let size = self.measures[i].area.min(self.measures[j].area).sqrt();
         let lift = size * (1e-3 + 0.6 * ((1.0 - cos).max(0.0) / 2.0).sqrt());
         let above = |k: usize| self.measures[k].centre + self.tiles[k].normal * lift;
@@ -384,6 +413,7 @@ mod tests {
             ),
             normal: vec3(0.0, 0.0, 1.0),
             sheet: 0,
+            is_curved: false,
         };
         let tiles: Vec<PlateTile> = (0..n * n).map(tile).collect();
         let values = tiles.iter().map(|t| Bands::splat(f(t.plate.centre()))).collect();
@@ -416,7 +446,7 @@ mod tests {
         }
         let f = |p: Vec3| 3.0 + p.x - 2.0 * p.y;
         let tiles: Vec<PlateTile> =
-            plates.iter().map(|p| PlateTile { plate: *p, normal: whole.normal(), sheet: 0 }).collect();
+            plates.iter().map(|p| PlateTile { plate: *p, normal: whole.normal(), sheet: 0, is_curved: false }).collect();
         let values = plates.iter().map(|p| Bands::splat(f(p.centre()))).collect();
         let field = PatchField::new(tiles, values, &[whole], None);
         for i in 0..400 {

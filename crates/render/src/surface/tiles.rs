@@ -20,7 +20,13 @@ pub(crate) fn patch_field<'a>(
 
 /// The patches as tiles.
 pub(crate) fn patch_tiles(s: &Solution) -> Vec<PlateTile> {
-    let tile = |p: &Patch| PlateTile { plate: p.plate, normal: p.normal, sheet: side_of_patch(&s.scene, p) };
+    let shading = s.scene.shading();
+    let tile = |p: &Patch| PlateTile {
+        plate: p.plate,
+        normal: p.normal,
+        sheet: side_of_patch(&s.scene, p),
+        is_curved: !shading.is_empty() && shading.of_facet(p.facet).is_some(),
+    };
     s.zones.patches.iter().map(tile).collect()
 }
 
@@ -34,6 +40,6 @@ pub(crate) fn pane_field(s: &Solution) -> (PatchField<'static>, Vec<usize>) {
 
 /// The pieces of panes as tiles; `sheets` has the plate of each piece.
 pub(crate) fn pane_tiles(s: &Solution, sheets: &[usize]) -> Vec<PlateTile> {
-    let tile = |(z, &sheet): (&PaneZone, &usize)| PlateTile { plate: z.plate, normal: z.normal, sheet };
+    let tile = |(z, &sheet): (&PaneZone, &usize)| PlateTile { plate: z.plate, normal: z.normal, sheet, is_curved: false };
     s.zones.panes.iter().zip(sheets).map(tile).collect()
 }

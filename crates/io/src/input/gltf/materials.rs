@@ -4,6 +4,7 @@
 //! |---|---|
 //! | base colour and its texture, or the diffuse ones of KHR_materials_pbrSpecularGlossiness | reflectance, at most 0.95; the metallic factor is ignored |
 //! | emissive factor × strength × texture | a radiance L; emission = π L |
+//! | normal texture and its scale | normal map, for pictures |
 //! | unlit | reflectance = base colour, at most 0.95; no emission |
 //! | diffuse transmission, rough transmission without volume | sheet of two sides (`sheets`) |
 //! | transmission with volume | pane, κ = −ln(attenuation colour)/attenuation distance, Ω = 0 |
@@ -36,6 +37,9 @@ use zonal_scene::Bands;
 
 /// Largest reflectance of an unlit material.
 const MAX_UNLIT_REFLECTANCE: f64 = 0.95;
+
+/// Largest factor of a normal map.
+const MAX_NORMAL_SCALE: f64 = 100.0;
 
 /// Cutoff of a mask without one.
 const DEFAULT_CUTOFF: f32 = 0.5;
@@ -244,6 +248,7 @@ impl ImageReader<'_> {
             self.read_emissive_texture(m, &place, &mut mapping, &mut out, notes)?;
         }
         self.read_transparency(m, (base, alpha), &place, (&mut out, &mut mapping), notes)?;
+        self.read_normal_map(m, &place, (&mut out, &mut mapping), notes);
         Ok((out, mapping))
     }
 
@@ -296,6 +301,33 @@ impl ImageReader<'_> {
         }
         out.emission_texture = Some(self.image_of(info.texture().index(), place)?);
         Ok(())
+    }
+
+    /// Reads the normal map of a material. It shares the mapping of the other textures, if there are any. Tangents follow from the texture coordinates.
+    fn read_normal_map(
+        &mut self,
+        m: &gltf::Material<'_>,
+        place: &str,
+        (out, mapping): (&mut MeshMaterial, &mut TextureMapping),
+        notes: &mut Vec<String>,
+    ) {
+        let Some(info) = m.normal_texture() else { return };
+        let own = TextureMapping::of_normal_map(&info);
+        if mapping.used && !mapping.is_same_as(&own) {
+            notes.push(format!(
+                "{}: {place} maps its normal map in another way than its colours; the normal map was not read",
+                self.buffers.file
+            ));
+            return;
+        }
+        match self.image_of(info.texture().index(), place) {
+            Ok(image) => {
+                *mapping = own;
+                let scale = f64::from(info.scale()).clamp(-MAX_NORMAL_SCALE, MAX_NORMAL_SCALE);
+                out.normal_map = Some((image, scale));
+            }
+            Err(e) => notes.push(format!("the normal map of {place} is not read ({e})")),
+        }
     }
 
     /// Turns a material into a sheet that transmits diffusely.

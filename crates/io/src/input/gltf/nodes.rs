@@ -23,6 +23,12 @@ impl NodeInstance {
     pub(super) fn point(&self, p: Vec3) -> Vec3 {
         self.vector(p) + self.translation
     }
+    /// The image of a normal, of any length.
+    pub(super) fn normal(&self, n: Vec3) -> Vec3 {
+        let [a, b, c] = self.linear;
+        let image = b.cross(c) * n.x + c.cross(a) * n.y + a.cross(b) * n.z;
+        if self.is_mirrored() { -image } else { image }
+    }
     fn determinant(&self) -> f64 {
         self.linear[0].cross(self.linear[1]).dot(self.linear[2])
     }

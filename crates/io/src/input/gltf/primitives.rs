@@ -6,7 +6,7 @@ use super::materials::MaterialTable;
 use super::nodes::NodeInstance;
 use crate::input::error::FileFault;
 use crate::input::mesh::model::{MeshData, MeshFace};
-use crate::input::mesh::polygon::push_polygon;
+use crate::input::mesh::polygon::push_smooth_polygon;
 use gltf::Document;
 use gltf::json::Index;
 use gltf::json::accessor::Accessor;
@@ -189,7 +189,13 @@ impl PrimitiveReader<'_> {
             Some(a) => self.attribute::<2>(a, &format!("TEXCOORD_{}", mapping.set), draco.as_ref(), place)?,
             None => Vec::new(),
         };
+        let normals = attribute(Semantic::Normals).map(|a| self.attribute::<3>(a, "NORMAL", draco.as_ref(), place));
+        let normals = normals.unwrap_or(Ok(Vec::new())).unwrap_or_else(|e| {
+            self.mesh.notes.push(format!("the vertex normals of {place} are not read ({e}); pictures show flat faces"));
+            Vec::new()
+        });
         // Add the triangles.
+        let normal = |i: usize| Some(at.normal(Vec3::from_array(*normals.get(i)?)));
         let corner = |i: usize| {
             let p = at.point(Vec3::from_array(positions[i]));
             (p, uvs.get(i).map_or([0.0; 2], |uv| mapping.apply(*uv)))
@@ -202,7 +208,8 @@ impl PrimitiveReader<'_> {
             }
             let template =
                 MeshFace { scale: at.scale(), ..MeshFace::template(material, self.mesh.face_count) };
-            push_polygon(&mut self.mesh.faces, &template, &corners);
+            let own = [a, b, c].into_iter().filter_map(normal).collect::<Vec<_>>();
+            push_smooth_polygon(&mut self.mesh, &template, &corners, &own);
             self.mesh.face_count += 1;
         }
         Ok(())

@@ -1,5 +1,7 @@
 //! Texture coordinates of a material: the TEXCOORD set and KHR_texture_transform.
 
+use serde_json::Value;
+
 /// (u, v) ↦ rotate(scale · (u, v)) + offset, of one TEXCOORD set.
 #[derive(Clone, Copy)]
 pub(super) struct TextureMapping {
@@ -19,6 +21,20 @@ impl TextureMapping {
     /// The coordinates of a TEXCOORD set as they are.
     pub(super) fn of_set(set: u32) -> TextureMapping {
         TextureMapping { used: true, set, ..TextureMapping::NO_TEXTURE }
+    }
+    /// The mapping of a normal map.
+    pub(super) fn of_normal_map(info: &gltf::material::NormalTexture<'_>) -> TextureMapping {
+        let mut mapping = TextureMapping::of_set(info.tex_coord());
+        let Some(t) = info.extension_value("KHR_texture_transform") else { return mapping };
+        let number = |v: &Value| v.as_f64().filter(|x| x.is_finite());
+        let pair = |key: &str| Some([number(t.get(key)?.get(0)?)?, number(t.get(key)?.get(1)?)?]);
+        mapping.set = t.get("texCoord").and_then(Value::as_u64).map_or(mapping.set, |s| s as u32);
+        // Single precision, as the transforms of the other textures have.
+        let single = |x: f64| f64::from(x as f32);
+        mapping.offset = pair("offset").map_or(mapping.offset, |o| o.map(single));
+        mapping.scale = pair("scale").map_or(mapping.scale, |s| s.map(single));
+        mapping.sin_cos = t.get("rotation").and_then(number).map_or(mapping.sin_cos, |r| single(r).sin_cos());
+        mapping
     }
     pub(super) fn new(info: &gltf::texture::Info<'_>) -> TextureMapping {
         let mut mapping = TextureMapping { used: true, set: info.tex_coord(), ..TextureMapping::NO_TEXTURE };

@@ -14,7 +14,10 @@ use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::{InteriorFill, SceneReader};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
-use zonal_scene::{Bands, DEFAULT_REFLECTANCE, Diagnostic, Facet, Pane, Plate, Sides, Surface, Transmission};
+use zonal_math::Vec3;
+use zonal_scene::{
+    Bands, CornerNormals, DEFAULT_REFLECTANCE, Diagnostic, Facet, NormalMap, Pane, Plate, Sides, Surface, Transmission,
+};
 
 /// One material of a mesh and the part of the scene that describes it.
 pub(crate) struct MaterialPart<'a, 'n> {
@@ -29,6 +32,8 @@ pub(crate) struct MaterialPart<'a, 'n> {
     pub(crate) first_face: usize,
     /// Sides of open parts.
     pub(crate) open_sides: OpenSides,
+    /// Corner normals of the faces of the mesh.
+    pub(crate) normals: &'a [CornerNormals],
     /// Values by face from files.
     pub(crate) values: &'a FaceValues,
     /// Properties of the material from files.
@@ -119,6 +124,7 @@ impl MaterialPart<'_, '_> {
         let properties = self.properties(&faces, of_surface);
         let template = self.surface_template(&properties, reader)?;
         let present = |kind: ShellKind| faces.iter().any(|(_, s)| *s == kind);
+        let mut wrong = 0;
         let mixed = ShellKind::VARIANTS.into_iter().filter(|k| present(*k)).count() > 1;
         for kind in ShellKind::VARIANTS.into_iter().filter(|k| present(*k)) {
             let of_kind: Vec<&MeshFace> = faces.iter().filter(|(_, s)| *s == kind).map(|(f, _)| *f).collect();
@@ -135,6 +141,7 @@ impl MaterialPart<'_, '_> {
             let surface = Surface { name, sides, solid, ..template.clone() };
             let name = surface.name.clone();
             let surface = reader.add_surface(surface, &properties)?;
+            self.add_normal_map(surface, reader);
             let of_kind = match sides == Sides::Both && self.values.is_empty() {
                 true => without_opposite_faces(of_kind, &name, reader),
                 false => of_kind,
@@ -147,10 +154,37 @@ impl MaterialPart<'_, '_> {
                         values.reflectance.map(|r| bands.with_solar_value(triple, r, 1.0 - a));
                 }
                 reader.parts.faces.push(facet, self.first_face + f.face, values);
-                reader.parts.facets.push(Facet { surface, plate: f.plate, uv: f.uv });
+                let own = Facet { surface, plate: f.plate, uv: f.uv };
+                let normals = f.normals.and_then(|k| self.normals.get(k as usize));
+                let normals = normals.map(|n| n.map(|n| Vec3::from_array(n.map(f64::from))));
+                wrong += normals.map_or(0, |n| reader.parts.shading.push(facet, &own, &n));
+                reader.parts.facets.push(own);
             }
         }
+        if wrong > 0 {
+            let text = format!(
+                "surface '{}': {wrong} vertex normals are more than 80° from their faces; pictures show flat corners there",
+                self.name
+            );
+            reader.note(Diagnostic::note("normals", text));
+        }
         Ok(())
+    }
+
+    /// Adds the normal map of the material to a surface. Thermal mode has no textures.
+    fn add_normal_map(&self, surface: usize, reader: &mut SceneReader<'_>) {
+        let own = self.material.normal_map.as_ref().filter(|_| reader.mode() != SceneMode::Thermal);
+        let Some((image, scale)) = own else { return };
+        match reader.normal_map(image) {
+            Ok(texture) => {
+                reader.parts.shading.maps.push(NormalMap { surface, texture, scale: *scale });
+            }
+            Err(e) => {
+                let name = &self.material.name;
+                let text = format!("material '{name}': its normal map is not read ({e}); pictures show it smooth");
+                reader.note(Diagnostic::note("normals", text));
+            }
+        }
     }
 
     /// The surface of this material but for its name, sides and solidity; adds warnings about contents that are not read.

@@ -81,6 +81,7 @@ pub(crate) fn read_mesh_surface(
             scale,
             first_face,
             open_sides,
+            normals: &mesh.normals,
             values: &values,
             of_material: values.of_material(m),
         };

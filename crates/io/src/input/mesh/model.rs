@@ -3,13 +3,15 @@
 use std::path::PathBuf;
 use std::rc::Rc;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Camera, Plate};
+use zonal_scene::{Bands, Camera, CornerNormals, Plate, PlateKind};
 
 /// A mesh file as read.
 #[derive(Default)]
 pub(crate) struct MeshData {
     pub(crate) materials: Vec<MeshMaterial>,
     pub(crate) faces: Vec<MeshFace>,
+    /// Corner normals of faces that stand for curved surfaces, of any length.
+    pub(crate) normals: Vec<CornerNormals>,
     /// Number of polygons of the file.
     pub(crate) face_count: usize,
     /// The cameras of the file.
@@ -30,13 +32,25 @@ pub(crate) struct MeshFace {
     pub(crate) scale: f64,
     /// Index of its polygon in the file.
     pub(crate) face: usize,
+    /// Index of its normals in the mesh; `None` of a flat face.
+    pub(crate) normals: Option<u32>,
 }
 
 impl MeshFace {
     /// A face of a polygon of the file, without geometry yet, at a node that does not scale.
     pub(crate) fn template(material: usize, face: usize) -> MeshFace {
         let plate = Plate::triangle(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
-        MeshFace { material, plate, uv: [[0.0; 2]; 3], scale: 1.0, face }
+        MeshFace { material, plate, uv: [[0.0; 2]; 3], scale: 1.0, face, normals: None }
+    }
+
+    /// The unit normal at parameters of the plate between the normals of its corners.
+    pub(crate) fn interpolated_normal(&self, corners: &CornerNormals, [u, v]: [f64; 2]) -> Vec3 {
+        let weights = match self.plate.kind {
+            PlateKind::Triangle => [1.0 - u - v, u, v, 0.0],
+            PlateKind::Parallelogram => [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v],
+        };
+        let of = |(n, w): (&[f32; 3], f64)| Vec3::from_array(n.map(f64::from)) * w;
+        corners.iter().zip(weights).map(of).fold(Vec3::ZERO, |a, b| a + b).normalized()
     }
 }
 
@@ -158,6 +172,8 @@ pub(crate) struct MeshMaterial {
     pub(crate) missing_warning: Option<String>,
     /// Warning if the material is an opaque surface: transparency that is not read.
     pub(crate) opaque_warning: Option<String>,
+    /// Normal map, and the factor of its components along the surface.
+    pub(crate) normal_map: Option<(ImageSource, f64)>,
     /// Alpha that varies, or cuts the material out.
     pub(crate) alpha: Option<AlphaSource>,
 }
@@ -181,6 +197,7 @@ impl MeshMaterial {
             glass: None,
             missing_warning: None,
             opaque_warning: None,
+            normal_map: None,
             alpha: None,
         }
     }

@@ -55,6 +55,10 @@ pub(crate) fn load_placed(
     let name = path.display().to_string();
     let refused = |f: FileFault| file.error(f.to_string());
     let mut mesh = read_mesh_file(reader.context.files, &path, &name).map_err(refused)?;
+    if t.read("normals", |n| n.choice(&["file", "flat"]))? == Some(1) {
+        mesh.faces.iter_mut().for_each(|f| f.normals = None);
+        mesh.materials.iter_mut().for_each(|m| m.normal_map = None);
+    }
     mesh.materials.iter_mut().for_each(|m| to_scene_bands(m, reader));
     for face in &mut mesh.faces {
         face.plate = placement.plate(&face.plate);
@@ -63,6 +67,10 @@ pub(crate) fn load_placed(
                 node.error("the placed mesh lies beyond all numbers; give a smaller scale or translate")
             );
         }
+    }
+    for normals in &mut mesh.normals {
+        let placed = |n: [f32; 3]| placement.vector(Vec3::from_array(n.map(f64::from))).normalized();
+        *normals = normals.map(|n| placed(n).array().map(|x| x as f32));
     }
     for light in &mut mesh.lights {
         light.position = placement.vector(light.position) + placement.translate;

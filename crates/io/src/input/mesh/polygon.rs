@@ -1,6 +1,6 @@
 //! Polygons of mesh files as plates.
 
-use super::model::MeshFace;
+use super::model::{MeshData, MeshFace};
 use crate::input::scene::shapes::area_vector;
 use zonal_math::Vec3;
 use zonal_scene::Plate;
@@ -11,6 +11,8 @@ pub(crate) type PolygonCorner = (Vec3, [f64; 2]);
 /// Largest gap of a parallelogram relative to its diagonal, and of its texture coordinates.
 const PARALLELOGRAM_TOLERANCE: f64 = 1e-6;
 const PARALLELOGRAM_UV_TOLERANCE: f64 = 1e-5;
+/// Largest difference of the unit normals of corners from that of their face below which they are left out.
+const FLAT_TOLERANCE: f64 = 1e-4;
 
 /// Appends a polygon: a parallelogram stays one plate; a convex polygon becomes a fan of triangles; others are triangulated by ear
 /// clipping. Returns false if the polygon crosses itself and became a fan.
@@ -19,17 +21,49 @@ pub(crate) fn push_polygon(
     template: &MeshFace,
     corners: &[PolygonCorner],
 ) -> bool {
-    if let Some(face) = parallelogram(template, corners) {
+    cut_polygon(template, corners, |face, _| faces.push(face))
+}
+
+/// As [`push_polygon`], with the normals of the corners, of any length; none for a flat polygon.
+pub(crate) fn push_smooth_polygon(
+    mesh: &mut MeshData,
+    template: &MeshFace,
+    corners: &[PolygonCorner],
+    normals: &[Vec3],
+) -> bool {
+    if normals.len() != corners.len() {
+        return push_polygon(&mut mesh.faces, template, corners);
+    }
+    let MeshData { faces, normals: list, .. } = mesh;
+    cut_polygon(template, corners, |mut face, places| {
+        let own = places.map(|k| normals[k].normalized());
+        let flat = face.plate.normal();
+        if own.iter().any(|n| (*n - flat).length() > FLAT_TOLERANCE) {
+            face.normals = u32::try_from(list.len()).ok();
+            list.push(own.map(|n| n.array().map(|x| x as f32)));
+        }
         faces.push(face);
+    })
+}
+
+/// Hands out the plates of a polygon, each with the indices of its corners; the fourth of a triangle is the third. False as in [`push_polygon`].
+fn cut_polygon(
+    template: &MeshFace,
+    corners: &[PolygonCorner],
+    mut take: impl FnMut(MeshFace, [usize; 4]),
+) -> bool {
+    if let Some(face) = parallelogram(template, corners) {
+        take(face, [0, 1, 2, 3]);
         return true;
     }
     let (triangles, simple) = triangulate(corners);
     for [a, b, c] in triangles {
-        faces.push(MeshFace {
+        let face = MeshFace {
             plate: Plate::triangle(corners[a].0, corners[b].0, corners[c].0),
             uv: [corners[a].1, corners[b].1, corners[c].1],
             ..*template
-        });
+        };
+        take(face, [a, b, c, c]);
     }
     simple
 }

@@ -1,9 +1,10 @@
 //! The polygons of a mesh file, one after the other, as faces.
 
 use super::model::{MeshData, MeshFace, MeshMaterial};
-use super::polygon::{PolygonCorner, push_polygon};
+use super::polygon::{PolygonCorner, push_smooth_polygon};
 use crate::input::error::FileFault;
 use std::collections::HashMap;
+use zonal_math::Vec3;
 
 /// Largest number of corners of a polygon; it bounds the cost of ear clipping.
 const MAX_POLYGON_CORNERS: usize = 1024;
@@ -40,8 +41,18 @@ impl PolygonList {
         self.mesh.face_count
     }
 
-    /// Adds a polygon; an error states the defect and the remedy.
+    /// Adds a flat polygon; an error states the defect and the remedy.
     pub(crate) fn push(&mut self, material: usize, corners: &[PolygonCorner]) -> Result<(), String> {
+        self.push_smooth(material, corners, &[])
+    }
+
+    /// Adds a polygon with the normals of its corners, or none; an error states the defect and the remedy.
+    pub(crate) fn push_smooth(
+        &mut self,
+        material: usize,
+        corners: &[PolygonCorner],
+        normals: &[Vec3],
+    ) -> Result<(), String> {
         match corners.len() {
             3..=MAX_POLYGON_CORNERS => {}
             0..3 => {
@@ -56,7 +67,7 @@ impl PolygonList {
         }
         let template = MeshFace::template(material, self.mesh.face_count);
         self.mesh.face_count += 1;
-        self.crossed += usize::from(!push_polygon(&mut self.mesh.faces, &template, corners));
+        self.crossed += usize::from(!push_smooth_polygon(&mut self.mesh, &template, corners, normals));
         Ok(())
     }
 

@@ -18,7 +18,7 @@ use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::SceneReader;
 use std::collections::BTreeMap;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Diagnostic};
+use zonal_scene::{Bands, CornerNormals, Diagnostic};
 
 /// Edge of a patch over that of a cell of a cut face.
 const CELLS_PER_PATCH: f64 = 8.0;
@@ -73,7 +73,8 @@ pub(super) fn cut_transparent_materials(
         note_cut_outs(mesh, m, (own.len(), pieces.len(), doublings), reader);
         mesh.faces.retain(|f| f.material != m);
         let opaque = pieces.iter().filter(|p| p.1.class == classes.top());
-        mesh.faces.extend(opaque.map(|(f, piece)| face_of(f, piece, m)));
+        let opaque = opaque.map(|(f, piece)| face_of(f, piece, m, &mut mesh.normals));
+        mesh.faces.extend(opaque);
         if alpha.rule == AlphaRule::Blend {
             add_levels(mesh, (m, scale, &over), &pieces, &classes, reader)?;
         }
@@ -87,8 +88,20 @@ fn mesh_diagonal(faces: &[MeshFace]) -> f64 {
     (hi - lo).length()
 }
 
-fn face_of(of: &MeshFace, piece: &CutPiece, material: usize) -> MeshFace {
-    MeshFace { material, plate: piece.plate, uv: piece.uv, ..*of }
+/// A piece of a face; its normals are those of the face at its corners.
+fn face_of(of: &MeshFace, piece: &CutPiece, material: usize, normals: &mut Vec<CornerNormals>) -> MeshFace {
+    let own = of.normals.and_then(|k| normals.get(k as usize)).copied();
+    let index = own.and_then(|own| {
+        let at = |c: Vec3| of.interpolated_normal(&own, of.plate.parameters(c)).array().map(|x| x as f32);
+        normals.push(piece.plate.corners().0.map(at));
+        u32::try_from(normals.len() - 1).ok()
+    });
+    MeshFace { material, plate: piece.plate, uv: piece.uv, normals: index, ..*of }
+}
+
+/// A piece of a face as part of a pane, which has no normals.
+fn pane_of(of: &MeshFace, piece: &CutPiece, material: usize) -> MeshFace {
+    MeshFace { material, plate: piece.plate, uv: piece.uv, normals: None, ..*of }
 }
 
 /// The pieces of all faces above the lowest class, each with its face, and the doublings of the cells. The work is taken from `work_left`.
@@ -199,7 +212,7 @@ fn add_levels(
             }),
             ..MeshMaterial::named(&format!("{} (alpha {alpha:.2})", base.name))
         });
-        mesh.faces.extend(own.iter().map(|(f, piece)| MeshFace { scale: 1.0, ..face_of(f, piece, index) }));
+        mesh.faces.extend(own.iter().map(|(f, piece)| MeshFace { scale: 1.0, ..pane_of(f, piece, index) }));
     }
     Ok(())
 }

@@ -1,9 +1,9 @@
-//! Wavefront OBJ: positions, texture coordinates, polygons, materials.
+//! Wavefront OBJ: positions, texture coordinates, normals, polygons, materials.
 
 mod mtl;
 
 use super::mesh::model::{MeshData, MeshFace, MeshMaterial};
-use super::mesh::polygon::{PolygonCorner, push_polygon};
+use super::mesh::polygon::{PolygonCorner, push_smooth_polygon};
 use crate::files::FileSource;
 use crate::input::error::FileFault;
 use std::collections::HashMap;
@@ -27,6 +27,7 @@ pub(super) fn parse(
         mesh: MeshData::default(),
         positions: Vec::new(),
         coordinates: Vec::new(),
+        normals: Vec::new(),
         library: HashMap::new(),
         used: HashMap::new(),
         current: None,
@@ -66,6 +67,7 @@ struct ObjReader<'a> {
     mesh: MeshData,
     positions: Vec<Vec3>,
     coordinates: Vec<[f64; 2]>,
+    normals: Vec<Vec3>,
     /// Materials of the libraries, by name.
     library: HashMap<String, MeshMaterial>,
     /// Index in the mesh of each material in use.
@@ -94,6 +96,11 @@ impl ObjReader<'_> {
                 // OBJ's v runs up, a texture's down.
                 self.coordinates.push([u, 1.0 - v]);
             }
+            // A normal that is none leaves its corner flat.
+            "vn" => self.normals.push(match self.numbers(number, rest, 3) {
+                Ok([x, y, z]) => vec3(x, y, z),
+                Err(_) => Vec3::ZERO,
+            }),
             "f" => self.face(number, rest)?,
             "usemtl" => self.current = Some(self.material(rest)),
             "mtllib" => self.libraries(number, rest)?,
@@ -163,7 +170,7 @@ impl ObjReader<'_> {
 
     /// Adds the polygon of an `f` line.
     fn face(&mut self, number: usize, rest: &str) -> Result<(), FileFault> {
-        let mut corners: Vec<PolygonCorner> = Vec::new();
+        let (mut corners, mut normals): (Vec<PolygonCorner>, Vec<Vec3>) = Default::default();
         for word in rest.split_whitespace() {
             let mut parts = word.split('/');
             let position = parts.next().unwrap_or("");
@@ -173,6 +180,9 @@ impl ObjReader<'_> {
                 Some(t) => self.lookup(number, t, "texture coordinate", &self.coordinates)?,
             };
             corners.push((p, uv));
+            if let Some(n) = parts.next().filter(|n| !n.is_empty()) {
+                normals.push(self.lookup(number, n, "normal", &self.normals).unwrap_or(Vec3::ZERO));
+            }
             if corners.len() > MAX_POLYGON_CORNERS {
                 return Err(self.fault(
                     number,
@@ -193,7 +203,7 @@ impl ObjReader<'_> {
         self.current = Some(material);
         let template = MeshFace::template(material, self.mesh.face_count);
         self.mesh.face_count += 1;
-        if !push_polygon(&mut self.mesh.faces, &template, &corners) {
+        if !push_smooth_polygon(&mut self.mesh, &template, &corners, &normals) {
             self.crossed += 1;
         }
         Ok(())

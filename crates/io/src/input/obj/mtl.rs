@@ -7,6 +7,7 @@
 //! | map_d | an alpha that blends |
 //! | d < 1, or Tr = 1 − d > 0 where d is missing | a pane of transmittance 1 − d |
 //! | Tf with illum 4, 6, 7 or 9, the models of glass | a pane of transmittance Tf |
+//! | map_Bump, norm, disp | not read, which a note says |
 //! | Ks with illum 3 to 9, the models of mirrors and glass | not read: its light is absorbed, which a note says |
 
 use crate::files::FileSource;
@@ -197,6 +198,10 @@ impl MtlLine<'_> {
                     }
                 }
             }
+            "norm" | "map_Kn" | "map_Bump" | "map_bump" | "bump" | "disp" => notes.push(format!(
+                "{file}:{number}: the relief of material '{}' ({word}) is not read: pictures show it smooth; a normal map of a .glb is",
+                m.name
+            )),
             _ => {}
         }
         Ok(())

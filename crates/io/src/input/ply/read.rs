@@ -24,7 +24,7 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     check_elements(file, &header)?;
     let cursor = NumberCursor::new(file, &bytes, header.end, header.encoding);
     let mut reader =
-        PlyReader { cursor, vertices: Vec::new(), faces: Vec::new(), lists: FaceLists::default() };
+        PlyReader { cursor, vertices: Vec::new(), normals: Vec::new(), faces: Vec::new(), lists: FaceLists::default() };
     for element in &header.elements {
         reader.check_size(element)?;
         match element.name.as_str() {
@@ -109,6 +109,8 @@ struct FaceEnds {
 struct PlyReader<'a> {
     cursor: NumberCursor<'a>,
     vertices: Vec<Vertex>,
+    /// Normals of the vertices; empty without.
+    normals: Vec<Vec3>,
     faces: Vec<FaceEnds>,
     lists: FaceLists,
 }
@@ -155,25 +157,32 @@ impl PlyReader<'_> {
         let position = ["x", "y", "z"].map(|name| element.position(&[name]));
         let coordinates = TEXTURE_COORDINATES.map(|names| element.position(&names));
         let last = element.properties.len() - 1;
-        let mut vertex = [f64::NAN, f64::NAN, f64::NAN, 0.0, 0.0];
-        let slots = [position[0], position[1], position[2], coordinates[0], coordinates[1]];
+        let normal = ["nx", "ny", "nz"].map(|name| element.position(&[name]));
+        let has_normals = normal.iter().all(Option::is_some);
+        let mut vertex = [f64::NAN, f64::NAN, f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let slots = position.into_iter().chain(coordinates).chain(normal).collect::<Vec<_>>();
         self.read_rows(element, |reader, row, k, values| {
-            for (slot, property) in vertex.iter_mut().zip(slots) {
-                if property == Some(k) {
+            for (slot, property) in vertex.iter_mut().zip(&slots) {
+                if *property == Some(k) {
                     *slot = values.first().copied().unwrap_or(f64::NAN);
                 }
             }
             if k < last {
                 return Ok(());
             }
-            if !vertex.iter().all(|x| x.is_finite()) {
+            if !vertex[..5].iter().all(|x| x.is_finite()) {
                 let message =
                     format!("vertex {row} has a number that is not finite; mend it or export the mesh again");
                 return Err(reader.cursor.fault(message));
             }
-            let [x, y, z, u, v] = vertex;
+            let [x, y, z, u, v, n @ ..] = vertex;
             // PLY's v runs up, a texture's down.
             reader.vertices.push((Vec3::from_array([x, y, z]), [u, 1.0 - v]));
+            if has_normals {
+                // Programs that know no normal of a vertex write one that is not a number.
+                let normal = Vec3::from_array(n);
+                reader.normals.push(if normal.is_finite() { normal } else { Vec3::ZERO });
+            }
             Ok(())
         })
     }
@@ -226,7 +235,9 @@ impl PlyReader<'_> {
                 let finite = of_corner.filter(|uv| uv.iter().all(|x| x.is_finite()));
                 polygon.push((*position, finite.map_or(*of_vertex, |[u, v]| [*u, 1.0 - v])));
             }
-            list.push(material, &polygon).map_err(fault)?;
+            let normal = |index: &u64| self.normals.get(*index as usize).copied();
+            let normals = indices.iter().filter_map(normal).collect::<Vec<_>>();
+            list.push_smooth(material, &polygon, &normals).map_err(fault)?;
             (corners, coordinates) = (ends.corners, ends.coordinates);
         }
         Ok(list)

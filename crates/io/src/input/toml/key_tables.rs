@@ -339,6 +339,13 @@ pub(crate) const MESH: KeyGroups = &[&[
         "[0, 0, 0]",
         "rotations about x, then y, then z",
     ),
+    key(
+        "normals",
+        "\"file\" | \"flat\"",
+        "",
+        "\"file\"",
+        "shading of pictures: by the vertex normals and normal maps of the file, or of flat faces; solves see flat faces",
+    ),
 ]];
 
 /// `materials.NAME`.

@@ -43,6 +43,7 @@ mod former_header_tests;
 mod header;
 mod network;
 mod read;
+mod shading;
 #[cfg(test)]
 mod tests;
 mod write;

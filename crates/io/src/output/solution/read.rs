@@ -4,6 +4,7 @@ use super::faces::read_faces;
 use super::header::{
     CellPolynomials, FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
 };
+use super::shading::read_shading;
 use super::write::{sky_name, texture_name};
 use crate::output::error::FileError;
 use crate::output::npz::reader::{Absence, NpzReader, ZoneRows};
@@ -174,6 +175,7 @@ fn read_scene(
     let parts = SceneParts {
         name: header.name,
         faces: read_faces(npz, header.meshes, facets.len())?,
+        shading: read_shading(npz, (facets.len(), header.surfaces.len(), header.textures))?,
         facets,
         surfaces: header.surfaces,
         textures: (0..header.textures).map(|i| read_texture(npz, triple, i)).collect::<Result<_, _>>()?,

@@ -2,6 +2,7 @@
 
 use super::faces::write_faces;
 use super::header::encode_header;
+use super::shading::write_shading;
 use crate::output::atomic::write_atomic;
 use crate::output::error::FileError;
 use crate::output::npz::writer::NpzWriter;
@@ -231,6 +232,7 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -
     npz.ints("facet_surface", facets.iter().map(|f| f.surface))?;
     npz.grid("facet_uv", &[facets.len(), 3, 2], facets.iter().flat_map(|f| f.uv).flatten())?;
     write_faces(npz, scene.faces(), facets.len())?;
+    write_shading(npz, scene.shading())?;
     let owned: Vec<(usize, &Plate)> =
         scene.panes().iter().enumerate().flat_map(|(i, p)| p.plates.iter().map(move |q| (i, q))).collect();
     npz.plates("pane_plate", owned.iter().map(|o| o.1))?;

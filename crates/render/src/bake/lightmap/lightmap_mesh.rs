@@ -41,7 +41,8 @@ pub(super) fn mesh_facets(scene: &Scene, charts: &[FlatChart], atlas: &PackedAtl
             for p in outline {
                 let [u, v] = facet.plate.parameters(p);
                 mesh.positions.push(single_vector(p));
-                mesh.normals.push(single_vector(chart.normal));
+                let curved = scene.curved_point((side / 2, side.is_multiple_of(2)), [u, v], 0.0);
+                mesh.normals.push(single_vector(curved.map_or(chart.normal, |at| at.normal)));
                 mesh.uvs.push(facet.uv_at(u, v).map(|x| x as f32));
                 mesh.lightmap_uvs.push(lightmap_uv(p));
                 mesh.surfaces.push(facet.surface as u32);

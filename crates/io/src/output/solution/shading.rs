@@ -1,0 +1,55 @@
+//! Vertex normals and normal maps in a solution file: shading of pictures.
+//!
+//! | array | contents |
+//! |---|---|
+//! | `shading_facet` | facets with vertex normals, ascending |
+//! | `shading_normal` | their unit normals at four corners, single precision; the fourth of a triangle is the third |
+//! | `normal_map_surface`, `normal_map_texture`, `normal_map_scale` | normal maps by surface, ascending |
+//!
+//! Arrays without content are left out.
+
+use crate::output::error::FileError;
+use crate::output::npz::reader::NpzReader;
+use crate::output::npz::writer::NpzWriter;
+use std::io::{self, Seek, Write};
+use zonal_scene::{NormalMap, ShadingNormals};
+
+/// Writes the normals.
+pub(super) fn write_shading<W: Write + Seek>(npz: &mut NpzWriter<W>, shading: &ShadingNormals) -> io::Result<()> {
+    let n = shading.facets().len();
+    if n > 0 {
+        npz.ints("shading_facet", shading.facets().map(|(f, _)| f))?;
+        npz.singles("shading_normal", &[n, 4, 3], shading.facets().flat_map(|(_, c)| *c).flatten())?;
+    }
+    if !shading.maps.is_empty() {
+        npz.ints("normal_map_surface", shading.maps.iter().map(|m| m.surface))?;
+        npz.ints("normal_map_texture", shading.maps.iter().map(|m| m.texture))?;
+        npz.reals("normal_map_scale", shading.maps.iter().map(|m| m.scale))?;
+    }
+    Ok(())
+}
+
+/// Reads the normals of `facets` facets; the constructor of the scene checks them.
+pub(super) fn read_shading(
+    npz: &mut NpzReader<'_>,
+    (facets, surfaces, textures): (usize, usize, usize),
+) -> Result<ShadingNormals, FileError> {
+    let mut out = ShadingNormals::default();
+    if npz.has("shading_facet") {
+        let list = npz.ints("shading_facet", None, facets)?;
+        let (shape, normals) = npz.numbers("shading_normal")?;
+        if shape != [list.len(), 4, 3] {
+            return Err(npz.error("shading_normal", format!("has shape {shape:?}; solve the scene again")));
+        }
+        let of = |k: usize| std::array::from_fn(|c| std::array::from_fn(|x| normals[12 * k + 3 * c + x] as f32));
+        list.into_iter().enumerate().for_each(|(k, facet)| out.push_checked(facet as u32, of(k)));
+    }
+    if npz.has("normal_map_surface") {
+        let surface = npz.ints("normal_map_surface", None, surfaces)?;
+        let texture = npz.ints("normal_map_texture", Some(surface.len()), textures)?;
+        let scale = npz.reals("normal_map_scale", surface.len())?;
+        let map = |k: usize| NormalMap { surface: surface[k], texture: texture[k], scale: scale[k] };
+        out.maps = (0..surface.len()).map(map).collect();
+    }
+    Ok(out)
+}
