@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path as _Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -222,6 +222,7 @@ class Scene:
         scale: float | None = None,
         translate: Vector | None = None,
         rotate_degrees: Vector | None = None,
+        normals: Literal["file", "flat"] | None = None,
         rotate_z_degrees: float | None = None,
     ) -> None:
         """Adds a surface: a mesh or one of the shapes.
@@ -275,6 +276,8 @@ class Scene:
             Whether the lights of a glTF mesh become lights of the scene (light mode); true by default.
         scale, translate, rotate_degrees : optional
             Placement of a mesh: factor of lengths, then rotations about x, y and z, then a translation in m.
+        normals : {"file", "flat"}, optional
+            Shading of pictures by the vertex normals and normal maps of a mesh file, or of flat faces; by the file by default.
         rotate_z_degrees : float, optional
             Rotation of a box about the vertical through its centre.
 
@@ -312,7 +315,7 @@ class Scene:
             lights=lights,
         )
         if mesh is not None:
-            table["mesh"] = _placed_mesh(mesh, scale, translate, rotate_degrees)
+            table["mesh"] = _placed_mesh(mesh, scale, translate, rotate_degrees) | _given(normals=normals)
         if room is not None:
             table["room"] = {"min": room[0], "max": room[1]}
         if box is not None:

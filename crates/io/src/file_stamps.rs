@@ -106,7 +106,10 @@ pub fn record_files<T>(read: impl FnOnce() -> T) -> (T, FilesRead) {
     // A record within another belongs to both.
     RECORD.with_borrow_mut(|outer| {
         if let Some(outer) = outer {
-            record.stamps.iter().for_each(|(path, stamp)| _ = outer.stamps.entry(path.clone()).or_insert(*stamp));
+            record
+                .stamps
+                .iter()
+                .for_each(|(path, stamp)| _ = outer.stamps.entry(path.clone()).or_insert(*stamp));
         }
     });
     (out, record)
@@ -184,7 +187,8 @@ mod tests {
 
         fn below(&mut self, n: u64) -> u64 {
             // Knuth's linear congruential generator.
-            self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            self.random =
+                self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (self.random >> 33) % n
         }
 
@@ -205,7 +209,12 @@ mod tests {
                     let other = self.dir.join("new");
                     std::fs::write(&other, text).unwrap();
                     if let Ok(time) = time {
-                        std::fs::File::options().write(true).open(&other).unwrap().set_modified(time).unwrap();
+                        std::fs::File::options()
+                            .write(true)
+                            .open(&other)
+                            .unwrap()
+                            .set_modified(time)
+                            .unwrap();
                     }
                     std::fs::rename(&other, &path).unwrap();
                 }

@@ -93,7 +93,8 @@ fn flat_and_wrong_normals_leave_faces_flat() {
     assert!(scene(&folder, "flat.obj", "").shading().is_empty());
     for file in ["wrong.obj", "nan.obj"] {
         let s = scene(&folder, file, "");
-        let told = s.notes().iter().any(|n| n.to_string().contains("1 vertex normals are more than 80° from"));
+        let told =
+            s.notes().iter().any(|n| n.to_string().contains("1 vertex normals are more than 80° from"));
         assert!(told, "{file}: {:?}", s.notes());
     }
 }

@@ -9,7 +9,8 @@ use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, low_discrepancy, vec3};
 use zonal_scene::{
-    Bands, Facet, Light, NoProgress, NormalMap, Plate, SceneParts, ShadingNormals, Sides, Solution, Surroundings, Texture,
+    Bands, Facet, Light, NoProgress, NormalMap, Plate, SceneParts, ShadingNormals, Sides, Solution,
+    Surroundings, Texture,
 };
 use zonal_transport::Transport;
 
@@ -163,14 +164,21 @@ fn baked_vertices_have_the_normals_and_the_light_of_the_ball() {
 
 #[test]
 fn a_normal_map_turns_direct_light() {
-    let plate = Facet { uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], ..quad(0, Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)) };
+    let plate = Facet {
+        uv: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+        ..quad(0, Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0))
+    };
     let radiance = |maps: Vec<NormalMap>| {
         let texture = Texture { width: 1, height: 1, pixels: vec![[0.8, 0.5, 0.9]] };
         let parts = SceneParts {
             surfaces: vec![surface("plate", RHO, 0.0)],
             facets: vec![plate],
             textures: vec![texture],
-            shading: { let mut s = ShadingNormals::default(); s.maps = maps; s },
+            shading: {
+                let mut s = ShadingNormals::default();
+                s.maps = maps;
+                s
+            },
             lights: vec![Light::Sun {
                 name: "sun".into(),
                 direction: vec3(-0.6, 0.0, -0.8),

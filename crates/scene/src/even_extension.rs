@@ -78,7 +78,8 @@ impl Reflection {
 
     /// The corner normals of the image of a facet of `kind`.
     fn corner_normals(&self, normals: &CornerNormals, kind: PlateKind) -> CornerNormals {
-        let image = normals.map(|n| self.vector(Vec3::from_array(n.map(f64::from))).array().map(|x| x as f32));
+        let image =
+            normals.map(|n| self.vector(Vec3::from_array(n.map(f64::from))).array().map(|x| x as f32));
         let [a, b, c, d] = image;
         match (self.swaps_edges(), kind) {
             (false, _) => image,

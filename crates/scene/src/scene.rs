@@ -143,12 +143,26 @@ impl Scene {
     }
     /// The point of the curved surface for which a facet stands at its parameters (u, v), seen from its front or back and at least `lift` metres above that side, and the
     /// unit normal there, without normal maps; `None` of a flat facet.
-    pub fn curved_point(&self, (facet, front): (usize, bool), uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
+    pub fn curved_point(
+        &self,
+        (facet, front): (usize, bool),
+        uv: [f64; 2],
+        lift: f64,
+    ) -> Option<ShadedPoint> {
         let corners = self.parts.shading.of_facet(facet)?;
-        Some(self.point_above((facet, front), curved_point(&self.parts.facets[facet], &corners, front, uv), lift))
+        Some(self.point_above(
+            (facet, front),
+            curved_point(&self.parts.facets[facet], &corners, front, uv),
+            lift,
+        ))
     }
     /// As [`Scene::curved_point`], with the normal map of the surface, if it has one; `None` of a facet that is shaded as it is.
-    pub fn shaded_point(&self, (facet, front): (usize, bool), uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
+    pub fn shaded_point(
+        &self,
+        (facet, front): (usize, bool),
+        uv: [f64; 2],
+        lift: f64,
+    ) -> Option<ShadedPoint> {
         let f = &self.parts.facets[facet];
         let Some(map) = self.parts.shading.map_of(f.surface) else {
             return self.curved_point((facet, front), uv, lift);

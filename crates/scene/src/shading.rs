@@ -101,7 +101,8 @@ impl ShadingNormals {
             let n = Vec3::from_array(n.map(f64::from));
             (n.length2() - 1.0).abs() < 1e-5 && n.dot(f.plate.normal()) > 0.5 * MIN_CORNER_COSINE
         };
-        let is_usable = |(f, n): (usize, &CornerNormals)| facets.get(f).is_some_and(|f| n.iter().all(|n| unit(f, n)));
+        let is_usable =
+            |(f, n): (usize, &CornerNormals)| facets.get(f).is_some_and(|f| n.iter().all(|n| unit(f, n)));
         let map = |m: &NormalMap| m.surface < surfaces && m.texture < textures && m.scale.is_finite();
         self.facets.is_sorted_by(|a, b| a < b)
             && self.facets.len() == self.corners.len()
@@ -138,7 +139,12 @@ pub(crate) fn curved_point(facet: &Facet, normals: &[Vec3; 4], front: bool, [u, 
 }
 
 /// The normal `normal` turned by a normal map at a point of a facet.
-pub(crate) fn mapped_normal(facet: &Facet, normal: Vec3, uv: [f64; 2], (texture, scale): (&Texture, f64)) -> Vec3 {
+pub(crate) fn mapped_normal(
+    facet: &Facet,
+    normal: Vec3,
+    uv: [f64; 2],
+    (texture, scale): (&Texture, f64),
+) -> Vec3 {
     let [a, b] = [1, 2].map(|k| [facet.uv[k][0] - facet.uv[0][0], facet.uv[k][1] - facet.uv[0][1]]);
     let det = a[0] * b[1] - a[1] * b[0];
     if det == 0.0 || !det.is_finite() {

@@ -179,7 +179,10 @@ fn check_facets(parts: &SceneParts) -> Result<(), SceneError> {
         check_plate(&format!("surface '{}'", s.name), &f.plate)?;
     }
     if !parts.shading.is_valid(&parts.facets, parts.surfaces.len(), parts.textures.len()) {
-        return invalid("normals", "a normal for shading is no unit vector before its facet, or belongs to nothing; solve the scene again");
+        return invalid(
+            "normals",
+            "a normal for shading is no unit vector before its facet, or belongs to nothing; solve the scene again",
+        );
     }
     Ok(())
 }

@@ -188,15 +188,16 @@ impl CheckpointFolder {
             if fs::symlink_metadata(&path).is_ok_and(|m| !m.is_file()) {
                 return Err(FileError::new(&path, "", "is not a file; remove it, or choose another folder"));
             }
-            let mut file = match File::options().create(true).truncate(false).read(true).write(true).open(&path) {
-                Ok(file) => file,
-                // The process before has removed the folder just now.
-                Err(e) if e.kind() == io::ErrorKind::NotFound => continue,
-                Err(e) => {
-                    let message = format!("cannot be written ({e}); choose another folder");
-                    return Err(FileError::new(&path, "", message));
-                }
-            };
+            let mut file =
+                match File::options().create(true).truncate(false).read(true).write(true).open(&path) {
+                    Ok(file) => file,
+                    // The process before has removed the folder just now.
+                    Err(e) if e.kind() == io::ErrorKind::NotFound => continue,
+                    Err(e) => {
+                        let message = format!("cannot be written ({e}); choose another folder");
+                        return Err(FileError::new(&path, "", message));
+                    }
+                };
             if matches!(lock(&file), Err(TryLockError::WouldBlock)) {
                 return Err(self.in_use(&path));
             }

@@ -445,8 +445,10 @@ mod tests {
             plates = plates.iter().flat_map(|p| p.quarters()).collect();
         }
         let f = |p: Vec3| 3.0 + p.x - 2.0 * p.y;
-        let tiles: Vec<PlateTile> =
-            plates.iter().map(|p| PlateTile { plate: *p, normal: whole.normal(), sheet: 0, is_curved: false }).collect();
+        let tiles: Vec<PlateTile> = plates
+            .iter()
+            .map(|p| PlateTile { plate: *p, normal: whole.normal(), sheet: 0, is_curved: false })
+            .collect();
         let values = plates.iter().map(|p| Bands::splat(f(p.centre()))).collect();
         let field = PatchField::new(tiles, values, &[whole], None);
         for i in 0..400 {

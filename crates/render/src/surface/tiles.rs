@@ -40,6 +40,11 @@ pub(crate) fn pane_field(s: &Solution) -> (PatchField<'static>, Vec<usize>) {
 
 /// The pieces of panes as tiles; `sheets` has the plate of each piece.
 pub(crate) fn pane_tiles(s: &Solution, sheets: &[usize]) -> Vec<PlateTile> {
-    let tile = |(z, &sheet): (&PaneZone, &usize)| PlateTile { plate: z.plate, normal: z.normal, sheet, is_curved: false };
+    let tile = |(z, &sheet): (&PaneZone, &usize)| PlateTile {
+        plate: z.plate,
+        normal: z.normal,
+        sheet,
+        is_curved: false,
+    };
     s.zones.panes.iter().zip(sheets).map(tile).collect()
 }

@@ -189,9 +189,12 @@ impl PrimitiveReader<'_> {
             Some(a) => self.attribute::<2>(a, &format!("TEXCOORD_{}", mapping.set), draco.as_ref(), place)?,
             None => Vec::new(),
         };
-        let normals = attribute(Semantic::Normals).map(|a| self.attribute::<3>(a, "NORMAL", draco.as_ref(), place));
+        let normals =
+            attribute(Semantic::Normals).map(|a| self.attribute::<3>(a, "NORMAL", draco.as_ref(), place));
         let normals = normals.unwrap_or(Ok(Vec::new())).unwrap_or_else(|e| {
-            self.mesh.notes.push(format!("the vertex normals of {place} are not read ({e}); pictures show flat faces"));
+            self.mesh
+                .notes
+                .push(format!("the vertex normals of {place} are not read ({e}); pictures show flat faces"));
             Vec::new()
         });
         // Add the triangles.

@@ -16,7 +16,8 @@ use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
 use zonal_math::Vec3;
 use zonal_scene::{
-    Bands, CornerNormals, DEFAULT_REFLECTANCE, Diagnostic, Facet, NormalMap, Pane, Plate, Sides, Surface, Transmission,
+    Bands, CornerNormals, DEFAULT_REFLECTANCE, Diagnostic, Facet, NormalMap, Pane, Plate, Sides, Surface,
+    Transmission,
 };
 
 /// One material of a mesh and the part of the scene that describes it.
@@ -181,7 +182,8 @@ impl MaterialPart<'_, '_> {
             }
             Err(e) => {
                 let name = &self.material.name;
-                let text = format!("material '{name}': its normal map is not read ({e}); pictures show it smooth");
+                let text =
+                    format!("material '{name}': its normal map is not read ({e}); pictures show it smooth");
                 reader.note(Diagnostic::note("normals", text));
             }
         }

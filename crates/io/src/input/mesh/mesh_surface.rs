@@ -14,6 +14,7 @@ use crate::input::error::InputError;
 use crate::input::scene::surface_properties::SurfaceProperties;
 use crate::input::scene::thermal::SceneMode;
 use crate::input::scene_reader::SceneReader;
+use crate::input::toml::key_tables::SURFACE_MESH;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
 use zonal_scene::shells::Shell;
@@ -53,7 +54,7 @@ pub(crate) fn read_mesh_surface(
     properties: SurfaceProperties,
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
-    let (mut mesh, scale) = load_placed(node, reader)?;
+    let (mut mesh, scale) = load_placed((node, SURFACE_MESH), reader)?;
     add_lights(table, &mesh, name, reader)?;
     let overrides = material_overrides::read_overrides(table, &mesh, reader)?;
     let values = read_face_values(table, &mesh, reader)?;

@@ -5,7 +5,7 @@ use super::model::{GlassAttenuation, GlassProperties, MeshData, MeshMaterial};
 use crate::input::error::{FileFault, InputError};
 use crate::input::rotation::rotated_axes;
 use crate::input::scene_reader::SceneReader;
-use crate::input::toml::key_tables::MESH;
+use crate::input::toml::keys::KeyGroups;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic, Plate};
@@ -42,13 +42,13 @@ impl MeshPlacement {
     }
 }
 
-/// Reads `{ file, scale, translate, rotate_degrees }`: the mesh in scene coordinates, and the factor of lengths.
+/// Reads `{ file, scale, translate, rotate_degrees }`, of the keys `keys`: the mesh in scene coordinates, and the factor of lengths.
 /// Faces without area are dropped and counted in the notes.
 pub(crate) fn load_placed(
-    node: &TomlNode<'_>,
+    (node, keys): (&TomlNode<'_>, KeyGroups),
     reader: &mut SceneReader<'_>,
 ) -> Result<(MeshData, f64), InputError> {
-    let t = node.table(MESH)?;
+    let t = node.table(keys)?;
     let file = t.require("file", "file = \"mesh.obj\" (or .stl, .ply, .glb, .gltf, .msh, .vtu, .vtp)")?;
     let path = reader.resolve(&file)?;
     let placement = MeshPlacement::read(&t)?;

@@ -23,8 +23,13 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     let header = PlyHeader::parse(file, &bytes)?;
     check_elements(file, &header)?;
     let cursor = NumberCursor::new(file, &bytes, header.end, header.encoding);
-    let mut reader =
-        PlyReader { cursor, vertices: Vec::new(), normals: Vec::new(), faces: Vec::new(), lists: FaceLists::default() };
+    let mut reader = PlyReader {
+        cursor,
+        vertices: Vec::new(),
+        normals: Vec::new(),
+        faces: Vec::new(),
+        lists: FaceLists::default(),
+    };
     for element in &header.elements {
         reader.check_size(element)?;
         match element.name.as_str() {

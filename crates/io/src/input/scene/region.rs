@@ -8,7 +8,7 @@ use crate::input::error::InputError;
 use crate::input::mesh::repeated_faces::drop_repeated_faces;
 use crate::input::mesh::{placement, shells};
 use crate::input::scene_reader::SceneReader;
-use crate::input::toml::key_tables::{MEDIUM_PROPERTIES, REGION};
+use crate::input::toml::key_tables::{MEDIUM_PROPERTIES, MESH, REGION};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{Bands, Plate};
 
@@ -27,7 +27,7 @@ pub(super) fn read_region(
             grid.fill_box(bounds.0, bounds.1, &properties)
         }
         (None, Some(n), None) => {
-            let (mut mesh, _) = placement::load_placed(&n, reader)?;
+            let (mut mesh, _) = placement::load_placed((&n, MESH), reader)?;
             let kinds = vec![Some(0); mesh.materials.len()];
             drop_repeated_faces(&mut mesh, &kinds, "medium.region", reader);
             let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).collect();

@@ -327,8 +327,8 @@ pub(crate) const BOX: KeyGroups = &[
     BOUNDS_KEYS,
     &[key("rotate_z_degrees", "number", "degrees", "0", "rotation about the vertical through the centre")],
 ];
-/// `mesh`.
-pub(crate) const MESH: KeyGroups = &[&[
+/// Keys of every placed mesh.
+const PLACED_MESH_KEYS: &[KeySpec] = &[
     key("file", "file name", "", "required", ".obj, .stl, .ply, .glb, .gltf, .msh, .vtu or .vtp"),
     key("scale", "number above 0", "m per unit of the file", "1", "factor of lengths"),
     key("translate", "direction", "m", "[0, 0, 0]", "translation after scale and rotation"),
@@ -339,14 +339,20 @@ pub(crate) const MESH: KeyGroups = &[&[
         "[0, 0, 0]",
         "rotations about x, then y, then z",
     ),
-    key(
+];
+/// `mesh` of a region.
+pub(crate) const MESH: KeyGroups = &[PLACED_MESH_KEYS];
+/// `mesh` of a surface.
+pub(crate) const SURFACE_MESH: KeyGroups = &[
+    PLACED_MESH_KEYS,
+    &[key(
         "normals",
         "\"file\" | \"flat\"",
         "",
         "\"file\"",
         "shading of pictures: by the vertex normals and normal maps of the file, or of flat faces; solves see flat faces",
-    ),
-]];
+    )],
+];
 
 /// `materials.NAME`.
 pub(crate) const MATERIAL: KeyGroups = &[
@@ -532,7 +538,7 @@ pub(crate) const SCENE_TABLES: &[(&str, KeyGroups)] = &[
     ("surface[].triangle", TRIANGLE),
     ("surface[].box", BOX),
     ("surface[].room", BOUNDS),
-    ("surface[].mesh", MESH),
+    ("surface[].mesh", SURFACE_MESH),
     ("surface[].temperature, … of a mesh", VALUE_FILE),
     ("surface[].emissivity by temperature", EMISSIVITY_BY_TEMPERATURE),
     ("surface[].back", BACK_OF_SURFACE),

@@ -15,7 +15,10 @@ use std::io::{self, Seek, Write};
 use zonal_scene::{NormalMap, ShadingNormals};
 
 /// Writes the normals.
-pub(super) fn write_shading<W: Write + Seek>(npz: &mut NpzWriter<W>, shading: &ShadingNormals) -> io::Result<()> {
+pub(super) fn write_shading<W: Write + Seek>(
+    npz: &mut NpzWriter<W>,
+    shading: &ShadingNormals,
+) -> io::Result<()> {
     let n = shading.facets().len();
     if n > 0 {
         npz.ints("shading_facet", shading.facets().map(|(f, _)| f))?;
@@ -41,7 +44,8 @@ pub(super) fn read_shading(
         if shape != [list.len(), 4, 3] {
             return Err(npz.error("shading_normal", format!("has shape {shape:?}; solve the scene again")));
         }
-        let of = |k: usize| std::array::from_fn(|c| std::array::from_fn(|x| normals[12 * k + 3 * c + x] as f32));
+        let of =
+            |k: usize| std::array::from_fn(|c| std::array::from_fn(|x| normals[12 * k + 3 * c + x] as f32));
         list.into_iter().enumerate().for_each(|(k, facet)| out.push_checked(facet as u32, of(k)));
     }
     if npz.has("normal_map_surface") {
