@@ -2,6 +2,8 @@
 
 #![allow(dead_code)]
 
+#[path = "../examples/coverage/entry_points.rs"]
+mod entry_points;
 #[path = "../examples/coverage/generate.rs"]
 mod generate;
 #[path = "../examples/coverage/invariance.rs"]
@@ -10,6 +12,8 @@ mod invariance;
 mod measure;
 #[path = "../examples/coverage/model.rs"]
 mod model;
+#[path = "../examples/coverage/rare_kinds.rs"]
+mod rare_kinds;
 #[path = "../examples/coverage/run.rs"]
 mod run;
 #[path = "../examples/coverage/stated.rs"]
@@ -17,6 +21,7 @@ mod stated;
 #[path = "../examples/coverage/summary.rs"]
 mod summary;
 
+use entry_points::EntryPoints;
 use model::CampaignSize;
 use run::CampaignPlan;
 use summary::{CampaignSummary, CoverageCounts};
@@ -36,6 +41,8 @@ fn stated_errors_cover_true_errors_in_random_scenes() {
         walks: WALKS,
         size: CampaignSize::Small,
         keep: None,
+        keep_all: false,
+        entry_points: EntryPoints::default(),
     };
     let done = run::run(&plan, |_| {});
     let s = CampaignSummary::new(&done);

@@ -11,6 +11,10 @@ use zonal_scene::Bands;
 pub(crate) fn model(seed: u64, index: u64, size: CampaignSize) -> (SceneModel, Rng) {
     let mut rng = Rng::new(seed.wrapping_mul(0x9E37_79B9).wrapping_add(index.wrapping_mul(0xD1B5_4A33)));
     let mut g = SceneGenerator::new(&mut rng, size == CampaignSize::Small);
+    if g.chance(RARE_SHARE) {
+        let model = g.rare();
+        return (model, rng);
+    }
     let u = g.rng.uniform();
     let model = match u {
         _ if u < 0.36 => g.furnace(),
@@ -24,29 +28,32 @@ pub(crate) fn model(seed: u64, index: u64, size: CampaignSize) -> (SceneModel, R
     (model, rng)
 }
 
+/// Share of the kinds of `rare_kinds`.
+const RARE_SHARE: f64 = 0.4;
+
 /// Surface of an axis-aligned box.
-fn box_area(lo: Triple, hi: Triple) -> f64 {
+pub(super) fn box_area(lo: Triple, hi: Triple) -> f64 {
     let d = sub(hi, lo);
     2.0 * (d[0] * d[1] + d[1] * d[2] + d[2] * d[0])
 }
 
 /// Edges of the cells of a box, m.
-fn edges(size: Triple, cells: [usize; 3]) -> Triple {
+pub(super) fn edges(size: Triple, cells: [usize; 3]) -> Triple {
     [0, 1, 2].map(|k| size[k] / cells[k] as f64)
 }
 
 /// The largest optical depth across an edge of a cell: thicker ones are the matter of `zonal validate`, cases `thick`.
 const MAX_CELL_DEPTH: f64 = 1.0;
 
-struct SceneGenerator<'a> {
-    rng: &'a mut Rng,
-    thermal: bool,
+pub(super) struct SceneGenerator<'a> {
+    pub(super) rng: &'a mut Rng,
+    pub(super) thermal: bool,
     /// Number of bands that differ.
     bands: usize,
     /// Shares that depend on temperature: only given temperatures then.
     given: bool,
     small: bool,
-    features: Vec<&'static str>,
+    pub(super) features: Vec<&'static str>,
 }
 
 impl<'a> SceneGenerator<'a> {
@@ -69,25 +76,25 @@ impl<'a> SceneGenerator<'a> {
         SceneGenerator { rng, thermal, bands, given, small, features }
     }
 
-    fn chance(&mut self, p: f64) -> bool {
+    pub(super) fn chance(&mut self, p: f64) -> bool {
         self.rng.uniform() < p
     }
-    fn whole(&mut self, lo: usize, hi: usize) -> usize {
+    pub(super) fn whole(&mut self, lo: usize, hi: usize) -> usize {
         lo + (self.rng.uniform() * (hi - lo + 1) as f64) as usize
     }
     /// A number of few digits.
-    fn short(x: f64) -> f64 {
+    pub(super) fn short(x: f64) -> f64 {
         format!("{x:.2e}").parse().unwrap_or(x)
     }
-    fn between(&mut self, lo: f64, hi: f64) -> f64 {
+    pub(super) fn between(&mut self, lo: f64, hi: f64) -> f64 {
         SceneGenerator::short(self.rng.uniform_in(lo, hi))
     }
     /// Evenly spread logarithms.
-    fn log(&mut self, lo: f64, hi: f64) -> f64 {
+    pub(super) fn log(&mut self, lo: f64, hi: f64) -> f64 {
         SceneGenerator::short(self.rng.uniform_in(lo.ln(), hi.ln()).exp())
     }
     /// The same in all bands, or not.
-    fn spread(&mut self, mut draw: impl FnMut(&mut Self) -> f64) -> Bands {
+    pub(super) fn spread(&mut self, mut draw: impl FnMut(&mut Self) -> f64) -> Bands {
         let first = draw(self);
         match self.bands {
             1 => Bands::splat(first),
@@ -96,7 +103,7 @@ impl<'a> SceneGenerator<'a> {
         }
     }
 
-    fn heat(&mut self, area: f64) -> HeatCondition {
+    pub(super) fn heat(&mut self, area: f64) -> HeatCondition {
         if self.given || self.chance(0.6) {
             return HeatCondition::Temperature(self.between(300.0, 1500.0).round());
         }
@@ -108,7 +115,7 @@ impl<'a> SceneGenerator<'a> {
         }
     }
 
-    fn look(&mut self, area: f64) -> SurfaceProperties {
+    pub(super) fn look(&mut self, area: f64) -> SurfaceProperties {
         let black = self.chance(0.25);
         let reflectance = if black { Bands::ZERO } else { self.spread(|m| m.between(0.05, 0.9)) };
         let shines = self.chance(0.4);
@@ -117,7 +124,7 @@ impl<'a> SceneGenerator<'a> {
     }
 
     /// A medium of this optical depth across its least edge, and of at most [`MAX_CELL_DEPTH`] across an edge of a cell.
-    fn part(&mut self, min: Triple, max: Triple, cell: Triple, depth: f64) -> MediumPart {
+    pub(super) fn part(&mut self, min: Triple, max: Triple, cell: Triple, depth: f64) -> MediumPart {
         let length = (0..3).map(|k| max[k] - min[k]).fold(f64::INFINITY, f64::min);
         let most = MAX_CELL_DEPTH / cell.iter().fold(0.0f64, |m, c| m.max(*c));
         let kappa = (depth / length).min(most);
@@ -147,7 +154,7 @@ impl<'a> SceneGenerator<'a> {
     }
 
     /// Optical depth across the least edge of a medium.
-    fn depth(&mut self) -> f64 {
+    pub(super) fn depth(&mut self) -> f64 {
         let (word, depth) = match self.whole(0, 5) {
             0 => ("very thin medium", self.log(1e-10, 1e-4)),
             1 => ("thin medium", self.log(1e-3, 0.1)),
@@ -158,7 +165,7 @@ impl<'a> SceneGenerator<'a> {
         depth
     }
 
-    fn empty(&mut self) -> SceneModel {
+    pub(super) fn empty(&mut self) -> SceneModel {
         let shares = match (self.thermal && self.bands > 1, self.given) {
             (false, _) => String::new(),
             (true, false) => "band_fractions = [0.25, 0.25, 0.5]".into(),
@@ -183,12 +190,16 @@ impl<'a> SceneGenerator<'a> {
             tolerance,
             patch_size: None,
             closed_room: false,
+            mirrored: [false; 3],
+            flaws: Vec::new(),
+            truth: None,
+            expected_warning: None,
             features: Vec::new(),
         }
     }
 
     /// Something that fixes the temperatures' level, and something that shines.
-    fn finished(&mut self, mut m: SceneModel) -> SceneModel {
+    pub(super) fn finished(&mut self, mut m: SceneModel) -> SceneModel {
         // Closed walls hide the surroundings.
         let open = |s: &ModelSurface| match &s.shape {
             ModelShape::Room { walls, .. } => walls.iter().any(Option::is_none),
@@ -230,7 +241,7 @@ impl<'a> SceneGenerator<'a> {
     }
 
     /// Lights of scenes that light can enter, or that have room for an emitter.
-    fn lights(&mut self, m: &mut SceneModel, open: bool, centre: Triple, size: Triple) {
+    pub(super) fn lights(&mut self, m: &mut SceneModel, open: bool, centre: Triple, size: Triple) {
         if self.thermal || m.periodic != [false; 3] {
             return;
         }
@@ -261,7 +272,7 @@ impl<'a> SceneGenerator<'a> {
         }
     }
 
-    fn room(&mut self, size: Triple, missing: f64) -> (ModelSurface, bool) {
+    pub(super) fn room(&mut self, size: Triple, missing: f64) -> (ModelSurface, bool) {
         let mut open = false;
         let walls: [Option<SurfaceProperties>; 6] = std::array::from_fn(|k| {
             if self.chance(missing) && k != 0 {
@@ -291,12 +302,12 @@ impl<'a> SceneGenerator<'a> {
     }
 
     /// A size of patches in a room of this mean edge.
-    fn patch(&mut self, mean: f64) -> f64 {
+    pub(super) fn patch(&mut self, mean: f64) -> f64 {
         let [lo, hi] = if self.small { [0.5, 0.8] } else { [0.35, 0.65] };
         SceneGenerator::short(mean * self.rng.uniform_in(lo, hi))
     }
 
-    fn size(&mut self) -> Triple {
+    pub(super) fn size(&mut self) -> Triple {
         let scale = if self.chance(0.2) { self.log(0.1, 10.0) } else { 1.0 };
         [0; 3].map(|_| SceneGenerator::short(scale * self.rng.uniform_in(0.5, 2.0)))
     }
@@ -314,7 +325,7 @@ impl<'a> SceneGenerator<'a> {
         Some(ModelMedium { whole, cells, regions: Vec::new() })
     }
 
-    fn cells(&mut self, lo: usize, hi: usize) -> [usize; 3] {
+    pub(super) fn cells(&mut self, lo: usize, hi: usize) -> [usize; 3] {
         let hi = if self.small { lo + 1 } else { hi };
         let cells = [0; 3].map(|_| self.whole(lo, hi));
         self.features.push(match cells.iter().filter(|c| **c % 2 == 1).count() {

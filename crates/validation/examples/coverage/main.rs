@@ -2,7 +2,8 @@
 //! errors are compared with the true ones.
 //!
 //! ```text
-//! coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--page docs/coverage.md]
+//! coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--keep-all FOLDER] [--page docs/coverage.md]
+//!          [--command target/release/zonal] [--python PATH]
 //! ```
 //!
 //! Sums by name (power absorbed, net power, temperature) are compared with the continuous problem: the stated error is that of the exchange
@@ -15,27 +16,34 @@
 //!
 //! `--view-factors N` runs N random meshes through the view factors instead (`view_factors/mod.rs`).
 //!
-//! `--keep` writes the scenes on which something fails, `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each
+//! With `--command`, one scene in five is solved by that program as well, with `--python` by the Python package too: the bytes of both must be equal. One in five
+//! becomes a mesh file, if it is one of surfaces alone, and goes through `zonal init`.
+//!
+//! `--keep` writes the scenes on which something fails, `--keep-all` all of them, `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each
 //! for one engine. Exit code 1 where a verdict fails.
 
+mod entry_points;
 mod generate;
 mod invariance;
 mod measure;
 mod model;
 mod page;
+mod rare_kinds;
 mod run;
 mod stated;
 mod summary;
 mod view_factors;
 
+use entry_points::EntryPoints;
 use model::CampaignSize;
 use run::{CampaignPlan, SceneResult};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use summary::CampaignSummary;
 
-const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--page FILE.md], \
-or coverage --view-factors N --seed S [--tolerance T]... [--page FILE.md]; described in crates/validation/examples/coverage/main.rs";
+const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--keep-all FOLDER] \
+[--page FILE.md] [--command ZONAL] [--python PYTHON], or coverage --view-factors N --seed S [--tolerance T]... [--page FILE.md]; \
+described in crates/validation/examples/coverage/main.rs";
 
 struct CampaignOptions {
     plan: CampaignPlan,
@@ -46,6 +54,11 @@ struct CampaignOptions {
     tolerances: Vec<f64>,
 }
 
+/// The path of a program that runs in other folders.
+fn absolute(path: &str) -> Result<PathBuf, String> {
+    std::path::absolute(path).map_err(|e| format!("{path}: {e}"))
+}
+
 fn options() -> Result<CampaignOptions, String> {
     let mut plan = CampaignPlan {
         scenes: (0..100).collect(),
@@ -53,6 +66,8 @@ fn options() -> Result<CampaignOptions, String> {
         walks: 40_000,
         size: CampaignSize::Full,
         keep: None,
+        keep_all: false,
+        entry_points: EntryPoints::default(),
     };
     let (mut page, mut all, mut meshes, mut tolerances) = (None, false, None, Vec::new());
     let mut args = std::env::args().skip(1);
@@ -74,6 +89,9 @@ fn options() -> Result<CampaignOptions, String> {
                 let tolerance = value.parse::<f64>().ok().filter(|t| *t > 0.0 && *t < 1.0);
                 tolerances.push(tolerance.ok_or(format!("--tolerance: '{value}' is not between 0 and 1"))?);
             }
+            "--keep-all" => (plan.keep, plan.keep_all) = (Some(value.into()), true),
+            "--command" => plan.entry_points.command = Some(absolute(&value)?),
+            "--python" => plan.entry_points.python = Some(absolute(&value)?),
             "--page" => page = Some(value.into()),
             _ => return Err(format!("{key}: no such option; usage: {USAGE}")),
         }

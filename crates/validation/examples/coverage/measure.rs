@@ -7,7 +7,7 @@ use zonal_io::input;
 use zonal_reference::SampleEstimate;
 use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, trace_forward};
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{Band, Bands, NoProgress, Scene, Solution};
+use zonal_scene::{Band, Bands, NoProgress, Scene, Severity, Solution};
 
 /// The largest memory of a solve, bytes.
 const MAX_MEMORY: u64 = 2 << 30;
@@ -97,6 +97,20 @@ pub(crate) fn read(model: &SceneModel, lines: &str, folder: &Path) -> Result<Sce
     input::parse_scene(&text, Some(folder), "scene.toml").map_err(|e| e.to_string())
 }
 
+impl SceneModel {
+    /// The scene that the reference traces, where it is not the scene of the solution: without flaws, or of the model `truth`.
+    fn reference(&self, folder: &Path) -> Result<Option<Scene>, String> {
+        if self.flaws.is_empty() && self.truth.is_none() {
+            return Ok(None);
+        }
+        let mut clean = self.truth.as_deref().unwrap_or(self).clone();
+        clean.flaws.clear();
+        let folder = folder.join("reference");
+        std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        read(&clean, "", &folder).map(Some)
+    }
+}
+
 /// Reads and solves a model; `Ok(None)` where the engine does not apply.
 pub(crate) fn solved(
     model: &SceneModel,
@@ -148,27 +162,22 @@ fn compare_with_reference(
     s: &Solution,
     basis: &str,
     (walks, seed): (usize, u64),
+    truth: Option<&Scene>,
     truths: &mut Option<(Walked, Option<Walked>)>,
 ) -> Vec<Quantity> {
     let enclosing = closed(model, &s.scene);
+    let traced = truth.unwrap_or(&s.scene);
+    let traced_enclosing = closed(model.truth.as_deref().unwrap_or(model), traced);
+    let by_name = |walks: usize, seed: u64| trace_forward(traced, &traced_enclosing, None, walks, seed);
     // Walks on zones exclude slopes and use the zones of the first engine.
-    let (by_name, by_zone) = truths
-        .get_or_insert_with(|| ((trace_forward(&s.scene, &enclosing, None, walks, 2 * seed), false), None));
-    let mut list = names(s, &by_name.0);
-    if !by_name.1 && list.iter().any(|q| !q.is_unknown() && !q.is_covered()) {
-        *by_name = (
-            trace_forward(
-                &s.scene,
-                &enclosing,
-                None,
-                EXTRA_WALKS_FACTOR * walks,
-                2 * seed + EXTRA_WALKS_FACTOR as u64,
-            ),
-            true,
-        );
-        list = names(s, &by_name.0);
+    let (named, by_zone) = truths.get_or_insert_with(|| ((by_name(walks, 2 * seed), false), None));
+    let mut list = names(s, &named.0);
+    if !named.1 && list.iter().any(|q| !q.is_unknown() && !q.is_covered()) {
+        *named = (by_name(EXTRA_WALKS_FACTOR * walks, 2 * seed + EXTRA_WALKS_FACTOR as u64), true);
+        list = names(s, &named.0);
     }
-    if basis == "constant" {
+    // Walks are not reflected by symmetry planes, and the zones of another model are others.
+    if basis == "constant" && !s.scene.has_mirrors() {
         let walk = |walks: usize, seed: u64| trace_forward(&s.scene, &enclosing, Some(&s.zones), walks, seed);
         let by_zone = by_zone.get_or_insert_with(|| (walk(walks, 2 * seed + 1), false));
         if by_zone.0.zones.len() == s.zones.len() {
@@ -198,6 +207,13 @@ pub(crate) fn measure(
         failures: Vec::new(),
         solutions: Vec::new(),
     };
+    let truth = match model.reference(folder) {
+        Ok(t) => t,
+        Err(e) => {
+            out.failures.push(format!("the scene of the reference: {e}"));
+            return out;
+        }
+    };
     // By name and by zone.
     let mut truths: Option<(Walked, Option<Walked>)> = None;
     let order = (0..VARIANTS.len()).map(|k| (k + first.unwrap_or(0)) % VARIANTS.len());
@@ -214,9 +230,15 @@ pub(crate) fn measure(
                 continue;
             }
         };
-        let list = compare_with_reference(model, &s, basis, (walks, seed), &mut truths);
         let engine = VARIANT_NAMES[k];
         out.engines.push(engine);
+        if let Some(words) = model.expected_warning {
+            if !s.report.warnings.iter().any(|w| w.severity == Severity::Warning && w.text.contains(words)) {
+                out.failures.push(format!("{engine}: no warning says that the scene is {words}"));
+            }
+            continue;
+        }
+        let list = compare_with_reference(model, &s, basis, (walks, seed), truth.as_ref(), &mut truths);
         let warned = stated::warned(&s.report);
         let proved = s.report.grade == zonal_math::Grade::Proved;
         out.quantities.extend(list.into_iter().map(|q| Quantity {

@@ -53,6 +53,17 @@ pub(crate) enum ModelShape {
     Box { min: Triple, max: Triple, degrees: f64 },
 }
 
+/// A flaw of a mesh file that must not change the solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MeshFlaw {
+    /// Every other face stands twice in the file.
+    RepeatedFaces,
+    /// Every face stands twice, the second time with its corners in another order.
+    RepeatedFacesRotated,
+    /// Faces share no corner; each corner is off by a rounding error.
+    LooseCorners,
+}
+
 /// A named surface.
 #[derive(Clone, Debug)]
 pub(crate) struct ModelSurface {
@@ -120,6 +131,14 @@ pub(crate) struct SceneModel {
     pub patch_size: Option<f64>,
     /// True where a closed mesh surrounds all.
     pub closed_room: bool,
+    /// Axes between symmetry planes.
+    pub mirrored: [bool; 3],
+    /// Flaws of mesh files, each with the name of its surface.
+    pub flaws: Vec<(String, MeshFlaw)>,
+    /// The model that the reference traces, where it is another one of the same solution.
+    pub truth: Option<Box<SceneModel>>,
+    /// Words of a warning that every solution must have; its numbers are not compared.
+    pub expected_warning: Option<&'static str>,
     /// Features of the scene, for the tables.
     pub features: Vec<&'static str>,
 }
@@ -287,6 +306,7 @@ impl SceneModel {
             (0..3).for_each(|k| medium.cells[to[k]] = old[k]);
         }
         (0..3).for_each(|k| out.periodic[to[k]] = self.periodic[k]);
+        (0..3).for_each(|k| out.mirrored[to[k]] = self.mirrored[k]);
         for l in &mut out.lights {
             if let ModelLight::Sun { direction, .. } = l {
                 *direction = m.vector(*direction);
@@ -357,10 +377,12 @@ impl SceneModel {
         if !around.is_empty() {
             let _ = write!(t, "[surroundings]\n{around}");
         }
-        if self.periodic != [false; 3] {
+        if self.periodic != [false; 3] || self.mirrored != [false; 3] {
             *t += "[boundary]\n";
-            for k in (0..3).filter(|&k| self.periodic[k]) {
-                let _ = writeln!(t, "{} = \"periodic\"", ["x", "y", "z"][k]);
+            for (axes, word) in [(self.periodic, "periodic"), (self.mirrored, "mirror")] {
+                for k in (0..3).filter(|&k| axes[k]) {
+                    let _ = writeln!(t, "{} = \"{word}\"", ["x", "y", "z"][k]);
+                }
             }
         }
         if !self.shares.is_empty() {
@@ -476,7 +498,8 @@ impl SceneModel {
                 if quads.len() == 1 {
                     t.push_str("sides = \"front\"\n");
                 }
-                files.push((file, obj(quads)));
+                let flaw = self.flaws.iter().find(|f| f.0 == s.name).map(|f| f.1);
+                files.push((file, obj(quads, flaw)));
             }
             ModelShape::Room { min, max, walls } => {
                 let _ = writeln!(t, "room = {{ min = {min:?}, max = {max:?} }}");
@@ -494,23 +517,35 @@ impl SceneModel {
     }
 }
 
-/// An OBJ text; equal corners are one.
-fn obj(quads: &[[Triple; 4]]) -> String {
+/// An OBJ text; equal corners are one. A flaw is written into it.
+pub(crate) fn obj(quads: &[[Triple; 4]], flaw: Option<MeshFlaw>) -> String {
     let (mut points, mut t): (Vec<Triple>, String) = (Vec::new(), String::new());
     let mut faces = String::new();
-    for q in quads {
+    let mut face = |q: &[Triple; 4]| {
         faces += "f";
         for p in q {
-            let k = points.iter().position(|x| x == p).unwrap_or_else(|| {
+            let known = points.iter().position(|x| x == p && flaw != Some(MeshFlaw::LooseCorners));
+            let k = known.unwrap_or_else(|| {
                 points.push(*p);
                 points.len() - 1
             });
             let _ = write!(faces, " {}", k + 1);
         }
         faces += "\n";
+    };
+    for (k, q) in quads.iter().enumerate() {
+        face(q);
+        match flaw {
+            Some(MeshFlaw::RepeatedFaces) if k % 2 == 0 => face(q),
+            Some(MeshFlaw::RepeatedFacesRotated) => face(&[q[1], q[2], q[3], q[0]]),
+            _ => {}
+        }
     }
-    for p in &points {
-        let _ = writeln!(t, "v {:?} {:?} {:?}", p[0], p[1], p[2]);
+    for (k, p) in points.iter().enumerate() {
+        // A unit in the last place, up and down.
+        let rounded =
+            |x: f64| if flaw == Some(MeshFlaw::LooseCorners) && k % 2 == 1 { x.next_up() } else { x };
+        let _ = writeln!(t, "v {:?} {:?} {:?}", rounded(p[0]), rounded(p[1]), rounded(p[2]));
     }
     t + &faces
 }

@@ -60,7 +60,9 @@ pub(crate) fn write(
         "# Coverage: stated against true errors\n\n\
         Written by\n\n<!-- test: skip: it solves 1000 scenes and walks for 45 minutes -->\n\n    cargo run --release -p zonal-validation --example coverage -- --random {n} --seed {seed} --walks {walks}{small} --page docs/coverage.md\n\n\
         {n} random scenes (boxes; rooms with solids, nested and touching; panes; plates; rotated rooms; hollow shells; periodic boxes; thin, thick and\n\
-        varying media; all kinds of light; thermal mode with all boundary conditions; one to three bands) are solved by every applicable engine and\n\
+        varying media; all kinds of light; thermal mode with all boundary conditions; one to three bands; in four of ten scenes patches outside the box of the\n\
+        medium, media that fill a part of a room, white media of depth 1 to 100, suns partly below the horizon, flawed mesh files, needles, rooms turned inside\n\
+        out, panes between symmetry planes, small emitters in haze, many small solids) are solved by every applicable engine and\n\
         by {walks} random walks per band. A sum by name (absorbed power, net power, temperature) is compared with the continuous problem; its\n\
         stated error includes the discretization error. The incident radiation and the temperature of a zone are compared with the exact\n\
         solution of the zonal equations on the same zones. *Covered* means |difference| ≤ stated error + 3σ of the reference for sums, 2 × stated error + 3σ for zones.\n\n\

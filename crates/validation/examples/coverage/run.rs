@@ -1,5 +1,6 @@
 //! Scenes of a seed, measured in parallel; each result is a function of seed and index alone.
 
+use super::entry_points::EntryPoints;
 use super::generate;
 use super::invariance::{self, InvarianceOutcome, SolvedVariant};
 use super::measure::{Quantity, SceneMeasurement, VARIANT_NAMES, VARIANTS, measure};
@@ -18,6 +19,10 @@ pub(crate) struct CampaignPlan {
     pub size: CampaignSize,
     /// Where scenes that fail are written.
     pub keep: Option<PathBuf>,
+    /// True where all scenes are written.
+    pub keep_all: bool,
+    /// Programs that some of the scenes go through.
+    pub entry_points: EntryPoints,
 }
 
 /// A scene and what was found.
@@ -87,8 +92,14 @@ fn run_scene(plan: &CampaignPlan, index: u64, folder: &Path) -> SceneResult {
         let own = SolvedVariant { scene: index, variant, solution: own };
         done.invariance = Some(invariance::check_invariance(&model, &own, &mut rng, folder));
     }
+    let trial = plan.entry_points.try_scene(&model, index, plan.walks, folder);
+    if !trial.quantities.is_empty() {
+        done.engines.push("init, auto");
+    }
+    done.quantities.extend(trial.quantities);
+    done.failures.extend(trial.failures);
     if let Some(keep) = &plan.keep
-        && (done.failed() || plan.scenes.len() == 1)
+        && (done.failed() || plan.keep_all || plan.scenes.len() == 1)
         && let Err(e) = write(&model, &keep.join(format!("{}-{index}", plan.seed)))
     {
         done.failures.push(format!("the scene could not be kept: {e}"));
