@@ -87,33 +87,20 @@ fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, Sce
     let mut solved = solve_on_zones(&scene, transport, zones, settings)?;
     solved[0].report.warnings.splice(0..0, excluded);
     // Estimate the discretization error by the same solve on other zones, or that of thick cells without one.
+    let basis = discretization::basis_of(solved[0].has_slopes);
+    let mut triples = FirstTriple::all(&scene, &mut solved);
     if discretization::is_requested(&scene) {
         let solve_other = |scene: &Scene, transport: Transport, zones: Zones, settings: &SolveSettings| {
             let solved = solve_on_zones(scene, transport, zones, settings)?;
             Ok(solved.into_iter().map(|s| s.report).collect())
         };
-        let basis = discretization::basis_of(solved[0].has_slopes);
-        let mut triples = first_triples(&scene, &mut solved);
         discretization::estimate(&scene, basis, &mut triples, settings, &solve_other);
         // Return an interruption of the second solve as such, not as an unknown error.
         check_interrupted(settings.progress)?;
     } else {
-        let basis = discretization::basis_of(solved[0].has_slopes);
-        let mut triples = first_triples(&scene, &mut solved);
         discretization::state_thick_scattering(&scene, basis, &mut triples, settings.communicator);
     }
     Ok(join_triples(scene, solved))
-}
-
-/// The solved triples of a scene.
-fn first_triples<'a>(scene: &'a Scene, solved: &'a mut [ZonalSolution]) -> Vec<FirstTriple<'a>> {
-    let of_triple = |(scene, s): (&'a Scene, &'a mut ZonalSolution)| FirstTriple {
-        scene,
-        zones: &s.zones,
-        fields: &s.fields,
-        report: &mut s.report,
-    };
-    scene.triples().zip(solved).map(of_triple).collect()
 }
 
 /// The solution of a scene from those of its triples of bands.

@@ -7,6 +7,7 @@ use super::thick_scattering;
 use crate::distribution::Communicator;
 use crate::settings::SolveSettings;
 use crate::sum_order::SharedZones;
+use crate::zonal_solution::ZonalSolution;
 use zonal_scene::{Diagnostic, DiscretizationError, Fields, Report, Scene, ZoneBasis, Zones};
 
 /// True if the discretization error is requested: by an option, else in thermal mode.
@@ -20,6 +21,19 @@ pub(crate) struct FirstTriple<'a> {
     pub zones: &'a Zones,
     pub fields: &'a Fields,
     pub report: &'a mut Report,
+}
+
+impl<'a> FirstTriple<'a> {
+    /// The solved triples of a scene.
+    pub(crate) fn all(scene: &'a Scene, solved: &'a mut [ZonalSolution]) -> Vec<FirstTriple<'a>> {
+        let of_triple = |(scene, s): (&'a Scene, &'a mut ZonalSolution)| FirstTriple {
+            scene,
+            zones: &s.zones,
+            fields: &s.fields,
+            report: &mut s.report,
+        };
+        scene.triples().zip(solved).map(of_triple).collect()
+    }
 }
 
 /// Runs `solve` on larger or smaller zones with the same engine and basis, and adds the discretization error to the reports of all triples of bands.
