@@ -288,6 +288,9 @@ fn surface_table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDi
     Ok(out)
 }
 
+/// A column of a table: its name, and the values of a surface in the bands of a triple.
+type BandColumn<'a> = (&'static str, &'a dyn Fn(&Solution, usize) -> Bands);
+
 /// Power that every surface absorbs in each band in light mode, W, its total error, and the parts of the error; (surfaces, bands) each.
 pub(crate) fn absorbed<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
@@ -301,7 +304,7 @@ pub(crate) fn absorbed<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py
     };
     let value = |t: &Solution, k: usize| by_name(&t.report.energy.absorbed_surfaces, k, f64::NAN);
     let whole = |t: &Solution, k: usize| exchange(t, k) + zones(t, k);
-    let columns: [(&str, &dyn Fn(&Solution, usize) -> Bands); 4] = [
+    let columns: [BandColumn; 4] = [
         ("absorbed", &value),
         ("absorbed_error", &whole),
         ("absorbed_exchange_error", &exchange),

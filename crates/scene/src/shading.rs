@@ -162,7 +162,7 @@ pub(crate) fn mapped_normal(
     // A vector below the horizon of the facet would be black: it is raised to the horizon of the corner normals.
     let flat = facet.plate.normal();
     let low = MIN_CORNER_COSINE - turned.dot(flat);
-    if !(turned.length2() > 0.5) {
+    if turned.length2().is_nan() || turned.length2() <= 0.5 {
         return normal;
     }
     if low > 0.0 { (turned + flat * low).normalized() } else { turned }

@@ -216,7 +216,7 @@ impl RowSystem {
             let step = ratio(rr, dot(&p, &q));
             for i in 0..n {
                 y[i] += step * p[i];
-                r[i] = r[i] - step * q[i];
+                r[i] -= step * q[i];
             }
             let next = dot(&r, &r);
             let turn = ratio(next, rr);

@@ -42,7 +42,7 @@ pub(super) fn coincident_surfaces(scene: &Scene, transport: &Transport, zones: &
     let mut pairs: Vec<(f64, usize, usize, Vec3)> = Vec::new();
     for (&(a, b), &(own, place)) in &area {
         let back = area.get(&(b, a)).map_or(0.0, |x| x.0);
-        let first = a < b || a == b || back == 0.0;
+        let first = a <= b || back == 0.0;
         let larger = if a == b { 0.5 * own } else { own.max(back) };
         if first && larger > MIN_SHARE * of_surface[a].min(of_surface[b].max(larger)) {
             pairs.push((larger * step as f64, a, b, place));

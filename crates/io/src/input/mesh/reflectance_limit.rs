@@ -20,7 +20,7 @@ pub(crate) fn limit_reflectance(material: &mut MeshMaterial) {
         let sum = if is_shared { own.max(*transmittance) } else { own + *transmittance };
         let scale = sum.map(|s| if s > MAX_MODEL_REFLECTANCE { MAX_MODEL_REFLECTANCE / s } else { 1.0 });
         material.reflectance = Some(own * scale);
-        *transmittance = *transmittance * scale;
+        *transmittance *= scale;
         material.is_limited = scale != Bands::ONE;
         return;
     }
