@@ -127,8 +127,9 @@ fn diffuse_transmission_and_frosted_glass_become_sheets() {
     };
     let frosted = read(&glass(0.6), "");
     let (rho, tau) = (frosted.surfaces()[0].reflectance, frosted.transmittance_at(0, 0.5, 0.5));
-    assert!((rho - Bands::from_rgb([0.125, 0.225, 0.25])).abs().max_element() < 1e-6, "{rho:?}");
-    assert!((tau - Bands::from_rgb([0.375, 0.675, 0.75])).abs().max_element() < 1e-6, "{tau:?}");
+    // Blue, of which the file absorbs nothing, is limited to 0.95 in all.
+    assert!((rho - Bands::from_rgb([0.125, 0.225, 0.2375])).abs().max_element() < 1e-6, "{rho:?}");
+    assert!((tau - Bands::from_rgb([0.375, 0.675, 0.7125])).abs().max_element() < 1e-6, "{tau:?}");
     assert_eq!(read(&glass(0.0), "materials.glass.pane.thickness = 0.01").panes().len(), 1);
     assert_eq!(read(&glass(0.6), "materials.glass.pane.thickness = 0.01").panes().len(), 1);
 }

@@ -81,9 +81,9 @@ fn tinyobj_cornell_box_is_read() {
         };
         let s = scene(&mesh(&file, ""));
         assert_eq!(triangles(&s), 36, "{name}");
-        assert_eq!(surface(&s, "m/white").reflectance, Bands::ONE);
-        assert_eq!(surface(&s, "m/red").reflectance, Bands::from_rgb([1.0, 0.0, 0.0]));
-        assert_eq!(surface(&s, "m/green").reflectance, Bands::from_rgb([0.0, 1.0, 0.0]));
+        assert_eq!(surface(&s, "m/white").reflectance, Bands::splat(0.95));
+        assert_eq!(surface(&s, "m/red").reflectance, Bands::from_rgb([0.95, 0.0, 0.0]));
+        assert_eq!(surface(&s, "m/green").reflectance, Bands::from_rgb([0.0, 0.95, 0.0]));
     }
 }
 
