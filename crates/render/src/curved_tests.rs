@@ -106,10 +106,10 @@ fn indirect_light_varies_over_the_ball_as_over_a_sphere() {
         let transport = Transport::new(&s.scene);
         worst(&s, &Integrator::new(&s, &transport), |n| 1.0 + n.z, 1.0)
     };
-    // One patch a facet, and many.
+    // One patch a facet, and many; the facets span 45 degrees.
     for size in [2.0, 0.15] {
         let (curved, flat) = (error(true, size), error(false, size));
-        assert!(curved < 0.2 && curved < 0.5 * flat, "{size}: {curved:.3}, flat {flat:.3}");
+        assert!(curved < 0.25 && curved < 0.5 * flat, "{size}: {curved:.3}, flat {flat:.3}");
     }
 }
 

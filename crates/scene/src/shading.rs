@@ -4,12 +4,12 @@
 //! at a point p with
 //!
 //! ```text
-//! n(u, v) = Σ_k w_k n_k / |Σ_k w_k n_k|        p' = p + Σ_k w_k max(0, (c_k − p)·n_k) n_k
+//! n(u, v) = Σ_k w_k n_k / |Σ_k w_k n_k|        p' = p + n_f max(0, Σ_k w_k (c_k − p)·n_k n_k·n_f)
 //! ```
 //!
-//! n takes the place of the normal of the facet. p' lies on a curved surface through the corners c_k with those normals, above the facet, so that shadow rays towards a light close to the horizon do not meet
-//! the neighbours of the facet (J. Hanika, "Hacking the shadow terminator", in *Ray Tracing Gems II*, 2021). A normal map turns n by a texture t in the frame
-//! of the texture coordinates, with its red and green parts times a scale.
+//! with n_f the normal of the facet. n takes its place. p' lies about on a curved surface through the corners c_k with those normals, so that shadow rays towards a light close to the horizon do not
+//! meet the neighbours of the facet (after J. Hanika, "Hacking the shadow terminator", in *Ray Tracing Gems II*, 2021). Normals that are tilted alike, as of a wall, raise nothing: Σ w_k c_k = p. A normal map turns n by a
+//! texture t in the frame of the texture coordinates, with its red and green parts times a scale.
 
 use crate::surface::{Facet, Texture};
 use zonal_math::Vec3;
@@ -130,12 +130,14 @@ pub(crate) fn curved_point(facet: &Facet, normals: &[Vec3; 4], front: bool, [u, 
     };
     let p = facet.plate.at(u, v);
     let side = if front { 1.0 } else { -1.0 };
-    let (mut normal, mut rise) = (Vec3::ZERO, Vec3::ZERO);
+    let flat = facet.plate.normal();
+    let (mut normal, mut rise) = (Vec3::ZERO, 0.0);
     for k in 0..n {
         normal += normals[k] * weights[k];
-        rise += normals[k] * (weights[k] * side * (side * (corners[k] - p).dot(normals[k])).max(0.0));
+        rise += weights[k] * side * (corners[k] - p).dot(normals[k]) * normals[k].dot(flat);
     }
-    ShadedPoint { point: p + rise, normal: normal.normalized() }
+    let point = p + flat * (side * rise.max(0.0));
+    ShadedPoint { point, normal: normal.normalized() }
 }
 
 /// The normal `normal` turned by a normal map at a point of a facet.
