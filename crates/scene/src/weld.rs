@@ -106,7 +106,7 @@ mod tests {
                 let at = |x: f64, y: f64| vec3(x + offset, y - offset, offset) + shift;
                 Plate::triangle(at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0))
             };
-            let far = Plate::triangle(Vec3::ZERO, vec3(-1.0, 0.0, 0.0), vec3(0.0, -1.0, 1.0));
+            let far = Plate::triangle(vec3(-0.5, -0.5, 0.5), vec3(-1.0, 0.0, 0.0), vec3(0.0, -1.0, 1.0));
             let corners = WeldedCorners::of(&[far, fan(0.0), fan(2e-7)], 1e-6);
             assert_eq!(corners.of_plate[1], corners.of_plate[2], "{k}");
         }
