@@ -2,7 +2,7 @@
 //!
 //! Corners are welded (`weld.rs`). A *face* is a polygon of one or more plates; its outline is the set of directed edges that no other plate
 //! of the face traverses the other way. Two faces with equal outlines are **repeated**, two with reversed outlines **opposite**, if their corners
-//! agree within the rounding of single precision and [`COPY_SHARE`] of their size: sheets close to one another remain two. Edges are
+//! agree within the rounding of single precision and `COPY_SHARE` of their size: sheets close to one another remain two. Edges are
 //! counted over the plates that no earlier face repeats:
 //!
 //! | defect | meaning |
@@ -11,9 +11,9 @@
 //! | crowded edge | three or more plates, not equally many in both directions: a wall on a wall, a face too many |
 //! | flipped edge | two plates that traverse it in one direction: their fronts are on opposite sides |
 //! | T-junction | a free edge with a corner of another free edge in its interior: no hole, but the edges do not pair |
-//! | sliver | a plate whose longest edge exceeds [`SLIVER_ASPECT_RATIO`] heights |
+//! | sliver | a plate whose longest edge exceeds `SLIVER_ASPECT_RATIO` heights |
 //!
-//! **Cost:** O(n log n) for n plates, T-junctions at most [`MAX_T_JUNCTION_TESTS`] tests.
+//! **Cost:** O(n log n) for n plates, T-junctions at most `MAX_T_JUNCTION_TESTS` tests.
 
 use crate::diagnostic::Diagnostic;
 use crate::plate::Plate;
@@ -24,7 +24,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use zonal_math::Vec3;
 
 /// Longest edge of a plate over its height, above which it is a sliver.
-pub const SLIVER_ASPECT_RATIO: f64 = 200.0;
+const SLIVER_ASPECT_RATIO: f64 = 200.0;
 /// Most tests of a corner against an edge in the search for T-junctions.
 const MAX_T_JUNCTION_TESTS: usize = 1 << 24;
 /// Corners of one mesh nearer than this fraction of its extent coincide.
@@ -40,22 +40,27 @@ const COORDINATE_ROUNDING: f64 = 4e-7;
 pub struct Defect {
     /// Number of edges or faces.
     pub count: usize,
-    /// The first place.
-    pub first: Option<DefectPlace>,
+    first: Option<DefectPlace>,
 }
 
 /// Where a defect is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DefectPlace {
+struct DefectPlace {
     /// Index of the face, from 0.
-    pub face: usize,
+    face: usize,
     /// Index of the other face of a repeated or opposite pair, from 0.
-    pub other: Option<usize>,
+    other: Option<usize>,
     /// The ends of the edge, m; the centre of a face twice.
-    pub ends: [Vec3; 2],
+    ends: [Vec3; 2],
 }
 
 impl Defect {
+    /// The first place, as text with faces counted from 1 and coordinates in the unit of the plates: `face 3 at (0, 0, 0) to (1, 0, 0)`.
+    #[must_use]
+    pub fn first_place(&self) -> Option<String> {
+        self.first.map(|place| place.to_string())
+    }
+
     fn add(&mut self, place: DefectPlace) {
         self.count += 1;
         self.first.get_or_insert(place);
@@ -63,7 +68,7 @@ impl Defect {
 }
 
 impl std::fmt::Display for DefectPlace {
-    /// `face 3, (0, 0, 0) to (1, 0, 0)`; faces count from 1 as in mesh files.
+    /// `face 3 at (0, 0, 0) to (1, 0, 0)`; faces count from 1 as in mesh files.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let point = |p: Vec3| p.array().map(|x| format!("{}", (1e6 * x).round() / 1e6)).join(", ");
         write!(f, "face {}", self.face + 1)?;
@@ -225,7 +230,7 @@ fn copies_of(
 }
 
 /// One plate at an edge between two welded corners, the lower first.
-type EdgeUse = ((u32, u32), u32, bool);
+type PlateEdge = ((u32, u32), u32, bool);
 
 impl Topology {
     /// The topology of plates whose faces have the numbers `face_of`.
@@ -308,7 +313,7 @@ fn aspect_ratio(p: &Plate) -> f64 {
 }
 
 /// The edges of all plates that are not left out, sorted by corners, then by plate.
-fn edge_uses(plates: &[Plate], welded: &WeldedCorners, left_out: &dyn Fn(usize) -> bool) -> Vec<EdgeUse> {
+fn edge_uses(plates: &[Plate], welded: &WeldedCorners, left_out: &dyn Fn(usize) -> bool) -> Vec<PlateEdge> {
     let mut uses = Vec::with_capacity(4 * plates.len());
     for (i, p) in plates.iter().enumerate().filter(|(i, _)| !left_out(*i)) {
         let (id, n) = (welded.of_plate[i], p.corners().1);

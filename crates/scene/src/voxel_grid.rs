@@ -97,19 +97,28 @@ impl VoxelGrid {
     }
 
     /// Marks a cell between which and its marked neighbours pictures interpolate the extinction: it samples a smooth field. Solves do not depend on it.
-    pub fn set_interpolated(&mut self, index: usize, interpolated: bool) {
+    pub fn mark_interpolated(&mut self, index: usize) {
+        self.set_interpolated(index, true);
+    }
+
+    /// Takes the mark of [`VoxelGrid::mark_interpolated`] from a cell.
+    pub fn unmark_interpolated(&mut self, index: usize) {
+        self.set_interpolated(index, false);
+    }
+
+    fn set_interpolated(&mut self, index: usize, interpolated: bool) {
         let len = self.len();
         if len <= MAX_CELLS {
             self.interpolated.set(index, interpolated, len);
         }
     }
 
-    /// True for a cell of [`VoxelGrid::set_interpolated`].
+    /// True for a cell of [`VoxelGrid::mark_interpolated`].
     pub fn is_interpolated(&self, index: usize) -> bool {
         self.interpolated.get(index)
     }
 
-    /// True if some cell is one of [`VoxelGrid::set_interpolated`].
+    /// True if some cell is one of [`VoxelGrid::mark_interpolated`].
     pub fn has_interpolated_cells(&self) -> bool {
         self.interpolated != CellValues::Uniform(false)
     }

@@ -9,6 +9,7 @@ use zonal_io::input::SurveyedMaterial;
 use zonal_io::output::write_bytes;
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::Bands;
+use zonal_scene::topology::Defect;
 
 const EXAMPLES: &str = "Examples:
   zonal init hall.glb                              writes hall.toml
@@ -108,9 +109,7 @@ fn json(p: &SceneProposal, output: &Path) -> serde_json::Value {
         "parts": { "open": parts.open, "solids": parts.solids, "rooms": parts.rooms, "inverted_rooms": parts.inverted_rooms,
             "inverted_solids": parts.inverted_solids, "flipped_edges": parts.flipped_edges, "open_area_fraction": parts.open_area_fraction },
         "doubled_faces": p.survey.doubled_faces, "open_sides": if p.sides == FaceSides::OpenBoth { "both" } else { "file" },
-        "topology": p.survey.topology.list().map(|(what, d)| serde_json::json!({
-            "defect": what, "count": d.count, "first": d.first.map(|place| place.to_string()),
-        })).collect::<Vec<_>>(),
+        "topology": p.survey.topology.list().map(|(what, d)| defect_json(what, &d)).collect::<Vec<_>>(),
         "patch_size_m": p.patch_size,
         "patches_of_parts": p.parts.iter().map(part).collect::<Vec<_>>(),
         "light": p.light, "inside": p.has_inside,
@@ -118,6 +117,10 @@ fn json(p: &SceneProposal, output: &Path) -> serde_json::Value {
         "cameras": p.scene.cameras().iter().map(|c| c.name.clone()).collect::<Vec<_>>(),
         "warnings": zonal_io::output::notes_json(p.scene.notes()),
     })
+}
+
+fn defect_json(what: &str, defect: &Defect) -> serde_json::Value {
+    serde_json::json!({ "defect": what, "count": defect.count, "first": defect.first_place() })
 }
 
 /// Parts whose patches the text lists.
@@ -189,7 +192,7 @@ fn print_parts(p: &SceneProposal) -> Result<(), Failure> {
         counted.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
     say(&format!("  parts: {}", if list.is_empty() { "none".into() } else { list.join(", ") }))?;
     for (what, defect) in p.survey.topology.list() {
-        let first = defect.first.map_or(String::new(), |place| format!(" (first: {place})"));
+        let first = defect.first_place().map_or(String::new(), |place| format!(" (first: {place})"));
         say(&format!("  {} {what}{first}", defect.count))?;
     }
     let policy = match p.sides {

@@ -1,6 +1,6 @@
 //! The extinction between the cells of a sampled density: trilinear between values at the centres of the cells.
 //!
-//! A cell of a density that samples a smooth field ([`VoxelGrid::set_interpolated`]) has the mean extinction κ_c. Pictures use the trilinear field of node values v at
+//! A cell of a density that samples a smooth field ([`VoxelGrid::mark_interpolated`]) has the mean extinction κ_c. Pictures use the trilinear field of node values v at
 //! the centres, whose mean over a cell is (M v)_c: per axis with the weights 1/8, 3/4, 1/8. The node values are those of van Cittert's iteration
 //!
 //! ```text
@@ -136,7 +136,9 @@ mod tests {
             let c = grid.coordinates(i);
             let k = Bands::splat(extinction(grid.centre(c)));
             grid.set(i, k, Bands::ZERO, Bands::ZERO, Bands::ZERO);
-            grid.set_interpolated(i, marked(c));
+            if marked(c) {
+                grid.mark_interpolated(i);
+            }
         }
         grid.seal().unwrap()
     }

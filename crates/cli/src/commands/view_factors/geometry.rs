@@ -139,7 +139,7 @@ fn repeated_note(facets: &[Vec<Vec<Vec3>>]) -> Option<String> {
         }
     }
     let found = Topology::of(&plates, &face_of).repeated_faces;
-    let first = found.first?;
+    let first = found.first_place()?;
     Some(format!(
         "{} facet(s) repeat an earlier one (first: {first}): both take their view factors to all others, so that areas count twice; remove them from the file",
         found.count

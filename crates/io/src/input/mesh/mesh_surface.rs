@@ -266,7 +266,7 @@ impl MaterialUse<'_> {
         let plates: Vec<Plate> = in_question.iter().map(|i| self.mesh.faces[*i].plate).collect();
         let numbers: Vec<usize> = in_question.iter().map(|i| self.mesh.faces[*i].face).collect();
         let found = Topology::of(&plates, &numbers).t_junctions;
-        if let Some(first) = found.first {
+        if let Some(first) = found.first_place() {
             let text = format!(
                 "{} edge(s) have a corner of a neighbour in their interior (T-junctions; first: {first}), so that closed parts count as open and both sides exchange; merge the corners in the mesh, or write sides",
                 found.count

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! per axis: the exact mean of the trilinear field. Arrays whose elements are the voxels themselves, all other quantities, and `interpolation = "constant"` have boxes
-//! for h. In pictures the extinction of the voxels that an interpolated density fills is interpolated too (`VoxelGrid::set_interpolated`).
+//! for h. In pictures the extinction of the voxels that an interpolated density fills is interpolated too (`VoxelGrid::mark_interpolated`).
 
 use super::shapes;
 use super::voxel_field::VoxelField;

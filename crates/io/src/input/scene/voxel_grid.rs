@@ -118,7 +118,7 @@ impl VoxelGridBuilder {
         state.fill(fraction, properties);
         // An extinction that is no sample of a field has the borders of its shape.
         if properties.extinction.is_some() {
-            v.set_interpolated(i, false);
+            v.unmark_interpolated(i);
         }
         v.set(i, state.extinction, state.albedo, state.emission, state.source);
         if v.is_thermal() {
@@ -127,7 +127,7 @@ impl VoxelGridBuilder {
     }
     /// Marks voxels, by index, whose extinction is interpolated between them in pictures.
     pub(crate) fn mark_interpolated(&mut self, cells: &[usize]) {
-        cells.iter().for_each(|i| self.grid.set_interpolated(*i, true));
+        cells.iter().for_each(|i| self.grid.mark_interpolated(*i));
     }
     /// The voxels along an axis that [lo, hi] overlaps, each with the fraction of its edge that is overlapped.
     pub(crate) fn overlaps(&self, axis: usize, lo: f64, hi: f64) -> Vec<(usize, f64)> {

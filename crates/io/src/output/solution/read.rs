@@ -295,7 +295,8 @@ fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<Voxel
                 format!("has {} marks for {} cells; solve the scene again", marks.len(), voxel_grid.len()),
             ));
         }
-        (0..voxel_grid.len()).for_each(|i| voxel_grid.set_interpolated(i, marks[i % marks.len()] == 1));
+        let is_marked = |i: &usize| marks[i % marks.len()] == 1;
+        (0..voxel_grid.len()).filter(is_marked).for_each(|i| voxel_grid.mark_interpolated(i));
     }
     if npz.has("voxmap_heat") {
         // Rows of (1, temperature, 0) or (0, 0, heat source).
