@@ -50,10 +50,10 @@ impl CapOverPlane {
     /// ```
     /// use zonal_math::spherical_cap::CapOverPlane;
     /// use zonal_math::vec3;
-    /// use std::f64::consts::{FRAC_PI_2, PI};
+    /// use std::f64::consts::FRAC_PI_2;
     /// // Half of a hemisphere about a horizontal axis is above the plane.
     /// let cap = CapOverPlane::new(FRAC_PI_2, vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0));
-    /// assert!((cap.cosine_integral() - 0.5 * PI).abs() < 1e-14);
+    /// assert!((cap.mean_cosine() - 0.5).abs() < 1e-14);
     /// ```
     #[must_use]
     pub fn new(half_angle: f64, axis: Vec3, normal: Vec3) -> CapOverPlane {
@@ -97,8 +97,7 @@ impl CapOverPlane {
     }
 
     /// I, sr.
-    #[must_use]
-    pub fn cosine_integral(&self) -> f64 {
+    fn cosine_integral(&self) -> f64 {
         let whole = PI * self.half_angle.sin().powi(2) * self.sine;
         match () {
             () if self.is_above() => whole,

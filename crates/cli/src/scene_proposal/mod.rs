@@ -25,7 +25,7 @@ use zonal_io::input::{ModelSurvey, PartCounts, parse_scene, survey_model};
 use zonal_report::Failure;
 use zonal_scene::Scene;
 use zonal_transport::Transport;
-use zonal_transport::zoning::{expected_patches_of_surfaces, patches_of_area};
+use zonal_transport::zoning::{ExpectedPatches, expected_patches_of_surfaces, patches_of_area};
 
 /// What is known about a model beyond its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +69,16 @@ pub struct PartPatches {
     pub patches: f64,
     /// Edge of a square with the mean area of a patch, m.
     pub edge: f64,
+}
+
+impl PartPatches {
+    fn of(surface: &str, expected: ExpectedPatches) -> PartPatches {
+        PartPatches {
+            name: surface.into(),
+            patches: expected.patches,
+            edge: (expected.area / expected.patches.max(1.0)).sqrt(),
+        }
+    }
 }
 
 /// Proposes a scene for a mesh file. The scene names the file relative to `folder`, where it will lie.
@@ -154,11 +164,7 @@ fn patch_size(scene: &Scene, wanted: f64) -> f64 {
 /// The patches of each surface of a scene for an edge of `size` m.
 fn patches_of_parts(scene: &Scene, size: f64) -> Vec<PartPatches> {
     let counts = expected_patches_of_surfaces(scene, size);
-    let parts = scene.surfaces().iter().zip(counts).map(|(s, of)| PartPatches {
-        name: s.name.clone(),
-        patches: of.patches,
-        edge: (of.area / of.patches.max(1.0)).sqrt(),
-    });
+    let parts = scene.surfaces().iter().zip(counts).map(|(s, expected)| PartPatches::of(&s.name, expected));
     let mut parts: Vec<PartPatches> = parts.filter(|p| p.patches > 0.0).collect();
     parts.sort_by(|a, b| b.patches.total_cmp(&a.patches));
     parts

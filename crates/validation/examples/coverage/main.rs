@@ -143,7 +143,7 @@ fn view_factor_campaign(options: &CampaignOptions, meshes: u64) -> ExitCode {
     let campaign = view_factors::FactorCampaign { meshes, seed: options.plan.seed, tolerances };
     let checks = campaign.run();
     for c in checks.iter().filter(|c| c.ratio() > 1.0).take(40) {
-        eprintln!("{c:?}");
+        eprintln!("{c}");
     }
     let summary = view_factors::Summary::new(&checks);
     let tables = summary.tables();

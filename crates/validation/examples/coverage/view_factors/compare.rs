@@ -4,7 +4,7 @@ use zonal_math::{Bounded, Grade};
 use zonal_reference::Rng;
 use zonal_reference::crossed_strings::{self, Wall};
 use zonal_reference::random_meshes::{MESH_KINDS, RandomMesh, RandomSection, SECTION_KINDS};
-use zonal_reference::visible_views::{OracleFactor, VisibleScene};
+use zonal_reference::visible_views::{OracleFactor, OracleRow, VisibleScene};
 use zonal_scene::{NoCheckpoints, NoProgress};
 use zonal_view_factors::{FacetSet, RowClosing, ViewFactorSettings, ViewFactors};
 
@@ -57,6 +57,17 @@ impl FactorCheck {
     }
 }
 
+impl std::fmt::Display for FactorCheck {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let FactorCheck { mesh, kind, tolerance, what, ours, radius, exact, error, .. } = self;
+        let grade = if self.proved { "proved" } else { "estimated" };
+        write!(
+            f,
+            "mesh {mesh} ({kind}), tolerance {tolerance:e}, {what}: {ours:e} ± {radius:e} ({grade}), not {exact:e} ± {error:e}"
+        )
+    }
+}
+
 impl CampaignCase {
     /// The mesh of a number.
     pub(crate) fn new(seed: u64, index: u64) -> CampaignCase {
@@ -88,6 +99,13 @@ struct ReferenceRow {
     ground: Option<OracleFactor>,
 }
 
+impl ReferenceRow {
+    /// The row of a facet with its surroundings.
+    fn in_space(area: f64, row: OracleRow) -> ReferenceRow {
+        ReferenceRow { area, facets: row.facets, sky: Some(row.sky), ground: Some(row.ground) }
+    }
+}
+
 /// All factors of a mesh at the tolerances that its reference allows.
 pub(crate) fn check(case: &CampaignCase, tolerances: &[f64]) -> Vec<FactorCheck> {
     let mut rng = Rng::new(case.seed);
@@ -114,7 +132,7 @@ fn in_space(kind: usize, rng: &mut Rng) -> Reference {
     let scene = VisibleScene::new(&mesh.facets, &[]);
     let row = |i: usize| {
         let row = scene.row(i, REFERENCE_SHARE * least_tolerance, MAX_TRIANGLES);
-        ReferenceRow { area: scene.area(i), facets: row.facets, sky: Some(row.sky), ground: Some(row.ground) }
+        ReferenceRow::in_space(scene.area(i), row)
     };
     let rows = (0..scene.len()).map(row).collect();
     let mut set = FacetSet::new();
