@@ -145,7 +145,7 @@ impl VisibleScene {
     pub fn row(&self, i: usize, tolerance: f64, triangles: usize) -> OracleRow {
         let c = &self.polygons[i].corners;
         let scale = 1.0 / (PI * self.polygons[i].area);
-        let mut parts: BinaryHeap<Largest<TrianglePart>> = BinaryHeap::new();
+        let mut parts: BinaryHeap<Largest<DividedTriangle>> = BinaryHeap::new();
         let count = self.facets + 3;
         let mut errors = vec![0.0; count];
         let add = |t: [Vec3; 3], rough: Option<Vec<f64>>, errors: &mut Vec<f64>| {
@@ -156,7 +156,7 @@ impl VisibleScene {
             let error: Vec<f64> = value.iter().zip(&rough).map(|(v, r)| (v - r).abs()).collect();
             errors.iter_mut().zip(&error).for_each(|(s, e)| *s += e);
             let worst = error.iter().fold(0.0f64, |s, e| s.max(*e));
-            Largest { key: worst, item: TrianglePart { quarters, sums, value, error } }
+            Largest { key: worst, item: DividedTriangle { quarters, sums, value, error } }
         };
         for k in 2..c.len() {
             parts.push(add([c[0], c[k - 1], c[k]], None, &mut errors));
@@ -172,7 +172,7 @@ impl VisibleScene {
             }
         }
         // The heap's order is no order of summation.
-        let sum = |of: &dyn Fn(&TrianglePart) -> f64| {
+        let sum = |of: &dyn Fn(&DividedTriangle) -> f64| {
             let mut all: Vec<f64> = parts.iter().map(|p| of(&p.item)).collect();
             all.sort_by(f64::total_cmp);
             all.iter().sum::<f64>() * scale
@@ -308,7 +308,7 @@ impl VisibleScene {
     }
 }
 
-struct TrianglePart {
+struct DividedTriangle {
     quarters: [[Vec3; 3]; 4],
     sums: Vec<Vec<f64>>,
     value: Vec<f64>,

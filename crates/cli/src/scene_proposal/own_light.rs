@@ -27,7 +27,7 @@ const MAX_LIGHTS: usize = 64;
 
 /// A point on a surface.
 #[derive(Clone, Copy)]
-struct SurfacePoint {
+struct SpreadPoint {
     at: Vec3,
     normal: Vec3,
     has_back: bool,
@@ -43,7 +43,7 @@ pub(super) fn lit_fraction(transport: &Transport) -> f64 {
         return 0.0;
     }
     let receiving = spread_points(scene, RECEIVING_POINTS, |_| 1.0);
-    let is_lit = |p: &&SurfacePoint| {
+    let is_lit = |p: &&SpreadPoint| {
         let front = irradiance(transport, p, p.normal, &emitting);
         front >= MIN_IRRADIANCE
             || p.has_back && irradiance(transport, p, p.normal * -1.0, &emitting) >= MIN_IRRADIANCE
@@ -52,7 +52,7 @@ pub(super) fn lit_fraction(transport: &Transport) -> f64 {
 }
 
 /// Points spread evenly by area times a weight of the surface.
-fn spread_points(scene: &Scene, count: usize, weight: impl Fn(usize) -> f64) -> Vec<SurfacePoint> {
+fn spread_points(scene: &Scene, count: usize, weight: impl Fn(usize) -> f64) -> Vec<SpreadPoint> {
     let sides = |s: usize| if scene.surfaces()[s].sides == Sides::Both { 2.0 } else { 1.0 };
     let of_facet: Vec<f64> =
         scene.facets().iter().map(|f| f.plate.area() * sides(f.surface) * weight(f.surface)).collect();
@@ -67,7 +67,7 @@ fn spread_points(scene: &Scene, count: usize, weight: impl Fn(usize) -> f64) -> 
             let [u, v] = f.plate.warp(r2(out.len(), [0.5; 2]));
             let surface = &scene.surfaces()[f.surface];
             let texture = surface.emission_texture.map(|t| scene.textures()[t].sample(f.uv_at(u, v)).mean());
-            out.push(SurfacePoint {
+            out.push(SpreadPoint {
                 at: f.plate.at(u, v),
                 normal: f.plate.normal(),
                 has_back: surface.sides == Sides::Both && !surface.solid,
@@ -79,8 +79,8 @@ fn spread_points(scene: &Scene, count: usize, weight: impl Fn(usize) -> f64) -> 
 }
 
 /// Irradiance on one side of a point by the light of the model, W/m².
-fn irradiance(transport: &Transport, p: &SurfacePoint, normal: Vec3, emitting: &[SurfacePoint]) -> f64 {
-    let of_emitter = |source: &SurfacePoint| {
+fn irradiance(transport: &Transport, p: &SpreadPoint, normal: Vec3, emitting: &[SpreadPoint]) -> f64 {
+    let of_emitter = |source: &SpreadPoint| {
         let (way, back) = (source.at - p.at, if source.has_back { 0.5 } else { 1.0 });
         let r2 = way.length2();
         let (cosine, other) = (way.dot(normal), -way.dot(source.normal));

@@ -20,7 +20,7 @@ const MIN_COS_SMOOTH: f64 = 0.939_692_620_785_908_4;
 const VERTEX_TOLERANCE: f64 = 1e-8;
 
 /// A side of a facet with its patches.
-struct FacetSide {
+struct SidePatches {
     patches: Vec<u32>,
     /// The vertices of its corners; empty of a facet that stays as it is.
     vertices: Vec<u32>,
@@ -31,7 +31,7 @@ struct FacetSide {
 /// The facets of a solution that stand for curved surfaces.
 #[derive(Default)]
 pub(crate) struct CurvedFacets {
-    sides: Vec<FacetSide>,
+    sides: Vec<SidePatches>,
     /// For each vertex the sides that share it, with their angles.
     shares: Vec<Vec<(u32, f64)>>,
     /// Areas of the patches, m².
@@ -76,7 +76,7 @@ impl CurvedFacets {
         let (mut count, mut sheets) = (0, Vec::new());
         for (sheet, own) in patches {
             let is_curved = own.len() > 1 && s.scene.shading().of_facet(sheet / 2).is_some();
-            let mut side = FacetSide { patches: own, vertices: Vec::new(), weights: Vec::new() };
+            let mut side = SidePatches { patches: own, vertices: Vec::new(), weights: Vec::new() };
             if is_curved {
                 for (p, normal, _) in corners(s, sheet) {
                     let list = known.entry(key(p)).or_default();
@@ -109,7 +109,7 @@ impl CurvedFacets {
         if self.shares.is_empty() {
             return;
         }
-        let mean = |side: &FacetSide| {
+        let mean = |side: &SidePatches| {
             let area: f64 = side.patches.iter().map(|i| self.areas[*i as usize]).sum();
             let of = |i: &u32| values[*i as usize] * self.areas[*i as usize];
             side.patches.iter().map(of).sum::<Bands>() / area

@@ -36,7 +36,7 @@ pub(crate) fn needs_layers(scene: &Scene) -> bool {
 }
 
 /// A pane that fills the period.
-struct PaneLayer {
+struct CrossingPane {
     pane: usize,
     /// Its coordinate on the third axis, m.
     position: f64,
@@ -100,7 +100,7 @@ impl LayerStack {
         extinction: &[Bands],
         (start, edge): (f64, f64),
         zones: &Zones,
-        panes: &[PaneLayer],
+        panes: &[CrossingPane],
     ) {
         self.element_of_sheet.push(0);
         let mut next = 0;
@@ -215,10 +215,10 @@ impl LayerStack {
 }
 
 /// The panes of a scene along an axis, by ascending position, or the reason why one does not fill the period of area `area`, m².
-fn pane_layers(scene: &Scene, zones: &Zones, axis: usize, area: f64) -> Result<Vec<PaneLayer>, String> {
+fn pane_layers(scene: &Scene, zones: &Zones, axis: usize, area: f64) -> Result<Vec<CrossingPane>, String> {
     let Some((min, max)) = scene.boundary_box() else { return Err("there is no medium".into()) };
     let slack = ROUNDING * (max[axis] - min[axis]);
-    let mut out: Vec<PaneLayer> = Vec::new();
+    let mut out: Vec<CrossingPane> = Vec::new();
     for (k, zone) in zones.panes.iter().enumerate() {
         let (name, position) = (&scene.panes()[zone.pane].name, zone.plate.centre()[axis]);
         if zone.normal[axis].abs() < 1.0 - ROUNDING {
@@ -231,10 +231,10 @@ fn pane_layers(scene: &Scene, zones: &Zones, axis: usize, area: f64) -> Result<V
                 "pane '{name}' lies outside the medium: extend the medium, whose extinction may be 0"
             ));
         }
-        let same = |p: &&mut PaneLayer| p.pane == zone.pane && (p.position - position).abs() <= slack;
+        let same = |p: &&mut CrossingPane| p.pane == zone.pane && (p.position - position).abs() <= slack;
         match out.iter_mut().find(same) {
             Some(found) => found.zones.push(k),
-            None => out.push(PaneLayer { pane: zone.pane, position, zones: vec![k] }),
+            None => out.push(CrossingPane { pane: zone.pane, position, zones: vec![k] }),
         }
     }
     for p in &out {
