@@ -1,6 +1,6 @@
 //! One sample of a data set: the numbers of a solution that a data set keeps, and their arrays over all samples.
 
-use zonal_scene::{Bands, EnergyBalance, Solution, SolveStatus, Zones};
+use zonal_scene::{Bands, EnergyBalance, HeatReport, HeatRow, Solution, SolveStatus, ThermalFields, Zones};
 
 /// How a sample ended, as the number in the array `status`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,82 +62,99 @@ impl Sample {
 
     /// The sample of a solution, with its layout.
     pub(super) fn of(solution: &Solution) -> (Sample, Layout) {
-        let (mut arrays, mut numbers) = (Vec::new(), Vec::new());
-        let mut add = |name, shape: Vec<usize>, unit, values: Vec<f64>| {
-            arrays.push(ArrayLayout { name, shape, unit });
-            numbers.extend(values);
+        let mut own = SampleArrays::default();
+        let names = match (&solution.fields.heat, &solution.report.heat) {
+            (Some(heat), Some(report)) => own.add_thermal(solution, heat, report),
+            _ => own.add_light(solution),
         };
-        let n = solution.zones.len();
-        let names: Vec<String>;
-        match (&solution.fields.heat, &solution.report.heat) {
-            (Some(heat), Some(report)) => {
-                add("temperature", vec![n], "K", heat.temperature.clone());
-                add("temperature_error", vec![n], "K", heat.temperature_error.clone());
-                add("net_flux", vec![n], "W/m2 of surfaces, W/m3 of volumes", heat.net.clone());
-                add("net_flux_error", vec![n], "W/m2, W/m3", heat.net_error.clone());
-                let rows = &report.rows;
-                let of = |f: &dyn Fn(&zonal_scene::HeatRow) -> f64| rows.iter().map(f).collect::<Vec<_>>();
-                add("named_power", vec![rows.len()], "W", of(&|r| r.power));
-                add("named_power_exchange_error", vec![rows.len()], "W", of(&|r| r.power_error));
-                let kelvin = |t: Option<f64>| t.unwrap_or(f64::NAN);
-                add("named_temperature", vec![rows.len()], "K", of(&|r| kelvin(r.temperature)));
-                let exchange = of(&|r| kelvin(r.temperature_error));
-                add("named_temperature_exchange_error", vec![rows.len()], "K", exchange);
-                names = rows.iter().map(|r| r.name.clone()).collect();
-                if solution.scene.options().discretization_error == Some(true) {
-                    // Unknown errors are infinite.
-                    let errors = solution.report.discretization_error.as_ref().map(|d| &d.heat);
-                    let of = |r: usize| errors.and_then(|e| e.get(r)).copied().unwrap_or([f64::INFINITY; 2]);
-                    let column = |k: usize| (0..rows.len()).map(|r| of(r)[k]).collect::<Vec<_>>();
-                    let whole = |k: usize| (0..rows.len()).map(|r| rows[r].errors(Some(of(r)))[k]).collect();
-                    add("named_temperature_discretization_error", vec![rows.len()], "K", column(0));
-                    add("named_power_discretization_error", vec![rows.len()], "W", column(1));
-                    add("named_temperature_error", vec![rows.len()], "K", whole(0));
-                    add("named_power_error", vec![rows.len()], "W", whole(2));
-                }
-            }
-            _ => {
-                let bands = solution.scene.bands().count();
-                let of = |count: usize, value: &dyn Fn(&Solution, usize) -> Bands| {
-                    (0..count).flat_map(|i| solution.all_bands(|s| value(s, i))).collect::<Vec<_>>()
-                };
-                let incident = |s: &Solution, i: usize| s.fields.incident[i] + s.fields.direct_light(i);
-                let shape = || vec![n, bands];
-                add("radiosity", shape(), "W/m2", of(n, &|s, i| s.fields.radiosity[i]));
-                add("incident", shape(), "W/m2", of(n, &incident));
-                add("incident_error", shape(), "W/m2", of(n, &|s, i| s.fields.total_error(i)));
-                let named = absorbed_powers(&solution.report.energy);
-                let rows = named.len();
-                let absorbed = of(rows, &|s, r| absorbed_powers(&s.report.energy)[r].1);
-                add("absorbed_power", vec![rows, bands], "W", absorbed);
-                let exchange = |s: &Solution, r: usize| power_error(&s.report.energy_error, r, rows);
-                add("absorbed_power_exchange_error", vec![rows, bands], "W", of(rows, &exchange));
-                if solution.scene.options().discretization_error == Some(true) {
-                    let error = |s: &Solution, r: usize| {
-                        let errors = s.report.discretization_error.as_ref();
-                        errors.map_or(UNKNOWN, |d| power_error(&d.energy, r, rows))
-                    };
-                    let whole = |s: &Solution, r: usize| error(s, r) + exchange(s, r);
-                    add("absorbed_power_discretization_error", vec![rows, bands], "W", of(rows, &error));
-                    add("absorbed_power_error", vec![rows, bands], "W", of(rows, &whole));
-                }
-                names = named.into_iter().map(|(name, _)| name.to_string()).collect();
-            }
-        }
         let converged =
             solution.triples().all(|s| s.report.status.iter().all(|x| *x == SolveStatus::Converged));
         let status = if converged { SampleStatus::Converged } else { SampleStatus::NotConverged };
+        let SampleArrays { arrays, numbers } = own;
         (Sample { status, energy_residual: energy_residual(solution), numbers }, Layout { arrays, names })
     }
 }
 
+/// The arrays of one sample.
+#[derive(Default)]
+struct SampleArrays {
+    arrays: Vec<ArrayLayout>,
+    /// Their numbers, one array after the other.
+    numbers: Vec<f64>,
+}
+
+impl SampleArrays {
+    fn add(&mut self, name: &'static str, shape: Vec<usize>, unit: &'static str, values: Vec<f64>) {
+        self.arrays.push(ArrayLayout { name, shape, unit });
+        self.numbers.extend(values);
+    }
+
+    /// Adds the temperatures and net powers of a thermal solution; returns the names of the rows.
+    fn add_thermal(&mut self, solution: &Solution, heat: &ThermalFields, report: &HeatReport) -> Vec<String> {
+        let n = solution.zones.len();
+        self.add("temperature", vec![n], "K", heat.temperature.clone());
+        self.add("temperature_error", vec![n], "K", heat.temperature_error.clone());
+        self.add("net_flux", vec![n], "W/m2 of surfaces, W/m3 of volumes", heat.net.clone());
+        self.add("net_flux_error", vec![n], "W/m2, W/m3", heat.net_error.clone());
+        let rows = &report.rows;
+        let of = |f: &dyn Fn(&HeatRow) -> f64| rows.iter().map(f).collect::<Vec<_>>();
+        self.add("named_power", vec![rows.len()], "W", of(&|r| r.power));
+        self.add("named_power_exchange_error", vec![rows.len()], "W", of(&|r| r.power_error));
+        let kelvin = |t: Option<f64>| t.unwrap_or(f64::NAN);
+        self.add("named_temperature", vec![rows.len()], "K", of(&|r| kelvin(r.temperature)));
+        let exchange = of(&|r| kelvin(r.temperature_error));
+        self.add("named_temperature_exchange_error", vec![rows.len()], "K", exchange);
+        if solution.scene.options().discretization_error == Some(true) {
+            // Unknown errors are infinite.
+            let errors = solution.report.discretization_error.as_ref().map(|d| &d.heat);
+            let of = |r: usize| errors.and_then(|e| e.get(r)).copied().unwrap_or([f64::INFINITY; 2]);
+            let column = |k: usize| (0..rows.len()).map(|r| of(r)[k]).collect::<Vec<_>>();
+            let whole = |k: usize| (0..rows.len()).map(|r| rows[r].errors(Some(of(r)))[k]).collect();
+            self.add("named_temperature_discretization_error", vec![rows.len()], "K", column(0));
+            self.add("named_power_discretization_error", vec![rows.len()], "W", column(1));
+            self.add("named_temperature_error", vec![rows.len()], "K", whole(0));
+            self.add("named_power_error", vec![rows.len()], "W", whole(2));
+        }
+        rows.iter().map(|r| r.name.clone()).collect()
+    }
+
+    /// Adds the radiosities and absorbed powers of a solution in light mode; returns the names of the rows.
+    fn add_light(&mut self, solution: &Solution) -> Vec<String> {
+        let (n, bands) = (solution.zones.len(), solution.scene.bands().count());
+        let of = |count: usize, value: &dyn Fn(&Solution, usize) -> Bands| {
+            (0..count).flat_map(|i| solution.all_bands(|s| value(s, i))).collect::<Vec<_>>()
+        };
+        let incident = |s: &Solution, i: usize| s.fields.incident[i] + s.fields.direct_light(i);
+        let shape = || vec![n, bands];
+        self.add("radiosity", shape(), "W/m2", of(n, &|s, i| s.fields.radiosity[i]));
+        self.add("incident", shape(), "W/m2", of(n, &incident));
+        self.add("incident_error", shape(), "W/m2", of(n, &|s, i| s.fields.total_error(i)));
+        let named = absorbed_powers(&solution.report.energy);
+        let rows = named.len();
+        let absorbed = of(rows, &|s, r| absorbed_powers(&s.report.energy)[r].1);
+        self.add("absorbed_power", vec![rows, bands], "W", absorbed);
+        let exchange = |s: &Solution, r: usize| power_error(&s.report.energy_error, r, rows);
+        self.add("absorbed_power_exchange_error", vec![rows, bands], "W", of(rows, &exchange));
+        if solution.scene.options().discretization_error == Some(true) {
+            let error = |s: &Solution, r: usize| {
+                let errors = s.report.discretization_error.as_ref();
+                errors.map_or(UNKNOWN_ERROR, |d| power_error(&d.energy, r, rows))
+            };
+            let whole = |s: &Solution, r: usize| error(s, r) + exchange(s, r);
+            self.add("absorbed_power_discretization_error", vec![rows, bands], "W", of(rows, &error));
+            self.add("absorbed_power_error", vec![rows, bands], "W", of(rows, &whole));
+        }
+        named.into_iter().map(|(name, _)| name.to_string()).collect()
+    }
+}
+
 /// An error that is not known.
-const UNKNOWN: Bands = Bands::splat(f64::INFINITY);
+const UNKNOWN_ERROR: Bands = Bands::splat(f64::INFINITY);
 
 /// The error of absorbed power number `row` of `rows`, W; errors that a report lacks are unknown.
 fn power_error(errors: &EnergyBalance, row: usize, rows: usize) -> Bands {
     let errors = absorbed_powers(errors);
-    if errors.len() == rows { errors[row].1 } else { UNKNOWN }
+    if errors.len() == rows { errors[row].1 } else { UNKNOWN_ERROR }
 }
 
 /// Absorbed powers by name: the surfaces, the medium and the panes, W.
