@@ -131,18 +131,23 @@ fn sides_are_decided_by_part() {
     );
 }
 
+/// A material without textures.
+const PLAIN_WALL: &str =
+    r#"{"name":"wall","pbrMetallicRoughness":{"metallicFactor":0,"baseColorFactor":[0.5,0.5,0.5,1]}}"#;
+/// A material with texture 0.
+const TEXTURED_WALL: &str =
+    r#"{"name":"wall","pbrMetallicRoughness":{"metallicFactor":0,"baseColorTexture":{"index":0}}}"#;
+
+/// A quad of a material in a document with more entries.
+fn quad_with(material: &str, more: &str) -> Folder {
+    quad(|q| {
+        q.more = more.into();
+        q.material = material.into();
+    })
+}
+
 #[test]
 fn unused_broken_textures_are_ignored_and_used_ones_refused() {
-    let plain =
-        r#"{"name":"wall","pbrMetallicRoughness":{"metallicFactor":0,"baseColorFactor":[0.5,0.5,0.5,1]}}"#;
-    let using =
-        r#"{"name":"wall","pbrMetallicRoughness":{"metallicFactor":0,"baseColorTexture":{"index":0}}}"#;
-    let with = |material: &str, more: &str| {
-        quad(|q| {
-            q.more = more.into();
-            q.material = material.into();
-        })
-    };
     let broken = [
         (r#","textures":[{"source":0}]"#, "texture 0 names image 0, which is not there"),
         (r#","textures":[{}]"#, "texture 0 names no image"),
@@ -157,35 +162,43 @@ fn unused_broken_textures_are_ignored_and_used_ones_refused() {
         ),
     ];
     for (more, defect) in broken {
-        let s = with(plain, more).scene(&mesh("q.glb", ""));
+        let s = quad_with(PLAIN_WALL, more).scene(&mesh("q.glb", ""));
         // An image without data is valid by itself.
         let is_valid = more.contains("[{}]") && more.contains("source");
         assert!(is_valid || has_note(&s, &[defect, "it is not used"]), "{more}: {:?}", notes(&s));
         assert_eq!(s.surfaces()[0].reflectance, Bands::splat(0.5));
-        let refusal = with(using, more).refusal(&mesh("q.glb", ""));
+        let refusal = quad_with(TEXTURED_WALL, more).refusal(&mesh("q.glb", ""));
         assert!(refusal.contains(defect) && refusal.contains("'wall'"), "{more}: {refusal}");
     }
+}
+
+#[test]
+fn broken_references_that_nothing_reads_are_notes() {
     // Materials that nothing shows, textures of properties that are not read, samplers.
-    let unshown =
-        format!(r#"{plain},{{"name":"old","pbrMetallicRoughness":{{"baseColorTexture":{{"index":7}}}}}}"#);
-    let s = with(&unshown, "").scene(&mesh("q.glb", ""));
+    let unshown = format!(
+        r#"{PLAIN_WALL},{{"name":"old","pbrMetallicRoughness":{{"baseColorTexture":{{"index":7}}}}}}"#
+    );
+    let s = quad_with(&unshown, "").scene(&mesh("q.glb", ""));
     assert!(has_note(&s, &["baseColorTexture names texture 7"]), "{:?}", notes(&s));
-    let occluded = plain.replace(r#""name""#, r#""occlusionTexture":{"index":3},"name""#);
-    assert!(has_note(&with(&occluded, "").scene(&mesh("q.glb", "")), &["occlusionTexture names texture 3"]));
+    let occluded = PLAIN_WALL.replace(r#""name""#, r#""occlusionTexture":{"index":3},"name""#);
+    assert!(has_note(
+        &quad_with(&occluded, "").scene(&mesh("q.glb", "")),
+        &["occlusionTexture names texture 3"]
+    ));
     for more in [
         r#","samplers":[{"magFilter":1}]"#,
         r#","samplers":[{}],"textures":[{"sampler":4,"source":0}],"images":[{"uri":"a.png"}]"#,
     ] {
         assert!(
-            has_note(&with(plain, more).scene(&mesh("q.glb", "")), &["sampler", "it is not used"]),
+            has_note(&quad_with(PLAIN_WALL, more).scene(&mesh("q.glb", "")), &["sampler", "it is not used"]),
             "{more}"
         );
     }
-    let refusal = with(&using.replace(":0}}", ":5}}"), "").refusal(&mesh("q.glb", ""));
+    let refusal = quad_with(&TEXTURED_WALL.replace(":0}}", ":5}}"), "").refusal(&mesh("q.glb", ""));
     assert!(refusal.contains("baseColorTexture names texture 5, which is not there"), "{refusal}");
     // A defect elsewhere keeps its own message.
-    let refusal =
-        with(plain, r#","textures":[{"source":0}],"cameras":[{"type":1}]"#).refusal(&mesh("q.glb", ""));
+    let refusal = quad_with(PLAIN_WALL, r#","textures":[{"source":0}],"cameras":[{"type":1}]"#)
+        .refusal(&mesh("q.glb", ""));
     assert!(!refusal.contains("texture"), "{refusal}");
 }
 

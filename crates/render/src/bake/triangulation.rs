@@ -13,7 +13,8 @@ use crate::image::to_single_precision;
 use crate::surface::patch_field::TileField;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use zonal_scene::{Band, Bands, PerBand, PlateKind};
+use zonal_math::Vec3;
+use zonal_scene::{Band, Bands, Patch, PerBand, PlateKind, Solution};
 
 /// Relative difference of the light below which two vertices at one position are merged.
 const MAX_MERGED_DIFFERENCE: f32 = 0.02;
@@ -160,15 +161,8 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
         .par_iter()
         .map(|v| single_vector(lighting.point(v.0 as usize, PatchQuadtree::parameters(v.1))))
         .collect();
-    mesh.normals = vertices
-        .par_iter()
-        .map(|v| {
-            let p = patch(v);
-            let front = s.scene.facets()[p.facet].plate.normal().dot(p.normal) > 0.0;
-            let curved = s.scene.curved_point((p.facet, front), on_facet(v), 0.0);
-            single_vector(curved.map_or(p.normal, |at| at.normal))
-        })
-        .collect();
+    let normal = |v: &PatchVertex| single_vector(shading_normal(s, patch(v), on_facet(v)));
+    mesh.normals = vertices.par_iter().map(normal).collect();
     mesh.uvs = vertices
         .par_iter()
         .map(|v| {
@@ -191,6 +185,13 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
         mesh.direct.push(group_direct(lighting, group, *slot, (&vertices, &values)));
     }
     mesh
+}
+
+/// The normal on a patch at a point of its facet: that of the curved surface for which the facet stands, or of the patch.
+fn shading_normal(s: &Solution, patch: &Patch, on_facet: [f64; 2]) -> Vec3 {
+    let front = s.scene.facets()[patch.facet].plate.normal().dot(patch.normal) > 0.0;
+    let curved = s.scene.curved_point((patch.facet, front), on_facet, 0.0);
+    curved.map_or(patch.normal, |at| at.normal)
 }
 
 /// H_dir of one group at the vertices; empty where it has none, or only that of separate suns.

@@ -7,7 +7,7 @@ use zonal_io::input;
 use zonal_reference::SampleEstimate;
 use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, trace_forward};
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{Band, Bands, NoProgress, Scene, Severity, Solution};
+use zonal_scene::{Band, Bands, NoProgress, Report, Scene, Severity, Solution};
 
 /// The largest memory of a solve, bytes.
 const MAX_MEMORY: u64 = 2 << 30;
@@ -153,6 +153,22 @@ pub(crate) struct SceneMeasurement {
     pub solutions: Vec<(usize, Solution)>,
 }
 
+impl SceneMeasurement {
+    /// Records a failure unless the report warns in these words.
+    fn expect_warning(&mut self, engine: &str, words: &str, report: &Report) {
+        if !report.warnings.iter().any(|w| w.severity == Severity::Warning && w.text.contains(words)) {
+            self.failures.push(format!("{engine}: no warning says that the scene is {words}"));
+        }
+    }
+
+    /// Adds the quantities of a solution of scene number `scene` with the report of that solution.
+    fn add(&mut self, scene: u64, engine: &'static str, list: Vec<Quantity>, report: &Report) {
+        let (warned, proved) = (stated::warned(report), report.grade == zonal_math::Grade::Proved);
+        let of_solution = |q: Quantity| Quantity { scene, engine, warned, proved, ..q };
+        self.quantities.extend(list.into_iter().map(of_solution));
+    }
+}
+
 /// A Monte Carlo result, and whether it is the longer second run.
 type Walked = (ForwardSolution, bool);
 
@@ -233,21 +249,11 @@ pub(crate) fn measure(
         let engine = VARIANT_NAMES[k];
         out.engines.push(engine);
         if let Some(words) = model.expected_warning {
-            if !s.report.warnings.iter().any(|w| w.severity == Severity::Warning && w.text.contains(words)) {
-                out.failures.push(format!("{engine}: no warning says that the scene is {words}"));
-            }
+            out.expect_warning(engine, words, &s.report);
             continue;
         }
         let list = compare_with_reference(model, &s, basis, (walks, seed), truth.as_ref(), &mut truths);
-        let warned = stated::warned(&s.report);
-        let proved = s.report.grade == zonal_math::Grade::Proved;
-        out.quantities.extend(list.into_iter().map(|q| Quantity {
-            scene: index,
-            engine,
-            warned,
-            proved,
-            ..q
-        }));
+        out.add(index, engine, list, &s.report);
         out.solutions.push((k, s));
     }
     out

@@ -358,6 +358,19 @@ impl SceneGenerator<'_> {
         self.finished(m)
     }
 
+    /// A medium without sources that fills a room of this size, or nothing.
+    fn medium_or_vacuum(&mut self, size: Triple) -> Option<ModelMedium> {
+        if !self.chance(0.5) {
+            self.features.push("vacuum");
+            return None;
+        }
+        let cells = self.cells(2, 3);
+        let depth = self.depth();
+        let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
+        whole.source = Bands::ZERO;
+        Some(ModelMedium { whole, cells, regions: Vec::new() })
+    }
+
     /// A room with many small solids, as one mesh or as boxes.
     fn many_solids(&mut self) -> SceneModel {
         self.features.extend(["many small solids", "solids"]);
@@ -392,21 +405,10 @@ impl SceneGenerator<'_> {
             if let HeatCondition::Power(_) = look.heat {
                 look.heat = HeatCondition::Flux(0.0);
             }
-            m.surfaces.push(ModelSurface {
-                name: "solids".into(),
-                shape: ModelShape::Mesh { quads: all },
-                look,
-            });
+            let shape = ModelShape::Mesh { quads: all };
+            m.surfaces.push(ModelSurface { name: "solids".into(), shape, look });
         }
-        if self.chance(0.5) {
-            let cells = self.cells(2, 3);
-            let depth = self.depth();
-            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
-            whole.source = Bands::ZERO;
-            m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
-        } else {
-            self.features.push("vacuum");
-        }
+        m.medium = self.medium_or_vacuum(size);
         m.patch_size = Some(self.patch(Self::mean(size)));
         self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.95 * size[2]], times(size, 0.3));
         self.finished(m)

@@ -121,7 +121,6 @@ impl MaterialPart<'_, '_> {
         of_surface: SurfaceProperties,
         reader: &mut SceneReader<'_>,
     ) -> Result<(), InputError> {
-        let given = self.over.properties.or(self.of_material);
         let properties = self.properties(&faces, of_surface);
         let template = self.surface_template(&properties, reader)?;
         let present = |kind: ShellKind| faces.iter().any(|(_, s)| *s == kind);
@@ -148,18 +147,7 @@ impl MaterialPart<'_, '_> {
                 false => of_kind,
             };
             for f in of_kind {
-                let (facet, mut values) = (reader.parts.facets.len(), self.values.of_face(f.face, &given));
-                if let Some(a) = properties.solar_absorptance {
-                    let (bands, triple) = (&reader.parts.bands, reader.parts.triple);
-                    values.reflectance =
-                        values.reflectance.map(|r| bands.with_solar_value(triple, r, 1.0 - a));
-                }
-                reader.parts.faces.push(facet, self.first_face + f.face, values);
-                let own = Facet { surface, plate: f.plate, uv: f.uv };
-                let normals = f.normals.and_then(|k| self.normals.get(k as usize));
-                let normals = normals.map(|n| n.map(|n| Vec3::from_array(n.map(f64::from))));
-                wrong += normals.map_or(0, |n| reader.parts.shading.push(facet, &own, &n));
-                reader.parts.facets.push(own);
+                wrong += self.add_facet(f, surface, &properties, reader);
             }
         }
         if wrong > 0 {
@@ -170,6 +158,29 @@ impl MaterialPart<'_, '_> {
             reader.note(Diagnostic::note("normals", text));
         }
         Ok(())
+    }
+
+    /// Adds a face to a surface; returns the number of its vertex normals that are wrong.
+    fn add_facet(
+        &self,
+        f: &MeshFace,
+        surface: usize,
+        properties: &SurfaceProperties,
+        reader: &mut SceneReader<'_>,
+    ) -> usize {
+        let given = self.over.properties.or(self.of_material);
+        let (facet, mut values) = (reader.parts.facets.len(), self.values.of_face(f.face, &given));
+        if let Some(a) = properties.solar_absorptance {
+            let (bands, triple) = (&reader.parts.bands, reader.parts.triple);
+            values.reflectance = values.reflectance.map(|r| bands.with_solar_value(triple, r, 1.0 - a));
+        }
+        reader.parts.faces.push(facet, self.first_face + f.face, values);
+        let own = Facet { surface, plate: f.plate, uv: f.uv };
+        let normals = f.normals.and_then(|k| self.normals.get(k as usize));
+        let normals = normals.map(|n| n.map(|n| Vec3::from_array(n.map(f64::from))));
+        let wrong = normals.map_or(0, |n| reader.parts.shading.push(facet, &own, &n));
+        reader.parts.facets.push(own);
+        wrong
     }
 
     /// Adds the normal map of the material to a surface. Thermal mode has no textures.
@@ -210,32 +221,15 @@ impl MaterialPart<'_, '_> {
         };
         let has_limited_texture = own_texture && reflectance_texture.is_some_and(|t| reader.is_limited(t));
         if light_mode && properties.reflectance.is_none() && (m.is_limited || has_limited_texture) {
-            let text = format!(
-                "material '{}' reflects more than {MAX_MODEL_REFLECTANCE} of the light in its file; {MAX_MODEL_REFLECTANCE} is taken, since light that no wall absorbs ends nowhere: give the reflectance in the scene to replace it",
-                m.name
-            );
-            reader.note(Diagnostic::note("material-limit", text));
+            self.note_limited_reflectance(reader);
         }
         let emission_texture = match properties.emission {
             None if light_mode => self.texture(&m.emission_texture, reader)?,
             _ => None,
         };
-        let transmission = match (&m.transmittance, properties.transmittance) {
-            (Some((transmittance, texture)), None) if light_mode => {
-                Some(Transmission { transmittance: *transmittance, texture: self.texture(texture, reader)? })
-            }
-            _ => properties.transmission(),
-        };
-        if m.transmittance.is_some() && !light_mode {
-            let text = format!(
-                "material '{}' transmits diffusely in its file; in thermal mode it is opaque",
-                m.name
-            );
-            reader.note(Diagnostic::warning("transmission", text));
-        }
         Ok(Surface {
             name: String::new(),
-            transmission,
+            transmission: self.transmission(properties, reader)?,
             reflectance: properties.reflectance.or(m.reflectance).unwrap_or(DEFAULT_REFLECTANCE),
             emission: properties.emission.unwrap_or(if light_mode { m.emission } else { Bands::ZERO }),
             reflectance_texture,
@@ -244,6 +238,36 @@ impl MaterialPart<'_, '_> {
             patch_size: properties.patch_size,
             solid: false,
         })
+    }
+
+    /// The diffuse transmission of its surfaces: that of the scene file, or of the material in light mode.
+    fn transmission(
+        &self,
+        properties: &SurfaceProperties,
+        reader: &mut SceneReader<'_>,
+    ) -> Result<Option<Transmission>, InputError> {
+        let Some((transmittance, texture)) = &self.material.transmittance else {
+            return Ok(properties.transmission());
+        };
+        if reader.mode() != SceneMode::Light {
+            let name = &self.material.name;
+            let text =
+                format!("material '{name}' transmits diffusely in its file; in thermal mode it is opaque");
+            reader.note(Diagnostic::warning("transmission", text));
+            return Ok(properties.transmission());
+        }
+        if properties.transmittance.is_some() {
+            return Ok(properties.transmission());
+        }
+        Ok(Some(Transmission { transmittance: *transmittance, texture: self.texture(texture, reader)? }))
+    }
+
+    fn note_limited_reflectance(&self, reader: &mut SceneReader<'_>) {
+        let text = format!(
+            "material '{}' reflects more than {MAX_MODEL_REFLECTANCE} of the light in its file; {MAX_MODEL_REFLECTANCE} is taken, since light that no wall absorbs ends nowhere: give the reflectance in the scene to replace it",
+            self.material.name
+        );
+        reader.note(Diagnostic::note("material-limit", text));
     }
 
     /// Adds one pane for each thickness: nodes of different scales show one glass in different thicknesses.

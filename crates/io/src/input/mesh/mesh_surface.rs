@@ -92,14 +92,7 @@ pub(crate) fn read_mesh_surface(
     let used: Vec<UsedMaterial<'_, '_>> = materials.used().map(part).collect();
     // Check all, then add each.
     check_materials(&used, name, properties, reader)?;
-    for UsedMaterial { part, kind, faces } in used {
-        match kind {
-            MaterialKind::Region => part.add_region(faces.into_iter().map(|(f, _)| f).collect(), reader)?,
-            MaterialKind::Pane => part.add_panes(faces.into_iter().map(|(f, _)| f).collect(), reader)?,
-            MaterialKind::Opaque => part.add_surfaces(faces, properties, reader)?,
-        }
-    }
-    Ok(())
+    used.into_iter().try_for_each(|material| material.add(properties, reader))
 }
 
 /// Kind of the part of the scene that a material gives.
@@ -115,6 +108,18 @@ struct UsedMaterial<'a, 'n> {
     part: MaterialPart<'a, 'n>,
     kind: MaterialKind,
     faces: Vec<(&'a MeshFace, ShellKind)>,
+}
+
+impl UsedMaterial<'_, '_> {
+    /// Adds its part to the scene.
+    fn add(self, properties: SurfaceProperties, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
+        let UsedMaterial { part, kind, faces } = self;
+        match kind {
+            MaterialKind::Region => part.add_region(faces.into_iter().map(|(f, _)| f).collect(), reader),
+            MaterialKind::Pane => part.add_panes(faces.into_iter().map(|(f, _)| f).collect(), reader),
+            MaterialKind::Opaque => part.add_surfaces(faces, properties, reader),
+        }
+    }
 }
 
 /// Records the places of materials, and refuses those with keys of surfaces on glass or without values that they need.

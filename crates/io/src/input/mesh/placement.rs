@@ -40,6 +40,24 @@ impl MeshPlacement {
             kind: p.kind,
         }
     }
+    /// Places the faces, normals and lights of a mesh; an error if a face is then without finite coordinates.
+    fn place(&self, mesh: &mut MeshData) -> Result<(), &'static str> {
+        for face in &mut mesh.faces {
+            face.plate = self.plate(&face.plate);
+            if !(face.plate.origin.is_finite() && face.plate.area().is_finite()) {
+                return Err("the placed mesh lies beyond all numbers; give a smaller scale or translate");
+            }
+        }
+        for normals in &mut mesh.normals {
+            let placed = |n: [f32; 3]| self.vector(Vec3::from_array(n.map(f64::from))).normalized();
+            *normals = normals.map(|n| placed(n).array().map(|x| x as f32));
+        }
+        for light in &mut mesh.lights {
+            light.position = self.vector(light.position) + self.translate;
+            light.direction = self.vector(light.direction);
+        }
+        Ok(())
+    }
 }
 
 /// Reads `{ file, scale, translate, rotate_degrees }`, of the keys `keys`: the mesh in scene coordinates, and the factor of lengths.
@@ -60,22 +78,7 @@ pub(crate) fn load_placed(
         mesh.materials.iter_mut().for_each(|m| m.normal_map = None);
     }
     mesh.materials.iter_mut().for_each(|m| to_scene_bands(m, reader));
-    for face in &mut mesh.faces {
-        face.plate = placement.plate(&face.plate);
-        if !(face.plate.origin.is_finite() && face.plate.area().is_finite()) {
-            return Err(
-                node.error("the placed mesh lies beyond all numbers; give a smaller scale or translate")
-            );
-        }
-    }
-    for normals in &mut mesh.normals {
-        let placed = |n: [f32; 3]| placement.vector(Vec3::from_array(n.map(f64::from))).normalized();
-        *normals = normals.map(|n| placed(n).array().map(|x| x as f32));
-    }
-    for light in &mut mesh.lights {
-        light.position = placement.vector(light.position) + placement.translate;
-        light.direction = placement.vector(light.direction);
-    }
+    placement.place(&mut mesh).map_err(|message| node.error(message))?;
     let before = mesh.faces.len();
     mesh.faces.retain(|f| {
         let p = &f.plate;

@@ -25,6 +25,7 @@ use crate::input::toml::key_tables::{DENSITY_FILE, VDB_KEYS, VOXEL_FILE};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::vdb::resample::{self, GridPlacement};
 use crate::input::{vdb, vol};
+use std::path::Path;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic};
 
@@ -62,11 +63,7 @@ pub(super) fn read_density(
         let colours = &Bands::from_rgb;
         return Ok(ArrayFill { arrays: &[array], bounds, scale, colours, interpolated }.fill(field, grid));
     }
-    if let Some(hint) = converters::conversion_hint(&path, FileContents::Voxels) {
-        return Err(file.error(format!("{name}: {hint}")));
-    }
-    let bytes = reader.context.files.read(&path, npy::MAX_ARRAY_FILE_BYTES);
-    let bytes = bytes.map_err(|e| file.error(format!("{name}: {e}")))?;
+    let bytes = read_voxel_file(&path, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
     let refused = |f: FileFault| file.error(f.to_string());
     // Resample a sparse grid.
     if vdb::is_vdb(&bytes) {
@@ -82,15 +79,7 @@ pub(super) fn read_density(
     }
     refuse_vdb_keys(&t)?;
     // Resample an array.
-    let (arrays, own_bounds) = match vol::is_vol(&bytes) {
-        true => vol::parse(&name, &bytes, field.noun).map(|(arrays, own)| (arrays, Some(own))),
-        false => npy::parse(&name, &bytes, field.noun).map(|array| (vec![array], None)),
-    }
-    .map_err(refused)?;
-    if own_bounds.is_none() {
-        let note = npy::trailing_note(&name, &bytes);
-        note.into_iter().for_each(|text| reader.note(Diagnostic::note("trailing-bytes", text)));
-    }
+    let (arrays, own_bounds) = parse_arrays(&name, &bytes, field, reader).map_err(refused)?;
     drop(bytes);
     // Without any bounds the error names the missing key.
     let bounds =
@@ -99,6 +88,30 @@ pub(super) fn read_density(
     let source = &reader.source;
     let colours = |rgb| source.bands().from_rgb(source.triple(), rgb).unwrap_or(Bands::from_rgb(rgb));
     Ok(ArrayFill { arrays: &arrays, bounds, scale, colours: &colours, interpolated }.fill(field, grid))
+}
+
+/// The bytes of a file of voxels; an error states the defect and the remedy.
+fn read_voxel_file(path: &Path, reader: &SceneReader<'_>) -> Result<Vec<u8>, String> {
+    match converters::conversion_hint(path, FileContents::Voxels) {
+        Some(hint) => Err(hint),
+        None => reader.context.files.read(path, npy::MAX_ARRAY_FILE_BYTES),
+    }
+}
+
+/// The arrays of a volume or npy file, and the bounds that it has.
+fn parse_arrays(
+    name: &str,
+    bytes: &[u8],
+    field: &VoxelField<'_>,
+    reader: &mut SceneReader<'_>,
+) -> Result<(Vec<ScalarArray<'static>>, Option<(Vec3, Vec3)>), FileFault> {
+    if vol::is_vol(bytes) {
+        return vol::parse(name, bytes, field.noun).map(|(arrays, own)| (arrays, Some(own)));
+    }
+    let array = npy::parse(name, bytes, field.noun)?;
+    let note = npy::trailing_note(name, bytes);
+    note.into_iter().for_each(|text| reader.note(Diagnostic::note("trailing-bytes", text)));
+    Ok((vec![array], None))
 }
 
 /// True if the values are samples of a field that is interpolated: those of densities, unless the table says otherwise.
