@@ -3,8 +3,8 @@
 use super::thermal::{read_kelvin, read_net_power};
 use crate::input::error::InputError;
 use crate::input::scene_reader::SceneReader;
-use crate::input::toml::key_tables::{NODE, NODE_LINK};
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::thermal_keys::{NODE, NODE_LINK};
 use zonal_scene::{
     Convection, LinkLaw, NodeCondition, NodeLink, ThermalCondition, ThermalNetwork, ThermalNode,
 };

@@ -3,8 +3,8 @@
 //! Keys of the other mode are refused in every section, with a remedy that names their place.
 
 use crate::input::error::InputError;
-use crate::input::toml::key_tables::THERMAL;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::thermal_keys::THERMAL;
 use zonal_scene::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use zonal_scene::thermal::power_out_of_range;
 use zonal_scene::{Band, BandFractions, Bands, PerBand, Thermal, ThermalCondition};

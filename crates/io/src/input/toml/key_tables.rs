@@ -7,7 +7,7 @@ use super::camera_keys::CAMERA;
 use super::keys::{KeyGroups, KeySpec, all, key};
 use super::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SPECTRUM, SPOT, SUN, SURROUNDINGS, TUBE};
 use super::sky_keys::{CIE_SKY, IMAGE_SKY, PEREZ_SKY, SKY};
-use super::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
+use super::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE, NODE, NODE_LINK, THERMAL};
 
 const ROOT_KEYS: &[KeySpec] = &[
     key("name", "text", "", "the file's name", "name of the scene"),
@@ -38,34 +38,6 @@ const ROOT_KEYS: &[KeySpec] = &[
 ];
 /// The document.
 pub(crate) const ROOT: KeyGroups = &[ROOT_KEYS];
-
-/// `[thermal]`.
-pub(crate) const THERMAL: KeyGroups = &[&[
-    key(
-        "band_fractions",
-        "list of numbers, one for each band",
-        "",
-        "grey",
-        "constant fractions of the black-body emission in the bands; they sum to 1",
-    )
-    .formerly("shares"),
-    key(
-        "weights",
-        "list of numbers for each band, or \"rest\" for one of them",
-        "1/K^n",
-        "",
-        "polynomial band fractions in the temperature, by ascending power",
-    ),
-    key(
-        "range",
-        "[number, number]",
-        "K",
-        "required with weights",
-        "temperatures for which the polynomials hold",
-    ),
-    key("allow_partial", "boolean", "", "false", "accepts band fractions that sum to less than 1")
-        .formerly("left_out"),
-]];
 
 /// `[solve]`.
 pub(crate) const SOLVE: KeyGroups = &[&[
@@ -246,32 +218,6 @@ pub(crate) const SURFACE_PROPERTIES: &[KeySpec] = &[
     ),
     key("ambient_temperature", "number above 0", "K", "", "temperature of the air (thermal mode)"),
 ];
-/// `[[node]]`.
-pub(crate) const NODE: KeyGroups = &[&[
-    key("name", "text", "", "required", "unique name"),
-    key("temperature", "number above 0", "K", "unknown", "given temperature"),
-    key("net_power", "number", "W", "0", "power supplied to a node of unknown temperature"),
-    key("links", "list of tables", "", "", "heat paths to other nodes"),
-]];
-/// `node.links`.
-pub(crate) const NODE_LINK: KeyGroups = &[&[
-    key("to", "text", "", "required", "name of the other node"),
-    key("conductance", "number from 0", "W/K", "", "conductance"),
-    key(
-        "conductance_per_area",
-        "number from 0",
-        "W/(m2 K)",
-        "",
-        "conductance over the area of this node's surfaces",
-    ),
-    key(
-        "effective_emissivity",
-        "number from 0",
-        "",
-        "",
-        "radiation through insulation over the area of this node's surfaces, such as 0.02",
-    ),
-]];
 /// `temperature`, `heat_flux`, `net_power`, `emissivity`, `reflectance` or `emission` of a mesh from a file.
 pub(crate) const VALUE_FILE: KeyGroups = &[&[
     key("file", "file name", "", "required", ".csv, .npy, .vtu or .vtp"),

@@ -9,7 +9,7 @@
 //! | `camera_keys` | those of cameras and camera paths |
 //! | `light_keys` | those of lights and spectra |
 //! | `sky_keys` | those of skies, place and time |
-//! | `thermal_keys` | those of emissivities by temperature and side |
+//! | `thermal_keys` | those of thermal mode: band fractions, bodies, emissivities by temperature and side |
 //! | `migrate` | former keys replaced in a text, with comments and layout kept |
 //! | `template` | numbers replaced in a text |
 
