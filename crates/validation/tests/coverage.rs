@@ -12,6 +12,8 @@ mod invariance;
 mod measure;
 #[path = "../examples/coverage/model.rs"]
 mod model;
+#[path = "../examples/coverage/ordinary_kinds.rs"]
+mod ordinary_kinds;
 #[path = "../examples/coverage/rare_kinds.rs"]
 mod rare_kinds;
 #[path = "../examples/coverage/run.rs"]

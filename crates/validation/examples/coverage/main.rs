@@ -27,6 +27,7 @@ mod generate;
 mod invariance;
 mod measure;
 mod model;
+mod ordinary_kinds;
 mod page;
 mod rare_kinds;
 mod run;
