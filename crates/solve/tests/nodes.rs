@@ -82,7 +82,7 @@ fn a_body_of_given_power_has_one_temperature() {
     let flux = (power / AREA) / emissivity * emissivity;
     assert!(own.iter().all(|&i| (heat.net[i] - flux).abs() <= heat.net_error[i] + 1e-6 * flux));
     let row = s.surface("body").unwrap();
-    assert!((row.net_power - power).abs() <= row.error + 1e-6 * power);
+    assert!((row.net_power - power).abs() <= row.exchange_error + 1e-6 * power);
 }
 
 #[test]
@@ -255,9 +255,9 @@ fn emissivities_follow_the_temperatures_found() {
         assert_temperature(node(&of_node, "body"), wanted);
         let s = solve(room().surface(own().net_power(power)));
         let row = s.surface("body").unwrap();
-        let (t, error) = (row.temperature.unwrap(), row.temperature_error.unwrap());
+        let (t, error) = (row.temperature.unwrap(), row.temperature_exchange_error.unwrap());
         assert!((t - wanted).abs() <= error && error < 0.03 * wanted, "{t} ± {error}, not {wanted}");
-        assert!((row.net_power - power).abs() <= row.error + 1e-6 * power);
+        assert!((row.net_power - power).abs() <= row.exchange_error + 1e-6 * power);
         let emissivity = table.at(t);
         let of_body = s.zones.patches.iter().filter(|p| p.surface == 1);
         of_body.for_each(|p| assert!((p.reflectance - (1.0 - emissivity)).abs().all(|d| d < 1e-2)));
@@ -266,7 +266,7 @@ fn emissivities_follow_the_temperatures_found() {
     // A given temperature needs no iteration.
     let s = solve(room().surface(own().temperature(500.0)));
     let row = s.surface("body").unwrap();
-    assert!((row.net_power - radiated(500.0)).abs() <= row.error + 1e-6 * row.net_power);
+    assert!((row.net_power - radiated(500.0)).abs() <= row.exchange_error + 1e-6 * row.net_power);
     assert!(s.report.counts.iter().all(|(name, n)| !name.contains("emissivities") || *n == 1));
 }
 

@@ -39,9 +39,10 @@ fn surface_pair(text: &str, names: [&str; 2]) -> (PairFactor, u64) {
     let zones = build_zones(&scene, &transport).unwrap();
     let exchange = Exchange::new(&scene, &zones, &transport);
     let mut counts = PairCounts::default();
+    let patches = &zones.patches;
     let of = |name: &str| {
         let surface = scene.surfaces().iter().position(|s| s.name == name).expect("a surface");
-        (0..zones.voxel_offset()).filter(move |&i| zones.patches[i].surface == surface).collect::<Vec<_>>()
+        (0..zones.voxel_offset()).filter(move |&i| patches[i].surface == surface).collect::<Vec<_>>()
     };
     let (a, b) = (of(names[0]), of(names[1]));
     let mut best = PairFactor::default();
