@@ -198,7 +198,10 @@ fn one_open_part_does_not_change_the_sides_of_others() {
     let text = text(&f, "sheet.toml");
     assert!(text.contains("open_sides = \"both\"") && !text.contains("solid = false"), "{text}");
     let scene = zonal_io::input::read_scene(&f.path().join("sheet.toml")).unwrap();
-    let sides = |name: &str| scene.surfaces().iter().find(|s| s.name.contains(name)).unwrap().sides;
+    let sides = |name: &str| {
+        let part = format!("/{name}");
+        scene.surfaces().iter().find(|s| s.name.contains(&part)).unwrap().sides
+    };
     use zonal_scene::Sides::{Both, Front};
     assert_eq!(["wall", "block", "sheet"].map(sides), [Front, Front, Both]);
 }

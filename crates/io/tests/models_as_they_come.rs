@@ -26,7 +26,7 @@ fn has_note(s: &Scene, words: &[&str]) -> bool {
 
 #[test]
 fn reflectances_of_models_are_limited_by_name() {
-    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl snow\nf 1 2 3\nusemtl chalk\nf 1 3 2\nusemtl grey\nf 1 2 3\n";
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 2 0\nusemtl snow\nf 1 2 3\nusemtl chalk\nf 1 3 2\nusemtl grey\nf 2 4 3\n";
     let folder = Folder::new()
         .with("a.obj", obj)
         .with("a.mtl", "newmtl snow\nKd 1 1 1\nnewmtl chalk\nKd 0.97 0.5 0.2\nnewmtl grey\nKd 0.9 0.9 0.9\n");

@@ -152,9 +152,16 @@ pub(crate) fn build_dense<'a>(
         *surroundings = exact_rows::complete(operator.as_ref(), place, pilot, &settings);
     }
     let mut measured = closure::measure(operator.as_ref(), context.shared_zones(), surroundings);
-    let closure = match scene.restores_rows() {
+    // Factors of other formulas, for comparison, keep their defects unless the scene requests closure.
+    let requested = scene.options().restore_closure;
+    let by_default = scene.restores_rows() && context.pair_settings.volume_factors.is_none();
+    let closure = match requested.unwrap_or(by_default) {
         true => {
-            least_squares_closure::restore(operator.as_mut(), context.shared_zones(), surroundings, measured)
+            let restore = match requested {
+                Some(_) => least_squares_closure::restore_fully,
+                None => least_squares_closure::restore,
+            };
+            restore(operator.as_mut(), context.shared_zones(), surroundings, measured)
         }
         false => {
             least_squares_closure::state_row_errors(operator.as_ref(), zones, surroundings, &mut measured);

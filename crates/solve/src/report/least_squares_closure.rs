@@ -26,7 +26,7 @@ use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Bands, Zones};
+use zonal_scene::{Bands, ClosureDefect, Zones};
 
 /// Rounds of changes, at most.
 const MAX_ROUNDS: usize = 8;
@@ -97,6 +97,30 @@ pub(crate) fn restore(
     }
     measured.residuals = Some(left.defects);
     measured
+}
+
+/// As [`restore`]; what is left of the defects a symmetric scaling removes, which changes exact factors too: for scenes that request closure.
+pub(crate) fn restore_fully(
+    operator: &mut dyn AdjustableExchange,
+    zones: SharedZones,
+    surroundings: &mut SurroundingsExchange,
+    measured: RowClosure,
+) -> RowClosure {
+    let closed = restore(operator, zones, surroundings, measured);
+    let left = ClosureDefect { worst: closed.summary.residual_defect, ..closed.summary.clone() };
+    let rest = RowClosure { summary: left, defects: Vec::new(), residuals: None };
+    let scaled = closure::restore(operator, zones, surroundings, rest);
+    if scaled.defects.is_empty() {
+        return closed;
+    }
+    let summary = ClosureDefect {
+        largest_change: closed.summary.largest_change + scaled.summary.largest_change,
+        residual_defect: scaled.summary.residual_defect,
+        ..closed.summary
+    };
+    let both = |(a, b): (&Bands, &Bands)| (a.abs() + b.abs()).zip_map(*a, f64::copysign);
+    let defects = closed.defects.iter().zip(&scaled.defects).map(both).collect();
+    RowClosure { summary, defects, residuals: scaled.residuals }
 }
 
 /// The errors of the rows without their losses, for a closure that is measured only: they lose or create power in every reflection.
