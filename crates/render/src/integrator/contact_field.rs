@@ -8,8 +8,6 @@
 //! δ(x) = w(f) (H(x) − H̄(x))        w = s²(3 − 2s), s = min(1, f/f₁)
 //! ```
 //!
-//! (on a facet that stands for a curved surface s is at least sin α/sin 4°, α the largest angle between its corner normals and its own: H̄ is that of flat facets)
-//!
 //! is interpolated between the nodes (`node_lattice`) and added to H̄. All nodes have the same directions: the error of the gather varies smoothly and is no
 //! grain, and nodes on a common edge of two patches agree. The weight w vanishes where nothing is near, so that the field joins that of patches
 //! without nodes. The spacing of the nodes is a few pixels of the camera; patches that are not larger have none. Cost: one gather for each node that
@@ -29,8 +27,6 @@ use zonal_transport::Transport;
 const REACH_IN_PATCH_SIZES: f64 = 1.5;
 /// f₁.
 const FULL_NEARNESS: f64 = 0.06;
-/// Sine of the angle between the normals of a facet and of the curved surface at its corners from which H of the nodes replaces the interpolated H̄: 4°.
-const FULL_CURVATURE: f64 = 0.07;
 /// Rays of a node.
 const RAYS_PER_NODE: usize = 256;
 /// Pixels between nodes, and most intervals along an edge.
@@ -89,21 +85,7 @@ impl<'a> ContactField<'a> {
     fn lattice(&self, i: usize) -> Option<NodeLattice> {
         let patch = &self.solution.zones.patches[i];
         let intervals = self.viewpoint.intervals(&patch.plate, PIXELS_PER_NODE, MAX_INTERVALS);
-        let is_resolved = |patch| self.is_curved(patch) || self.is_near_a_surface(patch);
-        (intervals > 0 && is_resolved(patch)).then(|| NodeLattice::new(intervals))
-    }
-
-    fn is_curved(&self, patch: &Patch) -> bool {
-        self.curvature(patch.facet) > 0.0
-    }
-
-    /// The largest angle between the shading normals at the corners of a facet and its own normal over [`FULL_CURVATURE`]; 0 of a flat facet.
-    fn curvature(&self, facet: usize) -> f64 {
-        let scene = &self.solution.scene;
-        let Some(corners) = scene.shading().of_facet(facet) else { return 0.0 };
-        let flat = scene.facets()[facet].plate.normal();
-        let sine = |n: &Vec3| n.cross(flat).length();
-        corners.iter().map(sine).fold(0.0, f64::max) / FULL_CURVATURE
+        (intervals > 0 && self.is_near_a_surface(patch)).then(|| NodeLattice::new(intervals))
     }
 
     fn is_near_a_surface(&self, patch: &Patch) -> bool {
@@ -128,7 +110,7 @@ impl<'a> ContactField<'a> {
         let sampler = RaySampler::of_ray(0, 1, [0.5; 3]);
         let surface = SurfacePoint::without_map(self.transport, patch.facet, (at, patch.normal));
         let gathered = self.gather.irradiance_and_nearness(inputs, surface, reach, sampler);
-        let s = (gathered.nearness / FULL_NEARNESS).max(self.curvature(patch.facet)).min(1.0);
+        let s = (gathered.nearness / FULL_NEARNESS).min(1.0);
         let interpolated = irradiance.on_tile(i, at);
         (gathered.irradiance - interpolated) * (s * s * (3.0 - 2.0 * s))
     }
