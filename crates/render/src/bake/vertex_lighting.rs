@@ -8,7 +8,7 @@ use super::group_fields::GroupField;
 use super::lit_scene::LitScene;
 use crate::surface::curved_facets::CurvedFacets;
 use crate::surface::patch_field::{TileField, TileTopology};
-use crate::surface::shading::SurfacePoint;
+use crate::surface::shading::ReceiverPoint;
 use crate::surface::tiles::patch_tiles;
 use rayon::prelude::*;
 use zonal_math::Vec3;
@@ -102,7 +102,7 @@ impl<'a> VertexLighting<'a> {
         let is_sheet = sheets.opposite(patch).is_some();
         for (slot, light_sampler, n) in &self.light_samplers {
             let on = |normal: Vec3| {
-                let at = SurfacePoint::without_map(self.transport, p.facet, (inside, normal));
+                let at = ReceiverPoint::without_map(self.transport, p.facet, (inside, normal));
                 light_sampler.gather(self.transport, at.point, Receiver::Surface(at.normal), *n, 1)
             };
             let mut light = on(p.normal);

@@ -22,7 +22,7 @@ use super::ray_sampler::RaySampler;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
 use crate::surface::patch_field::PatchField;
-use crate::surface::shading::SurfacePoint;
+use crate::surface::shading::ReceiverPoint;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
@@ -89,7 +89,7 @@ impl<'a> FinalGather<'a> {
     }
 
     /// H without direct light, W/m², at a surface point.
-    pub(crate) fn irradiance(&self, inputs: GatherInputs, at: SurfacePoint, sampler: RaySampler) -> Bands {
+    pub(crate) fn irradiance(&self, inputs: GatherInputs, at: ReceiverPoint, sampler: RaySampler) -> Bands {
         self.irradiance_and_nearness(inputs, at, f64::MAX, sampler).irradiance
     }
 
@@ -97,7 +97,7 @@ impl<'a> FinalGather<'a> {
     pub(crate) fn irradiance_and_nearness(
         &self,
         inputs: GatherInputs,
-        surface: SurfacePoint,
+        surface: ReceiverPoint,
         reach: f64,
         sampler: RaySampler,
     ) -> GatheredIrradiance {

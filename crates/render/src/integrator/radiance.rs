@@ -22,7 +22,7 @@ use crate::medium::radiosity_field::RadiosityField;
 use crate::medium::ray_path::{RayPath, VoxelSegment, linear_source_integral};
 use crate::surface::curved_facets::CurvedFacets;
 use crate::surface::patch_field::PatchField;
-use crate::surface::shading::SurfacePoint;
+use crate::surface::shading::ReceiverPoint;
 use crate::surface::tiles::patch_field;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
@@ -224,7 +224,7 @@ impl<'a> Integrator<'a> {
         let scattered = |fraction: Bands, side: usize, normal: Vec3| match fraction {
             Bands::ZERO => Bands::ZERO,
             _ => {
-                let at = SurfacePoint::on_facet(self.transport, (hit.facet, uv), (point, normal));
+                let at = ReceiverPoint::on_facet(self.transport, (hit.facet, uv), (point, normal));
                 fraction * self.arriving_light((side, uv), (point, at), sampler)
             }
         };
@@ -237,7 +237,7 @@ impl<'a> Integrator<'a> {
     fn arriving_light(
         &self,
         (side, uv): (usize, [f64; 2]),
-        (point, at): (Vec3, SurfacePoint),
+        (point, at): (Vec3, ReceiverPoint),
         sampler: RaySampler,
     ) -> Bands {
         let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };

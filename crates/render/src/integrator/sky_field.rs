@@ -15,7 +15,7 @@
 
 use super::node_lattice::{NodeLattice, Viewpoint};
 use crate::lazy_values::LazyValues;
-use crate::surface::shading::SurfacePoint;
+use crate::surface::shading::ReceiverPoint;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Band, Bands, Light, LightGroup, Solution};
 use zonal_transport::Transport;
@@ -88,7 +88,7 @@ impl<'a> SkyField<'a> {
             (n > 0).then(|| NodeLattice::new(n))
         });
         let node = |at: Vec3| {
-            let surface = SurfacePoint::without_map(self.transport, patch.facet, (at, patch.normal));
+            let surface = ReceiverPoint::without_map(self.transport, patch.facet, (at, patch.normal));
             self.gather(surface.point, surface.normal)
         };
         lattice.as_ref().map(|l| l.at(&patch.plate, point, Bands::ZERO, &node))

@@ -16,7 +16,7 @@ const LIFT_OF_DIAGONAL: f64 = 1e-7;
 
 /// A point that receives light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfacePoint {
+pub(crate) struct ReceiverPoint {
     /// Position, m.
     pub point: Vec3,
     /// Unit normal for shading.
@@ -25,10 +25,10 @@ pub(crate) struct SurfacePoint {
     pub facet_normal: Vec3,
 }
 
-impl SurfacePoint {
+impl ReceiverPoint {
     /// A point of a flat surface.
-    pub(crate) fn flat(point: Vec3, normal: Vec3) -> SurfacePoint {
-        SurfacePoint { point, normal, facet_normal: normal }
+    pub(crate) fn flat(point: Vec3, normal: Vec3) -> ReceiverPoint {
+        ReceiverPoint { point, normal, facet_normal: normal }
     }
 
     /// The point `point` at parameters `uv` of a facet, of the side with the unit normal `facet_normal`, with the normal map of the surface.
@@ -36,9 +36,9 @@ impl SurfacePoint {
         transport: &Transport,
         (facet, uv): (usize, [f64; 2]),
         (point, facet_normal): (Vec3, Vec3),
-    ) -> SurfacePoint {
+    ) -> ReceiverPoint {
         let shaded = |side, lift| transport.scene().shaded_point(side, uv, lift);
-        SurfacePoint::raised(transport, facet, (point, facet_normal), shaded)
+        ReceiverPoint::raised(transport, facet, (point, facet_normal), shaded)
     }
 
     /// The point `point` of a facet, of the side with the unit normal `facet_normal`, without normal maps: values at nodes and vertices stand for all the surface
@@ -47,12 +47,12 @@ impl SurfacePoint {
         transport: &Transport,
         facet: usize,
         (point, facet_normal): (Vec3, Vec3),
-    ) -> SurfacePoint {
+    ) -> ReceiverPoint {
         let curved = |side, lift| {
             let uv = transport.scene().facets()[facet].plate.parameters(point);
             transport.scene().curved_point(side, uv, lift)
         };
-        SurfacePoint::raised(transport, facet, (point, facet_normal), curved)
+        ReceiverPoint::raised(transport, facet, (point, facet_normal), curved)
     }
 
     /// The point that `shaded` gives for a side of a facet and a height above it, m.
@@ -61,9 +61,9 @@ impl SurfacePoint {
         facet: usize,
         (point, facet_normal): (Vec3, Vec3),
         shaded: impl Fn((usize, bool), f64) -> Option<ShadedPoint>,
-    ) -> SurfacePoint {
+    ) -> ReceiverPoint {
         let scene = transport.scene();
-        let flat = SurfacePoint::flat(point, facet_normal);
+        let flat = ReceiverPoint::flat(point, facet_normal);
         if scene.shading().is_empty() {
             return flat;
         }
@@ -72,7 +72,7 @@ impl SurfacePoint {
         let lift = LIFT_SHARE * plate.diameter() + LIFT_OF_DIAGONAL * scene.diagonal();
         match shaded((facet, front), lift) {
             Some(at) if !transport.occluded(point, at.point) => {
-                SurfacePoint { point: at.point, normal: at.normal, facet_normal }
+                ReceiverPoint { point: at.point, normal: at.normal, facet_normal }
             }
             _ => flat,
         }

@@ -10,14 +10,21 @@ use zonal_scene::{BandSet, Bands, Plate, PlateKind, ZoneValues};
 /// Bytes of a block that is gathered before it is written.
 const BLOCK_BYTES: usize = 1 << 16;
 
-/// A file that reports its first error, and after it takes and drops all bytes: the crate zip completes an archive when it is dropped, and would print the same error
-/// once more.
+/// A file that reports its first error, and after it takes and drops all bytes: the crate zip completes an archive when it is dropped, and would print another error
+/// where that fails.
 struct FailsOnce<W> {
     out: W,
     has_failed: bool,
+    /// Place of the next byte, and the end of the file, also of those that are dropped.
+    position: u64,
+    end: u64,
 }
 
 impl<W> FailsOnce<W> {
+    fn new(out: W) -> FailsOnce<W> {
+        FailsOnce { out, has_failed: false, position: 0, end: 0 }
+    }
+
     fn call<T>(&mut self, of_failed: T, act: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
         if self.has_failed {
             return Ok(of_failed);
@@ -26,11 +33,18 @@ impl<W> FailsOnce<W> {
         self.has_failed = result.as_ref().is_err_and(|e| e.kind() != io::ErrorKind::Interrupted);
         result
     }
+
+    fn move_to(&mut self, position: u64) {
+        self.position = position;
+        self.end = self.end.max(position);
+    }
 }
 
 impl<W: Write> Write for FailsOnce<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.call(bytes.len(), |out| out.write(bytes))
+        let written = self.call(bytes.len(), |out| out.write(bytes))?;
+        self.move_to(self.position + written as u64);
+        Ok(written)
     }
     fn flush(&mut self) -> io::Result<()> {
         self.call((), Write::flush)
@@ -39,7 +53,14 @@ impl<W: Write> Write for FailsOnce<W> {
 
 impl<W: Seek> Seek for FailsOnce<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.call(0, |out| out.seek(to))
+        let of_failed = match to {
+            SeekFrom::Start(n) => n,
+            SeekFrom::Current(n) => self.position.saturating_add_signed(n),
+            SeekFrom::End(n) => self.end.saturating_add_signed(n),
+        };
+        let position = self.call(of_failed, |out| out.seek(to))?;
+        self.move_to(position);
+        Ok(position)
     }
 }
 
@@ -54,7 +75,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// For arrays of the bands of a scene.
     pub(crate) fn new(out: W, bands: &BandSet) -> NpzWriter<W> {
         let bands_of_triples = (0..bands.triples()).map(|t| bands.window(t).len()).collect();
-        NpzWriter { zip: ZipWriter::new(FailsOnce { out, has_failed: false }), bands_of_triples }
+        NpzWriter { zip: ZipWriter::new(FailsOnce::new(out)), bands_of_triples }
     }
 
     pub(crate) fn finish(self) -> io::Result<()> {
@@ -281,5 +302,54 @@ impl<W: Write + Seek> NpzWriter<W> {
         self.vectors(&format!("{name}_e2"), plates.clone().map(|p| p.e2))?;
         let kinds: Vec<u8> = plates.map(|p| (p.kind == PlateKind::Parallelogram) as u8).collect();
         self.bytes(&format!("{name}_kind"), &kinds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file with room for some bytes.
+    struct FullDisk {
+        file: io::Cursor<Vec<u8>>,
+        room: usize,
+    }
+
+    impl Write for FullDisk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let end = self.file.position() as usize + bytes.len();
+            if end > self.room { Err(io::ErrorKind::StorageFull.into()) } else { self.file.write(bytes) }
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Seek for FullDisk {
+        fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+            self.file.seek(to)
+        }
+    }
+
+    #[test]
+    fn an_archive_that_failed_completes_without_another_error() {
+        let write = |npz: &mut NpzWriter<FullDisk>| {
+            npz.reals("a", [1.0; 40].into_iter())?;
+            npz.bytes("b", &[7; 90])
+        };
+        let (mut failures, mut complete) = (0, 0);
+        for room in 0..1200 {
+            let disk = FullDisk { file: io::Cursor::default(), room };
+            let mut npz = NpzWriter::new(disk, &BandSet::default());
+            if write(&mut npz).is_err() {
+                failures += 1;
+                // What the archive does when it is dropped.
+                let dropped = npz.zip.finish().map(|_| ()).map_err(|e| e.to_string());
+                assert_eq!(dropped, Ok(()), "{room}");
+            } else {
+                complete += usize::from(npz.finish().is_ok());
+            }
+        }
+        assert!(failures > 400 && complete > 100, "{failures} {complete}");
     }
 }
