@@ -1086,7 +1086,7 @@ class Scene:
         patch_rule : {"edge", "area", "voxels"}, optional
             What the patch size limits; "area" with a mesh file, else "edge".
         closure : {"measure", "restore"}, optional
-            Treatment of row sums that miss closure; "restore" in thermal mode and for the factors of the dense engine, else "measure".
+            Treatment of row sums that miss closure; "restore" in thermal mode, else "measure".
         residual : float, optional
             Power left undistributed by the iteration, relative to the power of the sources; 1e-10 by default.
         max_iterations : int, optional

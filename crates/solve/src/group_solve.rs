@@ -7,12 +7,12 @@ use crate::iteration::{
 };
 use crate::light_groups::SourceGroup;
 use crate::mixed_sides::MixedSides;
-use crate::operator::{ErrorModel, IncidentPower, extend_to_slopes};
+use crate::operator::{IncidentPower, extend_to_slopes};
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_scene::{Bands, Engine, LightGroup, NoCheckpoints, NoProgress, SolveStatus};
+use zonal_scene::{Bands, Engine, LightGroup};
 
 /// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its rays.
 const RESIDUAL_OVER_TOLERANCE: f64 = 1e-4;
@@ -44,38 +44,6 @@ pub(crate) fn solve_groups(
             SolvedColumns { results, incident: None, spare }
         }
     }
-}
-
-/// Strengths of all unknowns for sources s⁰ of the zones, to the relative residual `residual`; infinite in bands whose iteration does not converge.
-pub(crate) fn respond(
-    context: &SolveContext,
-    operator: &dyn ErrorModel,
-    mut sources: Vec<Bands>,
-    residual: f64,
-) -> Vec<Bands> {
-    let slope_zones = operator.slope_zones();
-    let (mut weights, mut targets) = (reflection_weights(context.zones), closure_targets(context.zones));
-    extend_to_slopes(&mut weights, &slope_zones);
-    extend_to_slopes(&mut targets, &slope_zones);
-    sources.resize(targets.len(), Bands::ZERO);
-    let mixed = MixedSides { operator, zones: context.zones };
-    let transmits = !context.zones.sheets.is_empty();
-    let system = LinearSystem {
-        operator: if transmits { &mixed } else { operator },
-        weights: &weights,
-        targets: &targets,
-        sums: context.shared_zones().order(),
-    };
-    let stop = StoppingCriterion { residual, max_iterations: context.scene.options().max_iterations };
-    let context = SolveContext { checkpoints: &NoCheckpoints, progress: &NoProgress, ..*context };
-    let Some(result) = solve_system(&context, &system, vec![sources], None, stop).0.pop() else {
-        return Vec::new();
-    };
-    let reached = Bands::from_fn(|b| match result.status[b] {
-        SolveStatus::Converged => 1.0,
-        _ => f64::INFINITY,
-    });
-    result.strengths.iter().map(|s| s.zip_map(reached, |s, r| if r.is_finite() { s } else { r })).collect()
 }
 
 /// The results of all groups, the vector of the weights, and one of the iteration.

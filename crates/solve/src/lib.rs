@@ -23,7 +23,7 @@
 //! | [`ray`], `gather`, [`hierarchical`] | stored rays from every zone, and a final gather from their solution |
 //! | [`direct_light`], [`surroundings`], [`light_groups`] | the right-hand sides |
 //! | `iteration` | conjugate gradients, stabilised bi-conjugate gradients, Neumann series |
-//! | `group_solve`, `solution_fields`, `closure_amplification` | the solution of all light groups, its fields, and the reflection of closure defects |
+//! | `group_solve`, `solution_fields` | the solution of all light groups, and its fields |
 //! | [`thermal`] | boundary conditions, coupling of the bands, recovery of temperatures |
 //! | `errors` | error estimates of a solution |
 //! | [`report`] | closure, energy balance, diagnostics, cost estimates |
@@ -35,7 +35,6 @@
 //! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
 
 mod balanced_report;
-mod closure_amplification;
 pub mod dense;
 pub mod direct_light;
 mod direct_solution;

@@ -74,22 +74,6 @@ pub(crate) trait ErrorModel: ExchangeOperator {
     fn grade(&self) -> Grade;
 }
 
-/// Exchange factors of single pairs with error radii r_ij, which an adjustment may change.
-pub(crate) trait AdjustableExchange: ErrorModel {
-    /// Σ_j r_ij² x_j of every zone.
-    fn variance_product(&self, x: &[Bands]) -> Vec<Bands>;
-    /// Adds r_ij² (λ_i c_j + λ_j c_i) to g_ij, for `multipliers` λ and `coefficients` c; no factor loses more than [`MAX_LOSS_OF_FACTOR`] of itself.
-    fn adjust(&mut self, multipliers: &[Bands], coefficients: &[Bands]);
-}
-
-/// Largest relative decrease of a factor in one adjustment, which keeps factors positive.
-pub(crate) const MAX_LOSS_OF_FACTOR: f64 = 0.5;
-
-/// The factor `g` after a change, within [`MAX_LOSS_OF_FACTOR`].
-pub(crate) fn adjusted_factor(g: f64, change: f64) -> f64 {
-    (g + change).max((1.0 - MAX_LOSS_OF_FACTOR) * g)
-}
-
 /// Incident power of every column of a multivector of strengths.
 pub(crate) struct IncidentPower {
     /// P of every column.

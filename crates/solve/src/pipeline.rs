@@ -25,7 +25,7 @@ use crate::report::{back_faces, diagnostics};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
 use crate::solve_context::{BuiltEngine, SolveContext};
-use crate::surroundings::{self, SurroundingsExchange, exact_rows};
+use crate::surroundings::{self, SurroundingsExchange};
 use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
 use crate::triple_checkpoints::TripleCheckpoints;
@@ -86,19 +86,22 @@ fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, Sce
     // Solve for the fields.
     let mut solved = solve_on_zones(&scene, transport, zones, settings)?;
     solved[0].report.warnings.splice(0..0, excluded);
-    // Estimate the discretization error by the same solve on other zones, or that of thick cells without one.
-    let basis = discretization::basis_of(solved[0].has_slopes);
-    let mut triples = FirstTriple::all(&scene, &mut solved);
+    // Estimate the discretization error by the same solve on other zones.
     if discretization::is_requested(&scene) {
         let solve_other = |scene: &Scene, transport: Transport, zones: Zones, settings: &SolveSettings| {
             let solved = solve_on_zones(scene, transport, zones, settings)?;
             Ok(solved.into_iter().map(|s| s.report).collect())
         };
-        discretization::estimate(&scene, basis, &mut triples, settings, &solve_other);
+        let basis = discretization::basis_of(solved[0].has_slopes);
+        let triples = scene.triples().zip(&mut solved).map(|(scene, s)| FirstTriple {
+            scene,
+            zones: &s.zones,
+            fields: &s.fields,
+            report: &mut s.report,
+        });
+        discretization::estimate(&scene, basis, &mut triples.collect::<Vec<_>>(), settings, &solve_other);
         // Return an interruption of the second solve as such, not as an unknown error.
         check_interrupted(settings.progress)?;
-    } else {
-        discretization::state_thick_scattering(&scene, basis, &mut triples, settings.communicator);
     }
     Ok(join_triples(scene, solved))
 }
@@ -303,11 +306,7 @@ fn prepare(
     let emitters = EmitterExchange::of(scene, zones, engine, settings.pair_settings);
     let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
-    let is_completed = engine == Engine::Dense && mirrored.is_none();
-    let mut exterior = match is_completed && exact_rows::are_known_later(scene, zones) {
-        true => surroundings::stage::pilot(scene, zones, transport, settings),
-        false => measure_surroundings(scene, zones, transport, engine, settings)?,
-    };
+    let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
     if let Some(m) = mirrored {
         exterior = m.even_surroundings(&exterior);
     }

@@ -18,7 +18,6 @@ mod horizon_lights;
 mod layered;
 mod light_groups;
 mod linear_basis;
-mod local_decisions;
 mod many_bands;
 mod mirrors;
 mod monte_carlo;

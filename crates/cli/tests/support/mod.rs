@@ -79,7 +79,8 @@ pub(crate) fn refused(f: &Folder, by: By, args: &[&str], named: &str) {
     let command = format!("zonal {}", args.join(" "));
     // Commands that take seconds print their progress.
     let lines = text(&o.stderr);
-    let err: String = lines.lines().filter(|l| !l.starts_with("progress: ")).map(|l| format!("{l}\n")).collect();
+    let err: String =
+        lines.lines().filter(|l| !l.starts_with("progress: ")).map(|l| format!("{l}\n")).collect();
     let out = text(&o.stdout);
     assert_eq!(o.status.code(), Some(2), "{command}: {:?}\n{out}\n{err}", o.status);
     assert!(err.starts_with("error: "), "{command}: {err}");
