@@ -413,7 +413,7 @@ fn prescribed_values_have_no_error() {
         "{message}"
     );
     let (z, message) = notes(&text("[7,7,7]", "temperature = 700", "patch_rule = \"voxels\""));
-    assert!(message.contains("not known: cells of known temperature"), "{message}");
+    assert!(message.contains("cells of known temperature") && message.contains("known heat"), "{message}");
     assert!(stated(&z).zones == 0 && unknown(stated(&z)).iter().all(|x| x[1]), "{message}");
     let (z, message) = notes(&text("[5,5,5]", "temperature = 700", "patch_rule = \"voxels\""));
     assert!(stated(&z).zones > 1000 && message.is_empty(), "{message}");
@@ -512,7 +512,8 @@ fn error_of_a_mesh_of_single_patches_is_within_the_estimate() {
                 (a.temperature.unwrap() - b.temperature.unwrap()).abs(),
                 a.temperature_error.unwrap() + b.temperature_error.unwrap(),
             );
-            assert!(stated[0] + noise >= error, "{}: {error} K {stated:?}", a.name);
+            let rounding = 1e-12 * a.temperature.unwrap();
+            assert!(stated[0] + noise + rounding >= error, "{}: {error} K {stated:?}", a.name);
         }
     }
 }
