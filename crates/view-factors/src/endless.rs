@@ -25,23 +25,28 @@ pub(crate) fn stretched(
     made
 }
 
+/// The corners of a parallelogram from one that begins an edge along an axis: the first and the third edge are along it.
+pub(crate) fn sides_along(corners: &[Vec3], axis: usize, contact: f64) -> Option<[Vec3; 4]> {
+    let [a, b, c, d] = *corners else { return None };
+    let quads = [[a, b, c, d], [b, c, d, a]];
+    quads.into_iter().find(|q| {
+        let (e, f) = (q[1] - q[0], q[2] - q[3]);
+        let mut rest = e.array();
+        rest[axis] = 0.0;
+        Vec3::from_array(rest).max_abs() <= contact && (e - f).max_abs() <= 2.0 * contact
+    })
+}
+
 fn stretched_along(body: &ConvexBody, images: &PeriodicImages, k: usize, contact: f64) -> Option<ConvexBody> {
-    let [a, b, c, d] = *body.corners() else { return None };
     if !body.is_plate() {
         return None;
     }
     let axis = images.axes[k];
-    // The two edges along the axis may be the first and third, or the second and fourth.
-    let quads = [[a, b, c, d], [b, c, d, a]];
-    let [a, b, c, d] = quads.into_iter().find(|q| {
-        let (e, f) = (q[1] - q[0], q[2] - q[3]);
-        let along = e.array()[axis];
-        let mut rest = e.array();
-        rest[axis] = 0.0;
-        let is_along = Vec3::from_array(rest).max_abs() <= contact && (e - f).max_abs() <= 2.0 * contact;
-        is_along && along.abs() >= images.periods[k] - contact
-    })?;
+    let [a, b, _, d] = sides_along(body.corners(), axis, contact)?;
     let length = (b - a).array()[axis];
+    if length.abs() < images.periods[k] - contact {
+        return None;
+    }
     let more = length.signum() * f64::from(images.counts[k]) * images.periods[k];
     let moved = |p: Vec3, by: f64| {
         let mut x = p.array();
@@ -49,6 +54,5 @@ fn stretched_along(body: &ConvexBody, images: &PeriodicImages, k: usize, contact
         Vec3::from_array(x)
     };
     let corners = [moved(a, -more), moved(a, length + more), moved(d, length + more), moved(d, -more)];
-    debug_assert!((c - d).array()[axis] * length > 0.0);
     ConvexPolygon::new(corners.to_vec()).map(|p| ConvexBody::plate(&p))
 }

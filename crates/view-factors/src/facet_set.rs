@@ -100,6 +100,12 @@ impl FacetSet {
         progress: &dyn Progress,
         checkpoints: &dyn CheckpointStore,
     ) -> Result<ViewFactors, SceneError> {
+        let parts = (self.polygons.as_slice(), self.surface.as_slice(), self.surfaces);
+        if !self.polygons.is_empty()
+            && let Some(f) = ViewFactors::by_strings(parts, &self.obstructions, settings, progress)?
+        {
+            return Ok(f);
+        }
         let f = ViewFactors::compute(&self.polygons, &self.obstructions, settings, progress, checkpoints)?;
         let single = self.surfaces == self.polygons.len()
             && self.surface.iter().enumerate().all(|(k, s)| k == *s as usize);

@@ -183,7 +183,7 @@ fn face_of_cube(n: Vec3) -> u8 {
 
 /// The distance below which polygons of these coordinates count as touching, m: two roundings of the largest coordinate where all are stored in
 /// single precision, else a tiny share of the extent.
-fn contact_distance(polygons: &[&ConvexPolygon]) -> f64 {
+pub(crate) fn contact_distance(polygons: &[&ConvexPolygon]) -> f64 {
     let coordinates = || polygons.iter().flat_map(|p| p.corners()).flat_map(|c| c.array());
     let largest = coordinates().fold(0.0f64, |s, x| s.max(x.abs()));
     let single = coordinates()

@@ -11,7 +11,8 @@
 //! | `shaft`, `blocking` | occluders that may hide something between two boxes; one that hides everything |
 //! | `pairs` | recursion over pairs of nodes; 𝓕 of pairs of facets |
 //! | `sky`, `direction_cell` | the surroundings, independent of the pairs |
-//! | `periods`, `endless`, `image_sum` | periodic geometry: images, occluders that adjoin their images, sums over images |
+//! | `periods`, `image_choice`, `endless`, `image_sum` | periodic geometry: images and how many, occluders that adjoin their images, sums over images |
+//! | `strings` | geometries extruded along a period: crossed strings in the cross-section, exact |
 //! | `facet_set` | surfaces of several polygons, surfaces cut out of others |
 //! | `script_f` | total exchange factors of grey surfaces |
 //! | `parts` | the result as plain lists |
@@ -47,6 +48,7 @@ mod direction_cell;
 mod endless;
 mod facet_set;
 mod geometry;
+mod image_choice;
 mod image_sum;
 mod matrix;
 mod occluder_list;
@@ -59,6 +61,7 @@ mod settings;
 mod shaft;
 mod sky;
 mod stages;
+mod strings;
 mod view_factors;
 
 pub use facet_set::{FacetSet, convex_parts, without};

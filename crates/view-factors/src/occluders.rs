@@ -122,7 +122,7 @@ pub(crate) fn merged_occluders(polygons: &[&ConvexPolygon], contact: f64) -> Vec
 }
 
 /// Plates merged again as long as some join: components whose facets did not share edges may have outlines that do.
-fn merged_plates(mut plates: Vec<ConvexPolygon>, contact: f64) -> Vec<ConvexPolygon> {
+pub(crate) fn merged_plates(mut plates: Vec<ConvexPolygon>, contact: f64) -> Vec<ConvexPolygon> {
     for _ in 0..MAX_MERGING_ROUNDS {
         let polygons: Vec<&ConvexPolygon> = plates.iter().collect();
         let outlines = Outlines::new(&polygons, contact);

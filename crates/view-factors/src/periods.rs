@@ -53,16 +53,6 @@ impl ImageBlock {
         self.first == self.last
     }
 
-    /// The only axis along which the block has more than one image.
-    pub(crate) fn only_axis(&self) -> Option<usize> {
-        let long = [0, 1].map(|k| self.first[k] < self.last[k]);
-        match long {
-            [true, false] => Some(0),
-            [false, true] => Some(1),
-            _ => None,
-        }
-    }
-
     /// Two parts, divided along an axis: near images apart from distant ones.
     pub(crate) fn divided(&self, axis: usize) -> [ImageBlock; 2] {
         let middle = split(self.first[axis], self.last[axis]);

@@ -3,7 +3,7 @@
 use zonal_scene::SceneError;
 
 /// Requested absolute radius of a factor, relative to the tolerance.
-const ABSOLUTE_SHARE: f64 = 0.02;
+pub(crate) const ABSOLUTE_SHARE: f64 = 0.02;
 /// Evaluations of the visible part for a pair, at most.
 const MAX_PAIR_EVALUATIONS: u64 = 3_000;
 

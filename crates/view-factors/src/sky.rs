@@ -23,7 +23,7 @@ const MAX_CELL_DEPTH: u32 = 3;
 /// Occluders of a cell, the largest first, that are tested for hiding others.
 const MAX_HIDING_OCCLUDERS: usize = 8;
 /// Requested radius of a sky factor relative to that of a pair.
-const SKY_GOAL: f64 = 40.0;
+pub(crate) const SKY_GOAL: f64 = 40.0;
 /// Requested radius of the exchange in unresolved directions: relative to that of a pair, and to the value.
 const UNRESOLVED_GOAL: f64 = 0.2;
 const UNRESOLVED_RELATIVE_GOAL: f64 = 0.25;

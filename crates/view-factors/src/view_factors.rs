@@ -2,8 +2,8 @@
 
 use crate::bounds::Bounds;
 use crate::closing::{close_rows, defects};
-use crate::direction_cell::DirectionCell;
 use crate::geometry::Geometry;
+use crate::image_choice::{choose_images, sky_nodes, unresolved_cells};
 use crate::matrix::ExchangeRows;
 use crate::occluder_list;
 use crate::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, merge_images, round_up};
@@ -11,6 +11,7 @@ use crate::periods::PeriodicImages;
 use crate::settings::{Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
 use crate::stages;
+use crate::strings;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use zonal_exchange::polygon::visible::ConvexPolygon;
@@ -21,14 +22,10 @@ use zonal_scene::{CheckpointStore, Progress, SceneError};
 const MIN_TASKS: usize = 4096;
 /// Rounds of division, at most.
 const MAX_DIVISIONS: usize = 64;
-/// Nodes of facets at which the surroundings are divided.
-const MIN_SKY_NODES: usize = 512;
 /// Batches between checkpoints.
 const BATCHES: usize = 48;
 /// A defect beyond this number of row radii and the tolerance has another cause than numerical error.
 const OPEN_ROW_RADII: f64 = 3.0;
-/// Share of the requested absolute radius that the exchange in unresolved directions should not exceed.
-const UNRESOLVED_SHARE: f64 = 1.0;
 /// Share of the requested absolute radius below which the exchange in unresolved directions is left out.
 const OMITTED_REST: f64 = 0.01;
 /// Bytes for a pair during the computation and in the rows.
@@ -97,6 +94,12 @@ impl ViewFactors {
         if facets.is_empty() {
             return Err(SceneError::new("facets", "there is no facet; give at least one"));
         }
+        let surface: Vec<u32> = (0..facets.len() as u32).collect();
+        if let Some(f) =
+            ViewFactors::by_strings((facets, &surface, facets.len()), obstructions, settings, progress)?
+        {
+            return Ok(f);
+        }
         let mut geometry = Geometry::new(facets, obstructions);
         let extent = Bounds::of(
             &facets.iter().chain(obstructions).flat_map(|p| p.corners()).copied().collect::<Vec<_>>(),
@@ -107,9 +110,46 @@ impl ViewFactors {
         let surroundings = run.surroundings()?;
         let unseen = run.unrepresented(&pairs, &surroundings)?;
         pairs.push(unseen);
-        let mut rows = rows_of(facets.len(), &pairs, settings.surroundings, surroundings);
+        let rows = rows_of(facets.len(), &pairs, settings.surroundings, surroundings);
         drop(pairs);
         let areas: Vec<f64> = facets.iter().map(ConvexPolygon::area).collect();
+        let is_estimated = counts.partial > 0 || images.any();
+        Ok(ViewFactors::closed(areas, rows, settings, is_estimated, ViewFactorCounts::of(&geometry, &counts)))
+    }
+
+    /// The factors of surfaces, each the union of the facets of its number, by crossed strings; None if the geometry is not extruded along a period.
+    pub(crate) fn by_strings(
+        (facets, surface, surfaces): (&[ConvexPolygon], &[u32], usize),
+        obstructions: &[ConvexPolygon],
+        settings: &ViewFactorSettings,
+        progress: &dyn Progress,
+    ) -> Result<Option<ViewFactors>, SceneError> {
+        settings.check()?;
+        let made = strings::exchange(facets, surface, obstructions, settings, progress)?;
+        let Some(made) = made else { return Ok(None) };
+        let n = made.areas.len();
+        let counts = ViewFactorCounts {
+            facets: facets.len(),
+            occluders: n,
+            solids: 0,
+            examined: made.pairs.len() as u64,
+            unobstructed: 0,
+            hidden: 0,
+            partial: made.pairs.len() as u64,
+        };
+        let rows = rows_of(n, &[made.pairs], settings.surroundings, made.surroundings);
+        let f = ViewFactors::closed(made.areas, rows, settings, true, counts);
+        Ok(Some(f.combined(&made.surface, surfaces)))
+    }
+
+    /// The factors of rows, closed as the settings say.
+    fn closed(
+        areas: Vec<f64>,
+        mut rows: ExchangeRows,
+        settings: &ViewFactorSettings,
+        is_estimated: bool,
+        counts: ViewFactorCounts,
+    ) -> ViewFactors {
         let relative: Vec<f64> = defects(&areas, &rows).iter().zip(&areas).map(|(d, a)| -d / a).collect();
         let open_rows = open_rows(&rows, &areas, &relative, settings.tolerance);
         let remaining_defect = match settings.closure {
@@ -120,19 +160,11 @@ impl ViewFactors {
             }
             RowClosing::Keep => relative.iter().fold(0.0f64, |s, d| s.max(d.abs())),
         };
-        let estimated = counts.partial > 0
-            || images.any()
+        let is_estimated = is_estimated
             || settings.closure == RowClosing::Restore
             || rows.sky.iter().chain(&rows.ground).any(|b| b.grade != Grade::Proved);
-        Ok(ViewFactors {
-            counts: ViewFactorCounts::of(&geometry, &counts),
-            areas,
-            rows,
-            defects: relative,
-            open_rows,
-            remaining_defect,
-            grade: if estimated { Grade::Estimated } else { Grade::Proved },
-        })
+        let grade = if is_estimated { Grade::Estimated } else { Grade::Proved };
+        ViewFactors { areas, rows, defects: relative, open_rows, remaining_defect, grade, counts }
     }
 
     /// Number of facets.
@@ -306,59 +338,6 @@ fn rows_of(
         }
     }
     rows
-}
-
-/// Images whose unresolved rays meet the tolerance, or as many as the limit of the cost allows; the occluders become those of all images.
-fn choose_images(
-    geometry: &mut Geometry,
-    extent: &Bounds,
-    settings: &ViewFactorSettings,
-    progress: &dyn Progress,
-) -> Result<PeriodicImages, SceneError> {
-    let first = PeriodicImages::new(settings, extent, [false; 2]);
-    let endless = geometry.endless_axes(&first);
-    let mut images = PeriodicImages::new(settings, extent, endless);
-    geometry.set_images(&images);
-    while images.any() {
-        let Some(more) = images.doubled(endless, geometry.facets.len()) else { break };
-        let cells = unresolved_cells(&images);
-        let nodes = sky_nodes(geometry);
-        let run = |node: &u32| {
-            let idle = progress.is_interrupted();
-            let traversal = SkyTraversal::new(geometry, &images, settings.goal(), settings.up);
-            if idle { Vec::new() } else { traversal.run(*node, &cells) }
-        };
-        let found: Vec<_> = nodes.par_iter().with_max_len(1).map(run).collect();
-        if progress.is_interrupted() {
-            return Err(SceneError::interrupted());
-        }
-        let allowed = |f: u32| {
-            UNRESOLVED_SHARE * settings.goal().absolute * geometry.facets[f as usize].polygon().area()
-        };
-        if found.iter().flatten().all(|(f, s)| s.unresolved <= allowed(*f)) {
-            break;
-        }
-        images = more;
-        geometry.set_images(&images);
-    }
-    Ok(images)
-}
-
-fn unresolved_cells(images: &PeriodicImages) -> Vec<DirectionCell> {
-    direction_cells(images).into_iter().filter(|c| images.is_unresolved(c)).collect()
-}
-
-/// Nodes of facets at which the surroundings are divided.
-fn sky_nodes(geometry: &Geometry) -> Vec<u32> {
-    let mut nodes = vec![0u32];
-    for _ in 0..MAX_DIVISIONS {
-        if nodes.len() >= MIN_SKY_NODES {
-            break;
-        }
-        let children = |n: &u32| geometry.node(*n).children.map_or_else(|| vec![*n], |c| c.to_vec());
-        nodes = nodes.iter().flat_map(children).collect();
-    }
-    nodes
 }
 
 /// Rows whose relative defects their errors do not explain.
