@@ -66,7 +66,7 @@ impl ImageBlock {
 /// The last number of the first part of a range of more than one: 0 apart from others, then numbers below twice the smallest.
 pub(crate) fn split(first: i32, last: i32) -> i32 {
     match (first, last) {
-        (f, _) if f == 0 => 0,
+        (0, _) => 0,
         (f, l) if f < 0 && l >= 0 => -1,
         (f, l) if f > 0 && l / 2 >= f => 2 * f - 1,
         (f, l) if l < 0 && f / 2 <= l => 2 * l,

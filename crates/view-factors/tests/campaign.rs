@@ -5,26 +5,28 @@
 #[path = "../../validation/examples/coverage/view_factors/mod.rs"]
 mod view_factors;
 
-use view_factors::{FactorCampaign, Summary};
+use view_factors::{CampaignCase, FactorCampaign, Summary, check};
 use zonal_reference::test_cases::run_all_cases;
 
-/// Meshes: one turn of every kind.
-const MESHES: u64 = 34;
+/// Meshes of the whole campaign: ten turns of every kind.
+const MESHES: u64 = 340;
+/// The meshes of a quick test: those of the first turn whose references cost little.
+const QUICK: std::ops::Range<u64> = 8..34;
 const SEED: u64 = 2026;
 
 #[test]
 fn stated_radii_cover_the_errors_of_random_meshes() {
-    let (meshes, tolerances) = if run_all_cases() {
-        (10 * MESHES, view_factors::TOLERANCES.to_vec())
+    let checks = if run_all_cases() {
+        let tolerances = view_factors::TOLERANCES.to_vec();
+        FactorCampaign { meshes: MESHES, seed: SEED, tolerances }.run()
     } else {
-        (MESHES, vec![1e-3, 1e-5])
+        QUICK.flat_map(|index| check(&CampaignCase::new(SEED, index), &[1e-3])).collect()
     };
-    let checks = FactorCampaign { meshes, seed: SEED, tolerances }.run();
     for c in checks.iter().filter(|c| c.ratio() > 1.0).take(40) {
         println!("{:.2} {c:?}", c.ratio());
     }
     let summary = Summary::new(&checks);
     println!("{}", summary.tables());
     assert!(summary.holds(), "{}", summary.tables());
-    assert!(summary.all.factors > 2_000 && summary.all.proved > 50, "{:?}", summary.all);
+    assert!(summary.all.factors > 500, "{:?}", summary.all);
 }

@@ -14,8 +14,11 @@ const LEAST_SPATIAL_TOLERANCE: f64 = 1e-4;
 const LEAST_EMPTY_TOLERANCE: f64 = 1e-7;
 /// Error of the spatial reference relative to the least tolerance.
 const REFERENCE_SHARE: f64 = 0.02;
-/// Divided triangles of the spatial reference for a row, at most.
+/// Divided triangles of the spatial reference for a row, at most: fewer in meshes of many facets, whose views cost more.
 const MAX_TRIANGLES: usize = 6000;
+const MAX_TRIANGLE_VIEWS: usize = 600_000;
+/// Rows of a mesh that are compared, at most.
+const MAX_ROWS: usize = 4;
 /// Share of the smaller area below which factors are left out, relative to the tolerance.
 const OMITTED: f64 = 1.0 / 500.0;
 /// Meshes of each turn: one of each kind in space, and this many cross-sections of each kind.
@@ -110,7 +113,7 @@ impl ReferenceRow {
 pub(crate) fn check(case: &CampaignCase, tolerances: &[f64]) -> Vec<FactorCheck> {
     let mut rng = Rng::new(case.seed);
     let reference = match case.kind.checked_sub(MESH_KINDS.len()) {
-        None => in_space(case.kind, &mut rng),
+        None => in_space(case.kind, tolerances.iter().copied().fold(1.0, f64::min), &mut rng),
         Some(k) => section(k / 2, k % 2 == 1, &mut rng),
     };
     let mut checks = Vec::new();
@@ -125,14 +128,22 @@ pub(crate) fn check(case: &CampaignCase, tolerances: &[f64]) -> Vec<FactorCheck>
     checks
 }
 
-fn in_space(kind: usize, rng: &mut Rng) -> Reference {
+/// A mesh in space, with a reference for tolerances down to `least`.
+fn in_space(kind: usize, least: f64, rng: &mut Rng) -> Reference {
     let mesh = RandomMesh::new(kind, rng);
     let least_tolerance =
         if MESH_KINDS[kind] == "empty rooms" { LEAST_EMPTY_TOLERANCE } else { LEAST_SPATIAL_TOLERANCE };
+    let least_tolerance = least_tolerance.max(least);
     let scene = VisibleScene::new(&mesh.facets, &[]);
+    let triangles = (MAX_TRIANGLE_VIEWS / (scene.len() * scene.len())).clamp(20, MAX_TRIANGLES);
+    let step = scene.len().div_ceil(MAX_ROWS);
     let row = |i: usize| {
-        let row = scene.row(i, REFERENCE_SHARE * least_tolerance, MAX_TRIANGLES);
-        ReferenceRow::in_space(scene.area(i), row)
+        let area = scene.area(i);
+        if i % step != 0 {
+            return ReferenceRow { area, facets: Vec::new(), sky: None, ground: None };
+        }
+        let row = scene.row(i, REFERENCE_SHARE * least_tolerance, triangles);
+        ReferenceRow::in_space(area, row)
     };
     let rows = (0..scene.len()).map(row).collect();
     let mut set = FacetSet::new();
