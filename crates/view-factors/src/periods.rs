@@ -85,6 +85,8 @@ pub(crate) struct PeriodicImages {
     pub counts: [i32; 2],
     up: usize,
     size: [f64; 3],
+    /// Lowest and highest coordinate along the axis that points up, m.
+    heights: [f64; 2],
     /// Distance up to which all images are represented, m; infinite without a period.
     reach: [f64; 2],
 }
@@ -100,6 +102,7 @@ impl PeriodicImages {
             counts: [0; 2],
             up: settings.up,
             size,
+            heights: [extent.lo, extent.hi].map(|x| x.array()[settings.up]),
             reach: [f64::INFINITY; 2],
         };
         let rise = size[settings.up];
@@ -239,13 +242,25 @@ impl PeriodicImages {
         if cut > 0.0 && cut < 1.0 { cut } else { 0.0 }
     }
 
+    /// The rise or fall after which rays from within bounds have left the geometry, m.
+    pub(crate) fn rise_from(&self, b: &Bounds, is_above: bool) -> f64 {
+        let [lowest, highest] = self.heights;
+        let rise = if is_above { highest - b.lo.array()[self.up] } else { b.hi.array()[self.up] - lowest };
+        rise.max(0.0)
+    }
+
     /// False if every ray of the cell that meets no represented image has left the geometry.
     pub(crate) fn is_unresolved(&self, cell: &DirectionCell) -> bool {
+        self.is_unresolved_within(cell, self.size[self.up])
+    }
+
+    /// The same for rays that leave the geometry after a rise or fall of `rise` (m).
+    pub(crate) fn is_unresolved_within(&self, cell: &DirectionCell, rise: f64) -> bool {
         let (least, most) = cell.extremes();
         let run = (0..2)
             .filter(|k| self.periods[*k] > 0.0)
             .fold(f64::INFINITY, |s, k| s.min(self.reach[k] / most[self.axes[k]].max(f64::MIN_POSITIVE)));
-        let leaves = |axis: usize| least[axis] * run >= self.size[axis];
+        let leaves = |axis: usize| least[axis] * run >= if axis == self.up { rise } else { self.size[axis] };
         run.is_finite() && !leaves(self.up) && !(0..2).any(|k| self.periods[k] == 0.0 && leaves(self.axes[k]))
     }
 }

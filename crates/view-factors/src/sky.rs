@@ -50,7 +50,7 @@ pub(crate) struct SkyExchange {
 }
 
 impl SkyExchange {
-    const NONE: SkyExchange = SkyExchange { sky: Bounded::ZERO, ground: Bounded::ZERO, unresolved: 0.0 };
+    const ZERO: SkyExchange = SkyExchange { sky: Bounded::ZERO, ground: Bounded::ZERO, unresolved: 0.0 };
 }
 
 /// An occluder before a cell of directions.
@@ -114,7 +114,7 @@ impl<'a> SkyTraversal<'a> {
         cells.iter().for_each(|c| self.visit(node, c, &all));
         let facets = self.geometry.facets_of(node);
         let mut sums: std::collections::BTreeMap<u32, SkyExchange> =
-            facets.iter().map(|f| (*f, SkyExchange::NONE)).collect();
+            facets.iter().map(|f| (*f, SkyExchange::ZERO)).collect();
         for ((facet, region), mut cones) in std::mem::take(&mut self.partial) {
             let p = self.geometry.facets[facet as usize].polygon();
             let (relative, share) = match region {
@@ -131,7 +131,7 @@ impl<'a> SkyTraversal<'a> {
             self.free.push((facet, region, obstructed_sky(p, &mut cones, &request)));
         }
         for (facet, region, b) in &self.free {
-            let sum = sums.entry(*facet).or_insert(SkyExchange::NONE);
+            let sum = sums.entry(*facet).or_insert(SkyExchange::ZERO);
             // An unresolved ray meets an image that is not represented, or nothing.
             let most = b.value + b.radius;
             let either = Bounded::estimated(0.5 * most, 0.5 * most);
@@ -148,9 +148,10 @@ impl<'a> SkyTraversal<'a> {
         sums.into_iter().collect()
     }
 
-    fn region(&self, cell: &DirectionCell) -> Region {
+    fn region(&self, facet: u32, cell: &DirectionCell) -> Region {
         let is_above = cell.centre().array()[self.up] > 0.0;
-        match (self.images.is_unresolved(cell), is_above) {
+        let rise = self.images.rise_from(&self.geometry.facets[facet as usize].bounds, is_above);
+        match (self.images.is_unresolved_within(cell, rise), is_above) {
             (false, true) => Region::Sky,
             (false, false) => Region::Ground,
             (true, true) => Region::UnresolvedSky,
@@ -170,7 +171,7 @@ impl<'a> SkyTraversal<'a> {
         if near.is_empty() {
             for f in g.facets_of(node) {
                 let whole = unobstructed_sky(g.facets[*f as usize].polygon(), &corners);
-                self.free.push((*f, self.region(cell), whole));
+                self.free.push((*f, self.region(*f, cell), whole));
             }
             return;
         }
@@ -201,7 +202,7 @@ impl<'a> SkyTraversal<'a> {
         occluder_list::filter(g, self.images, list, 0.0, |o| shaft.excludes(o), &mut near);
         let Some(mut before) = self.occluders(facet, &corners, &near) else { return };
         if before.is_empty() {
-            self.free.push((f, self.region(cell), unobstructed_sky(p, &corners)));
+            self.free.push((f, self.region(f, cell), unobstructed_sky(p, &corners)));
             return;
         }
         self.keep_foremost(facet, &mut before);
@@ -211,7 +212,7 @@ impl<'a> SkyTraversal<'a> {
         }
         let Some(mut view) = OccludedView::of_directions(p, &corners) else { return };
         before.iter().for_each(|o| view.add(&g.occluders[o.occluder].placed(o.shift)));
-        self.partial.entry((f, self.region(cell))).or_default().push(view);
+        self.partial.entry((f, self.region(f, cell))).or_default().push(view);
     }
 
     /// Orders occluders, large and near ones first, so that later ones find little left to hide; removes those that lie wholly behind another one.

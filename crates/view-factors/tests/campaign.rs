@@ -11,9 +11,9 @@ use zonal_reference::test_cases::run_all_cases;
 /// Meshes of the whole campaign: ten turns of every kind.
 const MESHES: u64 = 340;
 /// The meshes of a quick test: those of the first turn whose references cost little.
-const QUICK: std::ops::Range<u64> = 8..34;
+const QUICK_MESHES: std::ops::Range<u64> = 8..34;
 /// Sheds as triangles whose estimated radii are exceeded, which the whole campaign reports: a defect of sums over images of long triangles.
-const DEFECTIVE: u64 = 25;
+const DEFECTIVE_MESH: u64 = 25;
 const SEED: u64 = 2026;
 
 #[test]
@@ -22,8 +22,8 @@ fn stated_radii_cover_the_errors_of_random_meshes() {
         let tolerances = view_factors::TOLERANCES.to_vec();
         FactorCampaign { meshes: MESHES, seed: SEED, tolerances }.run()
     } else {
-        QUICK
-            .filter(|k| *k != DEFECTIVE)
+        QUICK_MESHES
+            .filter(|k| *k != DEFECTIVE_MESH)
             .flat_map(|index| check(&CampaignCase::new(SEED, index), &[1e-3]))
             .collect()
     };

@@ -29,7 +29,7 @@ use crate::pairs::{PairExchange, round_up};
 use crate::settings::ViewFactorSettings;
 use crate::sky::SkyExchange;
 use rayon::prelude::*;
-use section::{Line, Piece, Section};
+use section::{Line, Section, SectionPiece};
 use visible::{PieceView, Row};
 use zonal_exchange::polygon::visible::ConvexPolygon;
 use zonal_math::Bounded;
@@ -164,7 +164,7 @@ impl Extrusion {
     /// X of every facet with this number of columns on each side, and the work.
     fn rows_of_columns(&self, columns: i32, progress: &dyn Progress) -> (Vec<Row>, u64) {
         let n = self.surface.len();
-        let sides: Vec<(&Piece, usize, usize)> = self
+        let sides: Vec<(&SectionPiece, usize, usize)> = self
             .section
             .pieces
             .iter()
@@ -172,7 +172,7 @@ impl Extrusion {
             .filter_map(|(p, side)| p.facets[side].map(|f| (p, side, f as usize)))
             .collect();
         let share = MAX_WORK / sides.len().max(1) as u64;
-        let run = |(piece, side, facet): &(&Piece, usize, usize)| {
+        let run = |(piece, side, facet): &(&SectionPiece, usize, usize)| {
             let (mut row, mut work) = (Row::new(n), share);
             if !progress.is_interrupted() {
                 PieceView::new(&self.section, piece, *side, columns).add_to(&mut row, &mut work);

@@ -20,7 +20,7 @@ pub(crate) struct VertexImage {
 
 /// A part of one line, or of two lines with opposite fronts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct SectionPiece {
     /// Images 0, or 1 at the end of the period.
     pub ends: [VertexImage; 2],
     /// Facets with the front to the left and to the right.
@@ -36,7 +36,7 @@ const MAX_VERTICES: usize = 400;
 #[derive(Clone, Debug)]
 pub(crate) struct Section {
     pub vertices: Vec<[f64; 2]>,
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<SectionPiece>,
     pub period: Option<f64>,
     /// Where the period begins, m.
     pub start: f64,
@@ -190,7 +190,7 @@ impl Section {
                 &mut self.pieces[k].facets[turned]
             }
             None => {
-                self.pieces.push(Piece { ends, facets: [None; 2] });
+                self.pieces.push(SectionPiece { ends, facets: [None; 2] });
                 &mut self.pieces.last_mut()?.facets[0]
             }
         };

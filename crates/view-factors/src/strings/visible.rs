@@ -10,7 +10,7 @@
 //! columns first. The range of s with the same wedges ends where the line through two vertices, one that bounds a wedge and one behind it, meets the facet. The rest of
 //! the facet is treated in the same way.
 
-use super::section::{Piece, Section};
+use super::section::{Section, SectionPiece};
 
 /// Where ranges are divided: symmetric geometries have their changes at simple fractions.
 const DIVISION: f64 = 0.487_123_904_1;
@@ -101,7 +101,12 @@ pub(crate) struct PieceView<'a> {
 }
 
 impl<'a> PieceView<'a> {
-    pub(crate) fn new(section: &'a Section, piece: &Piece, side: usize, columns: i32) -> PieceView<'a> {
+    pub(crate) fn new(
+        section: &'a Section,
+        piece: &SectionPiece,
+        side: usize,
+        columns: i32,
+    ) -> PieceView<'a> {
         let [a, b] =
             if side == 0 { piece.ends } else { [piece.ends[1], piece.ends[0]] }.map(|v| section.at(v));
         let e = [b[0] - a[0], b[1] - a[1]];

@@ -139,7 +139,7 @@ fn in_space(kind: usize, least: f64, rng: &mut Rng) -> Reference {
     let step = scene.len().div_ceil(MAX_ROWS);
     let row = |i: usize| {
         let area = scene.area(i);
-        if i % step != 0 {
+        if !i.is_multiple_of(step) {
             return ReferenceRow { area, facets: Vec::new(), sky: None, ground: None };
         }
         let row = scene.row(i, REFERENCE_SHARE * least_tolerance, triangles);
