@@ -175,7 +175,7 @@ fn unknown_group_is_refused_with_a_list_of_groups() {
     // The errors of the groups add up as if they had one sign.
     // The residual of the balance is distributed over the zones, so that single zones may have a slightly larger error.
     for (m, e) in merged.fields.error.iter().flatten().zip(s.fields.error.iter().flatten()) {
-        assert!(*m <= 1.5 * e && *m >= 0.3 * e, "{m} {e}");
+        assert!(*m <= 1.6 * e && *m >= 0.3 * e, "{m} {e}");
     }
     let dim = relight(merged, &[("all".into(), Bands::splat(0.5))]).unwrap();
     let want = powers(&s);

@@ -82,7 +82,7 @@ fn voxel_pairs_do_not_depend_on_surfaces_outside() {
 #[test]
 fn pairs_within_a_region_are_those_of_a_uniform_medium() {
     let region =
-        "extinction = 20\n[[medium.region]]\nbox = { min = [0.6, 0, 0], max = [1, 1, 1] }\nextinction = 2\n";
+        "extinction = 20\n[[medium.region]]\nbox = { min = [0.7, 0, 0], max = [1, 1, 1] }\nextinction = 2\n";
     let (uniform, _) = voxel_pairs(&format!("{CUBE}extinction = 20\n"));
     let (varied, rays) = voxel_pairs(&format!("{CUBE}{region}"));
     // Cells are numbered with z fastest: the first eighteen lie below x = 2/3.
