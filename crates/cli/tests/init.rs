@@ -197,7 +197,7 @@ fn one_open_part_does_not_change_the_sides_of_others() {
     assert_eq!(report["open_sides"], "both");
     let text = text(&f, "sheet.toml");
     assert!(text.contains("open_sides = \"both\"") && !text.contains("solid = false"), "{text}");
-    let scene = zonal_io::input::read_scene(&f.path().join("sheet.toml")).unwrap();
+    let scene = zonal_io::input::read_scene(f.path().join("sheet.toml")).unwrap();
     let sides = |name: &str| {
         let part = format!("/{name}");
         scene.surfaces().iter().find(|s| s.name.contains(&part)).unwrap().sides
@@ -258,7 +258,7 @@ fn cameras_inside_stand_inside_where_walls_have_windows() {
     f.put("room.obj", room_with_window());
     let report = json(&f, &["init", "room.obj", "--patches", "400", "--unit", "m", "--up", "y"]);
     assert_eq!(report["inside"], true, "{report}");
-    let scene = zonal_io::input::read_scene(&f.path().join("room.toml")).unwrap();
+    let scene = zonal_io::input::read_scene(f.path().join("room.toml")).unwrap();
     let (low, high) = scene.bounds();
     for c in scene.cameras() {
         let within = (0..3).all(|k| c.origin[k] > low[k] && c.origin[k] < high[k]);

@@ -98,13 +98,16 @@ fn read_voxel_file(path: &Path, reader: &SceneReader<'_>) -> Result<Vec<u8>, Str
     }
 }
 
+/// The arrays of a file, and the box that the file gives them, m.
+type PlacedArrays = (Vec<ScalarArray<'static>>, Option<(Vec3, Vec3)>);
+
 /// The arrays of a volume or npy file, and the bounds that it has.
 fn parse_arrays(
     name: &str,
     bytes: &[u8],
     field: &VoxelField<'_>,
     reader: &mut SceneReader<'_>,
-) -> Result<(Vec<ScalarArray<'static>>, Option<(Vec3, Vec3)>), FileFault> {
+) -> Result<PlacedArrays, FileFault> {
     if vol::is_vol(bytes) {
         return vol::parse(name, bytes, field.noun).map(|(arrays, own)| (arrays, Some(own)));
     }
