@@ -154,7 +154,7 @@ fn bytes_behind_a_file_are_notes() {
 /// An array of one element, 1.
 fn npy_of_ones() -> Vec<u8> {
     let mut text = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 1), }".to_string();
-    while (10 + text.len() + 1) % 64 != 0 {
+    while !(10 + text.len() + 1).is_multiple_of(64) {
         text.push(' ');
     }
     text.push('\n');
