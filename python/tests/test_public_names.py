@@ -22,10 +22,11 @@ def open_plate() -> zn.Scene:
 
 
 def unknown_errors() -> zn.Scene:
-    """Walls of one patch each around many voxels: no second solve tells the error of the walls."""
+    """A room of gas whose discretization error nobody requests."""
     scene = zn.Scene(mode="thermal")
     scene.surface(room=([0, 0, 0], [1, 1, 1]), name="room", emissivity=0.8, temperature=300.0, faces={"z0": {"temperature": 1000.0}}, patch_size=2.0)
     scene.medium([0, 0, 0], [1, 1, 1], cells=[8, 8, 8], extinction=0.2, heat_source=0.0)
+    scene.settings(discretization_error=False)
     return scene
 
 

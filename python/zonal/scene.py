@@ -46,6 +46,17 @@ def _given(**keys: Any) -> dict[str, Any]:
     return {name: value for name, value in keys.items() if value is not None}
 
 
+def _equal(a: Any, b: Any) -> bool:
+    """True for equal documents; an array equals itself alone."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_equal(x, b[k]) for k, x in a.items())
+    if isinstance(a, list) and isinstance(b, list):
+        return len(a) == len(b) and all(_equal(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return a is b
+    return a == b
+
+
 class Scene:
     """A scene: surfaces, panes, a medium on a voxel grid, lights, cameras and settings.
 
@@ -117,7 +128,7 @@ class Scene:
         return toml_text(writer.plain(self.document, "", "")), writer.arrays
 
     def _native(self, threads: int | None) -> _zonal.Scene:
-        if self._path is not None and self.document == self._original:
+        if self._path is not None and _equal(self.document, self._original):
             return _zonal.Scene.read(os.fspath(self._path), threads)
         text, arrays = self._text_and_arrays()
         base, name = ("", "scene") if self._path is None else (str(self._path.parent), self._path.stem)
@@ -1345,7 +1356,7 @@ class Scene:
         if bool(vary) == (inputs is not None):
             raise InputError("vary, inputs: give either the numbers to vary with their distributions, or their values")
         with tempfile.TemporaryDirectory() as folder:
-            template = self._path if self._path is not None and self.document == self._original else _Path(folder) / "scene.toml"
+            template = self._path if self._path is not None and _equal(self.document, self._original) else _Path(folder) / "scene.toml"
             if template.parent == _Path(folder):
                 self.save(template)
             table = inputs

@@ -78,7 +78,7 @@ fn assert_equal(state: &ThermalState, fresh: &Solution, tolerance: f64) {
         assert!((state.radiosity[i] / b - 1.0).abs() < tolerance, "{i}: {} {b}", state.radiosity[i]);
         // The errors of a solve have radii of one byte and an iteration to 0.1; what is reflected of direct light has two standard errors there, and is reflected once
         // more. Errors below the rounding of the values are not compared.
-        let most = if fresh.scene.lights().is_empty() { 3.0 } else { 4.0 };
+        let most = 4.0;
         for (own, other, rounding) in [
             (state.net_error[i], heat.net_error[i], 1e-11 * net),
             (state.temperature_error[i], heat.temperature_error[i], 1e-11 * kelvin),
