@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path as _Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -48,13 +48,17 @@ def _given(**keys: Any) -> dict[str, Any]:
 
 def _equal(a: Any, b: Any) -> bool:
     """True for equal documents; an array equals itself alone."""
-    if isinstance(a, dict) and isinstance(b, dict):
-        return a.keys() == b.keys() and all(_equal(x, b[k]) for k, x in a.items())
-    if isinstance(a, list) and isinstance(b, list):
-        return len(a) == len(b) and all(_equal(x, y) for x, y in zip(a, b, strict=True))
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
         return a is b
-    return a == b
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, dict):
+        table, other = cast("dict[str, Any]", a), cast("dict[str, Any]", b)
+        return table.keys() == other.keys() and all(_equal(table[k], other[k]) for k in table)
+    if isinstance(a, list):
+        items, others = cast("list[Any]", a), cast("list[Any]", b)
+        return len(items) == len(others) and all(map(_equal, items, others))
+    return bool(a == b)
 
 
 class Scene:
