@@ -131,6 +131,10 @@ impl<'a> ComparisonZones<'a> {
         divided: Option<ComparisonZones>,
     ) -> Result<Vec<DiscretizationError>, String> {
         let ratio = self.growth.ratio.clone()?;
+        // Where cells did not grow every error is unknown, whatever the second solve.
+        if let Some(reason) = self.growth.unchanged_cells() {
+            return Err(reason);
+        }
         let kind = if self.second == SecondZones::Smaller { "smaller" } else { "larger" };
         let mut growth = std::mem::replace(&mut self.growth, ZoneGrowth::none());
         let count = self.zone_count();

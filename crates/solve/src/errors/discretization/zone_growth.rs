@@ -130,6 +130,11 @@ impl ZoneGrowth {
         (any && !cells).then_some([surfaces, panes])
     }
 
+    /// The reason why all errors are unknown, if cells are unchanged.
+    pub(super) fn unchanged_cells(&self) -> Option<String> {
+        self.notes.first().filter(|_| self.unchanged.cells).map(|n| n.text.clone())
+    }
+
     /// Records that a solve on smaller zones covers the unchanged surfaces and panes.
     pub(super) fn cover_unchanged_parts(&mut self) {
         let UnchangedParts { surfaces, panes, all, .. } = &mut self.unchanged;
