@@ -62,6 +62,8 @@ pub(crate) enum MeshFlaw {
     RepeatedFacesRotated,
     /// Faces share no corner; each corner is off by a rounding error.
     LooseCorners,
+    /// A plate of two sides is two opposite faces of one side each.
+    OppositeFaces,
 }
 
 /// A named surface.
@@ -476,7 +478,17 @@ impl SceneModel {
 
     fn surface(&self, s: &ModelSurface, t: &mut String, files: &mut Vec<(String, String)>) {
         let _ = writeln!(t, "[[surface]]\nname = \"{}\"", s.name);
+        let flaw = self.flaws.iter().find(|f| f.0 == s.name).map(|f| f.1);
         match &s.shape {
+            ModelShape::Plate { corner: o, edges: [a, b], .. } if flaw == Some(MeshFlaw::OppositeFaces) => {
+                let quad = [*o, add(*o, *a), add(add(*o, *a), *b), add(*o, *b)];
+                let file = format!("{}.obj", s.name);
+                let _ = writeln!(t, "mesh = {{ file = \"{file}\" }}");
+                files.push((file, obj(&[quad], flaw)));
+                let look = SurfaceProperties { both: false, ..s.look.clone() };
+                let _ = writeln!(t, "{}", self.look(&look).join("\n"));
+                return;
+            }
             ModelShape::Plate { corner: o, edges: [a, b], triangle } => {
                 let _ = match triangle {
                     true => writeln!(
@@ -498,7 +510,6 @@ impl SceneModel {
                 if quads.len() == 1 {
                     t.push_str("sides = \"front\"\n");
                 }
-                let flaw = self.flaws.iter().find(|f| f.0 == s.name).map(|f| f.1);
                 files.push((file, obj(quads, flaw)));
             }
             ModelShape::Room { min, max, walls } => {
@@ -538,6 +549,7 @@ pub(crate) fn obj(quads: &[[Triple; 4]], flaw: Option<MeshFlaw>) -> String {
         match flaw {
             Some(MeshFlaw::RepeatedFaces) if k % 2 == 0 => face(q),
             Some(MeshFlaw::RepeatedFacesRotated) => face(&[q[1], q[2], q[3], q[0]]),
+            Some(MeshFlaw::OppositeFaces) => face(&[q[3], q[2], q[1], q[0]]),
             _ => {}
         }
     }

@@ -4,7 +4,7 @@
 use super::generate::{SceneGenerator, box_area, edges};
 use super::model::{
     FrontSide, HeatCondition, MediumPart, MeshFlaw, ModelLight, ModelMedium, ModelPane, ModelShape,
-    ModelSurface, SceneModel, SurfaceProperties, Triple, add, quads, sub, times,
+    ModelSurface, SceneModel, SurfaceProperties, Triple, quads, sub, times,
 };
 use zonal_scene::Bands;
 
@@ -218,15 +218,8 @@ impl SceneGenerator<'_> {
                 m.surfaces.push(s);
             }
         }
-        if self.chance(0.5) {
-            let cells = self.cells(2, 3);
-            let depth = self.depth();
-            let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
-            whole.source = Bands::ZERO;
-            m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
-        } else {
-            self.features.push("vacuum");
-        }
+        let filled = self.chance(0.5);
+        m.medium = self.even_medium(filled, size, (2, 3));
         m.patch_size = Some(self.patch(Self::mean(size)));
         self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.85 * size[2]], times(size, 0.3));
         self.finished(m)
@@ -237,7 +230,7 @@ impl SceneGenerator<'_> {
         m.flaws.push(("solid".into(), flaw));
     }
 
-    /// A plate as two opposite faces of a file; the reference has one plate of two sides.
+    /// A plate of two sides, as two opposite faces of a file.
     fn opposite_faces(&mut self, m: &mut SceneModel, size: Triple) {
         self.features.push("opposite faces");
         let mut s = self.plate(
@@ -249,16 +242,8 @@ impl SceneGenerator<'_> {
             s.look.heat = HeatCondition::Flux(0.0);
         }
         s.look.both = true;
-        let ModelShape::Plate { corner, edges: [a, b], .. } = s.shape.clone() else { return };
-        let mut truth = m.clone();
-        truth.surfaces.push(s.clone());
-        let quad = [corner, add(corner, a), add(add(corner, a), b), add(corner, b)];
-        let mut back = quad;
-        back.reverse();
-        s.look.both = false;
-        s.shape = ModelShape::Mesh { quads: vec![quad, back] };
         m.surfaces.push(s);
-        m.truth = Some(Box::new(truth));
+        m.flaws.push(("sheet".into(), MeshFlaw::OppositeFaces));
     }
 
     /// A closed mesh full of medium whose faces point outward: every solution must warn.
@@ -358,19 +343,6 @@ impl SceneGenerator<'_> {
         self.finished(m)
     }
 
-    /// A medium without sources that fills a room of this size, or nothing.
-    fn medium_or_vacuum(&mut self, size: Triple) -> Option<ModelMedium> {
-        if !self.chance(0.5) {
-            self.features.push("vacuum");
-            return None;
-        }
-        let cells = self.cells(2, 3);
-        let depth = self.depth();
-        let mut whole = self.part([0.0; 3], size, edges(size, cells), depth.min(4.0));
-        whole.source = Bands::ZERO;
-        Some(ModelMedium { whole, cells, regions: Vec::new() })
-    }
-
     /// A room with many small solids, as one mesh or as boxes.
     fn many_solids(&mut self) -> SceneModel {
         self.features.extend(["many small solids", "solids"]);
@@ -408,7 +380,8 @@ impl SceneGenerator<'_> {
             let shape = ModelShape::Mesh { quads: all };
             m.surfaces.push(ModelSurface { name: "solids".into(), shape, look });
         }
-        m.medium = self.medium_or_vacuum(size);
+        let filled = self.chance(0.5);
+        m.medium = self.even_medium(filled, size, (2, 3));
         m.patch_size = Some(self.patch(Self::mean(size)));
         self.lights(&mut m, open, [0.5 * size[0], 0.5 * size[1], 0.95 * size[2]], times(size, 0.3));
         self.finished(m)
