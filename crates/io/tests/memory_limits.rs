@@ -84,7 +84,7 @@ fn memory_of_images_is_bounded_by_their_size() {
     assert!(e.contains("64000000 pixels") && e.contains("cannot hold"), "{e}");
 }
 
-/// A file of VTK with one compressed array of points of one byte, whose blocks hold so many zeros.
+/// A file of VTK with one compressed array of `points` points of one byte: `blocks` blocks of `block` zeros.
 fn zlib_bomb(points: usize, blocks: usize, block: usize) -> Vec<u8> {
     use std::io::Write;
     let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());

@@ -11,7 +11,7 @@ use zonal_scene::{Bands, Diagnostic, Scene, VoxelGrid, Zones};
 
 /// Fraction of the volume of a medium below which its zones count as none.
 const MIN_KEPT_SHARE: f64 = 1e-6;
-/// Most groups of cells that are told apart; with more, each cell of an array has properties of its own, and only the whole medium is tested.
+/// Maximum number of groups of cells with equal properties. With more, each cell of an array has properties of its own, and only the whole medium is tested.
 const MAX_GROUPS: usize = 64;
 /// Most cells of a group whose place is tested.
 const MAX_TESTED_CELLS: usize = 1024;

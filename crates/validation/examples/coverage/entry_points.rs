@@ -29,7 +29,7 @@ pub(crate) struct EntryPoints {
     pub python: Option<PathBuf>,
 }
 
-/// What the programs made of a scene.
+/// Results of the programs for a scene.
 #[derive(Default)]
 pub(crate) struct TrialResult {
     /// Quantities of the scene that `zonal init` proposed.

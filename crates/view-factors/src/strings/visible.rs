@@ -1,4 +1,4 @@
-//! What a facet of a cross-section sees: from one point, and integrated along the facet.
+//! View factors of a facet of a cross-section: from one point, and integrated along the facet.
 //!
 //! With s along the facet and τ the sine of the angle from its normal, a wedge between two visible vertices contributes
 //!
@@ -19,7 +19,7 @@ const LEAST_RANGE: f64 = 1e-14;
 /// Height over the facet's line, relative to the largest distance, below which a vertex lies on the line.
 const FLATNESS: f64 = 1e-12;
 
-/// What bounds a wedge.
+/// The bound of a wedge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Boundary {
     Low,
@@ -30,7 +30,7 @@ enum Boundary {
     Horizontal,
 }
 
-/// What a wedge meets.
+/// The end of the rays of a wedge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     /// A piece in a column, and its facet on the side that is met.

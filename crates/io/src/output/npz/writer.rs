@@ -343,7 +343,7 @@ mod tests {
             let mut npz = NpzWriter::new(disk, &BandSet::default());
             if write(&mut npz).is_err() {
                 failures += 1;
-                // What the archive does when it is dropped.
+                // The archive finishes when it is dropped.
                 let dropped = npz.zip.finish().map(|_| ()).map_err(|e| e.to_string());
                 assert_eq!(dropped, Ok(()), "{room}");
             } else {
