@@ -19,6 +19,15 @@ struct MergedNote {
     count: usize,
 }
 
+/// Names in quotation marks: the first `most`, and the number of the others.
+pub(crate) fn quoted_list<S: AsRef<str>>(names: &[S], most: usize) -> String {
+    let shown: Vec<String> = names.iter().take(most).map(|n| format!("'{}'", n.as_ref())).collect();
+    match names.len().saturating_sub(most) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
+
 /// Merges notes that are equal or differ in one quoted name: the first names are listed, the rest is counted.
 pub(crate) fn merge_notes(notes: Vec<Diagnostic>) -> Vec<Diagnostic> {
     let mut merged: Vec<MergedNote> = Vec::new();
@@ -67,12 +76,8 @@ impl MergedNote {
         let suffix = match (count, names.len()) {
             (1, _) => String::new(),
             (n, 1) => format!(" ({n} times)"),
-            (_, n) => {
-                let listed = names[1..].iter().take(listed_names - 1);
-                let listed: Vec<String> = listed.map(|x| format!("'{x}'")).collect();
-                let rest = n.saturating_sub(listed_names);
-                let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-                format!(" (likewise {}{rest})", listed.join(", "))
+            _ => {
+                format!(" (likewise {})", quoted_list(&names[1..], listed_names - 1))
             }
         };
         Diagnostic { text: note.text + &suffix, ..note }

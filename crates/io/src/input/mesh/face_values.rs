@@ -3,10 +3,11 @@
 //! By face, a file has one row for each polygon of the mesh file, in the order of that file; a polygon that is triangulated keeps its value. By material,
 //! a CSV has a name and a value in each row, and stands for numbers in `materials`. Values that `materials` gives precede both.
 
-use super::missing_values::quoted_list;
+use super::missing_values::MAX_NAMED_MATERIALS;
 use super::model::{MeshData, MeshFace};
 use super::shells::ShellKind;
 use crate::input::error::InputError;
+use crate::input::notes::quoted_list;
 use crate::input::scene::surface_keys::FACE_VALUE_KEYS;
 use crate::input::scene::surface_properties::SurfaceProperties;
 use crate::input::scene_reader::SceneReader;
@@ -116,9 +117,10 @@ impl FaceValues {
         match missing.as_slice() {
             [] => Ok(()),
             [name] => Err(refused(last, format!("material '{name}' has no row; add one"))),
-            list => {
-                Err(refused(last, format!("materials {} have no row; add one for each", quoted_list(list))))
-            }
+            list => Err(refused(
+                last,
+                format!("materials {} have no row; add one for each", quoted_list(list, MAX_NAMED_MATERIALS)),
+            )),
         }
     }
 

@@ -1,10 +1,11 @@
 //! Materials of a mesh that lack values, named together in one error.
 
 use crate::input::error::InputError;
+use crate::input::notes::quoted_list;
 use crate::input::toml::node::TomlTable;
 
 /// Most materials that an error names for each value.
-const MAX_NAMED_MATERIALS: usize = 24;
+pub(super) const MAX_NAMED_MATERIALS: usize = 24;
 
 /// A value that a material needs and nothing gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +53,7 @@ pub(super) fn refuse_missing(
         let names: Vec<&str> = missing.iter().filter(|(_, v)| *v == value).map(|(name, _)| *name).collect();
         if !names.is_empty() {
             let (noun, keys) = value.noun_and_keys();
-            gaps.push(format!("the {noun} of {}", quoted_list(&names)));
+            gaps.push(format!("the {noun} of {}", quoted_list(&names, MAX_NAMED_MATERIALS)));
             remedies.push(keys);
         }
     }
@@ -70,13 +71,4 @@ pub(super) fn refuse_missing(
         gaps.join("; "),
         remedies.join(", ")
     )))
-}
-
-/// Names in quotation marks: the first ones, and how many more there are.
-pub(super) fn quoted_list(names: &[&str]) -> String {
-    let shown: Vec<String> = names.iter().take(MAX_NAMED_MATERIALS).map(|n| format!("'{n}'")).collect();
-    match names.len().saturating_sub(MAX_NAMED_MATERIALS) {
-        0 => shown.join(", "),
-        more => format!("{} and {more} more", shown.join(", ")),
-    }
 }

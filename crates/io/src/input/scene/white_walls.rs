@@ -4,6 +4,7 @@
 //! finds a way out, and an error of the exchange areas is multiplied by the same number. Two arrangements have it: sheets that are white on both sides and stand around a
 //! space (through joints of walls of no thickness light enters their backs), and closed white rooms without an absorber inside.
 
+use crate::input::notes::quoted_list;
 use zonal_math::Vec3;
 use zonal_scene::shells::{ShellKind, Shells, WELD_TOLERANCE};
 use zonal_scene::{Bands, Diagnostic, Plate, SceneParts, Sides, Surface};
@@ -30,11 +31,8 @@ pub(super) fn white_walls(parts: &SceneParts) -> Vec<Diagnostic> {
 fn names(parts: &SceneParts, mut surfaces: Vec<usize>) -> String {
     surfaces.sort_unstable();
     surfaces.dedup();
-    let rest = surfaces.len().saturating_sub(MAX_NAMES);
-    let listed: Vec<String> =
-        surfaces.iter().take(MAX_NAMES).map(|s| format!("'{}'", parts.surfaces[*s].name)).collect();
-    let rest = if rest > 0 { format!(" and {rest} more") } else { String::new() };
-    listed.join(", ") + &rest
+    let names: Vec<&str> = surfaces.iter().map(|s| parts.surfaces[*s].name.as_str()).collect();
+    quoted_list(&names, MAX_NAMES)
 }
 
 /// The warning about sheets that are white on both sides.
