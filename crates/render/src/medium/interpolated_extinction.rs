@@ -21,8 +21,8 @@ use zonal_scene::{Bands, VoxelGrid};
 const PASSES: usize = 3;
 /// The two Gauss–Legendre points on [0,1].
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// Weight of a cell's own node, and of the neighbour's, in the mean over the half of a cell along an axis.
-const HALF_MEANS: [f64; 2] = [0.75, 0.25];
+/// Weight of the neighbour's node in the mean over the half of a cell along an axis.
+const NEIGHBOUR_WEIGHT: f64 = 0.25;
 
 /// The field of the extinction of a medium.
 pub(crate) struct InterpolatedExtinction<'a> {
@@ -56,7 +56,7 @@ impl<'a> InterpolatedExtinction<'a> {
 
     /// Mean of the field over a cell, 1/m.
     fn mean(&self, cell: usize) -> Bands {
-        let octants = (0..8).map(|o| self.blend(cell, o, [HALF_MEANS[1]; 3]));
+        let octants = (0..8).map(|o| self.blend(cell, o, [NEIGHBOUR_WEIGHT; 3]));
         octants.sum::<Bands>() / 8.0
     }
 
