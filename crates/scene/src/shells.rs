@@ -73,12 +73,12 @@ pub struct Shells {
 
 /// One plate at an edge between two welded corners, the lower index first.
 #[derive(Clone, Copy)]
-struct EdgeUse {
-    corners: (u32, u32),
-    plate: u32,
+pub(crate) struct EdgeUse {
+    pub(crate) corners: (u32, u32),
+    pub(crate) plate: u32,
     /// The corner of the plate at which the edge begins.
     first: u8,
-    forwards: bool,
+    pub(crate) forwards: bool,
 }
 
 /// Angles around an edge that differ by less than this count as equal, radians.
@@ -113,7 +113,7 @@ impl Shell {
 /// Joins plates across their edges. Returns the parents of the union–find forest, and for each unbalanced edge one of its plates and
 /// the number of its plates.
 fn join_across_edges(plates: &[Plate], weld: f64) -> (Vec<u32>, Vec<(u32, usize)>) {
-    let uses = edge_uses(plates, weld);
+    let uses = edge_uses(plates, &WeldedCorners::of(plates, weld));
     let mut parent: Vec<u32> = (0..plates.len() as u32).collect();
     let mut unbalanced: Vec<(u32, usize)> = Vec::new();
     for group in uses.chunk_by(|a, b| a.corners == b.corners) {
@@ -204,8 +204,7 @@ fn join(parent: &mut [u32], a: u32, b: u32) {
 }
 
 /// The edges of plates with welded corners, sorted by corners, then by plate.
-fn edge_uses(plates: &[Plate], weld: f64) -> Vec<EdgeUse> {
-    let welded = WeldedCorners::of(plates, weld);
+pub(crate) fn edge_uses(plates: &[Plate], welded: &WeldedCorners) -> Vec<EdgeUse> {
     let mut uses = Vec::with_capacity(4 * plates.len());
     for (plate, (p, id)) in plates.iter().zip(&welded.of_plate).enumerate() {
         let n = p.corners().1;
@@ -228,7 +227,7 @@ const MAX_PLATES_AT_EDGE: usize = 8;
 /// about `weld` times the extent of all plates are identified. Edges with more than eight plates have none.
 #[must_use]
 pub fn edge_neighbours(plates: &[Plate], weld: f64) -> Vec<[u32; 2]> {
-    let uses = edge_uses(plates, weld);
+    let uses = edge_uses(plates, &WeldedCorners::of(plates, weld));
     let mut pairs = Vec::new();
     for group in uses.chunk_by(|a, b| a.corners == b.corners).filter(|g| g.len() <= MAX_PLATES_AT_EDGE) {
         for a in group.iter().filter(|u| u.forwards) {

@@ -18,8 +18,9 @@
 use crate::diagnostic::Diagnostic;
 use crate::plate::Plate;
 use crate::scene::Scene;
+use crate::shells::{EdgeUse, WELD_TOLERANCE, edge_uses};
 use crate::weld::WeldedCorners;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use zonal_math::Vec3;
 
@@ -27,8 +28,6 @@ use zonal_math::Vec3;
 const SLIVER_ASPECT_RATIO: f64 = 200.0;
 /// Most tests of a corner against an edge in the search for T-junctions.
 const MAX_T_JUNCTION_TESTS: usize = 1 << 24;
-/// Corners of one mesh nearer than this fraction of its extent coincide.
-const WELD_SHARE: f64 = crate::shells::WELD_TOLERANCE;
 
 /// Distance of the corners of two faces that are copies, relative to the size of the face.
 const COPY_SHARE: f64 = 1e-5;
@@ -107,6 +106,9 @@ pub struct Topology {
     pub opposite_faces: Defect,
     /// Free edges that have a corner in their interior.
     pub t_junctions: Defect,
+    /// All free edges pair geometrically: each has a corner in its interior, or lies on one that has, and there is one. The faces enclose a volume
+    /// if their area vectors cancel.
+    pub pairs_at_t_junctions: bool,
     /// Needles and slivers.
     pub slivers: Defect,
 }
@@ -174,7 +176,7 @@ pub fn copies(
     face_of: &[usize],
     group_of: &dyn Fn(usize) -> usize,
 ) -> Vec<Option<FaceCopy>> {
-    let welded = WeldedCorners::of(plates, WELD_SHARE);
+    let welded = WeldedCorners::of(plates, WELD_TOLERANCE);
     copies_of(plates, face_of, group_of, &welded)
 }
 
@@ -229,9 +231,6 @@ fn copies_of(
     out
 }
 
-/// One plate at an edge between two welded corners, the lower first.
-type PlateEdge = ((u32, u32), u32, bool);
-
 impl Topology {
     /// The topology of plates whose faces have the numbers `face_of`.
     ///
@@ -246,7 +245,7 @@ impl Topology {
     #[must_use]
     pub fn of(plates: &[Plate], face_of: &[usize]) -> Topology {
         let mut out = Topology::default();
-        let welded = WeldedCorners::of(plates, WELD_SHARE);
+        let welded = WeldedCorners::of(plates, WELD_TOLERANCE);
         let copies = copies_of(plates, face_of, &|_| 0, &welded);
         let mut counted = usize::MAX;
         for (i, (p, copy)) in plates.iter().zip(&copies).enumerate() {
@@ -264,11 +263,12 @@ impl Topology {
             }
         }
         let is_repeated = |i: usize| matches!(copies[i], Some(FaceCopy::Repeated(_)));
-        let uses = edge_uses(plates, &welded, &is_repeated);
+        let mut uses = edge_uses(plates, &welded);
+        uses.retain(|u| !is_repeated(u.plate as usize));
         let mut free: Vec<(u32, u32, usize)> = Vec::new();
-        for group in uses.chunk_by(|a, b| a.0 == b.0) {
-            let ((a, b), plate, _) = group[0];
-            let forwards = group.iter().filter(|u| u.2).count();
+        for group in uses.chunk_by(|a, b| a.corners == b.corners) {
+            let EdgeUse { corners: (a, b), plate, .. } = group[0];
+            let forwards = group.iter().filter(|u| u.forwards).count();
             if 2 * forwards == group.len() {
                 continue;
             }
@@ -284,7 +284,7 @@ impl Topology {
             }
             .add(DefectPlace { face, other: None, ends });
         }
-        find_t_junctions(&free, &welded, &mut out.t_junctions);
+        out.find_t_junctions(&free, &welded);
         out
     }
 
@@ -312,48 +312,57 @@ fn aspect_ratio(p: &Plate) -> f64 {
     longest * longest / whole
 }
 
-/// The edges of all plates that are not left out, sorted by corners, then by plate.
-fn edge_uses(plates: &[Plate], welded: &WeldedCorners, left_out: &dyn Fn(usize) -> bool) -> Vec<PlateEdge> {
-    let mut uses = Vec::with_capacity(4 * plates.len());
-    for (i, p) in plates.iter().enumerate().filter(|(i, _)| !left_out(*i)) {
-        let (id, n) = (welded.of_plate[i], p.corners().1);
-        for k in 0..n {
-            let (a, b) = (id[k], id[(k + 1) % n]);
-            if a != b {
-                uses.push(((a.min(b), a.max(b)), i as u32, a < b));
+impl Topology {
+    /// Finds the free edges that have an end of another free edge in their interior, and whether all others lie on one of these.
+    fn find_t_junctions(&mut self, free: &[(u32, u32, usize)], welded: &WeldedCorners) {
+        let mut ends: Vec<u32> = free.iter().flat_map(|e| [e.0, e.1]).collect();
+        ends.sort_unstable();
+        ends.dedup();
+        let at = |k: u32| welded.points[k as usize];
+        ends.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
+        // For each corner in the interior of an edge: the corner, and the edge.
+        let mut on_edges: Vec<(u32, usize)> = Vec::new();
+        let mut tests = 0;
+        for (edge, &(a, b, face)) in free.iter().enumerate() {
+            let (p, q) = (at(a), at(b));
+            let (low, high) = (p.x.min(q.x) - welded.tolerance, p.x.max(q.x) + welded.tolerance);
+            let from = ends.partition_point(|k| at(*k).x < low);
+            let d = q - p;
+            let is_inside = |k: u32| {
+                let r = at(k) - p;
+                let t = r.dot(d) / d.length2();
+                k != a && k != b && (0.0..=1.0).contains(&t) && (r - d * t).length() <= welded.tolerance
+            };
+            let near = ends[from..].iter().copied().take_while(|k| at(*k).x <= high);
+            let before = on_edges.len();
+            on_edges.extend(
+                near.inspect(|_| tests += 1)
+                    .take(MAX_T_JUNCTION_TESTS)
+                    .filter(|k| is_inside(*k))
+                    .map(|k| (k, edge)),
+            );
+            if on_edges.len() > before {
+                self.t_junctions.add(DefectPlace { face, other: None, ends: [p, q] });
+            }
+            if tests > MAX_T_JUNCTION_TESTS {
+                return;
             }
         }
-    }
-    uses.sort_unstable();
-    uses
-}
-
-/// Finds the free edges that have an end of another free edge in their interior.
-fn find_t_junctions(free: &[(u32, u32, usize)], welded: &WeldedCorners, out: &mut Defect) {
-    let mut ends: Vec<u32> = free.iter().flat_map(|e| [e.0, e.1]).collect();
-    ends.sort_unstable();
-    ends.dedup();
-    let at = |k: u32| welded.points[k as usize];
-    ends.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
-    let mut tests = 0;
-    for &(a, b, face) in free {
-        let (p, q) = (at(a), at(b));
-        let (low, high) = (p.x.min(q.x) - welded.tolerance, p.x.max(q.x) + welded.tolerance);
-        let from = ends.partition_point(|k| at(*k).x < low);
-        let d = q - p;
-        let on_edge = |k: u32| {
-            let r = at(k) - p;
-            let t = r.dot(d) / d.length2();
-            k != a && k != b && (0.0..=1.0).contains(&t) && (r - d * t).length() <= welded.tolerance
+        on_edges.sort_unstable();
+        let hosts = |k: u32| {
+            let from = on_edges.partition_point(|x| x.0 < k);
+            on_edges[from..].iter().take_while(move |x| x.0 == k).map(|x| x.1)
         };
-        let near = ends[from..].iter().take_while(|k| at(**k).x <= high);
-        let found = near.inspect(|_| tests += 1).take(MAX_T_JUNCTION_TESTS).any(|k| on_edge(*k));
-        if found {
-            out.add(DefectPlace { face, other: None, ends: [p, q] });
-        }
-        if tests > MAX_T_JUNCTION_TESTS {
-            return;
-        }
+        let is_host: HashSet<usize> = on_edges.iter().map(|x| x.1).collect();
+        let is_on = |k: u32, host: usize| {
+            free[host].0 == k || free[host].1 == k || hosts(k).any(|other| other == host)
+        };
+        let pairs = |edge: usize| {
+            let (a, b, _) = free[edge];
+            let on_another = |(k, l): (u32, u32)| hosts(k).any(|h| h != edge && is_on(l, h));
+            is_host.contains(&edge) || on_another((a, b)) || on_another((b, a))
+        };
+        self.pairs_at_t_junctions = !is_host.is_empty() && (0..free.len()).all(pairs);
     }
 }
 
@@ -460,5 +469,6 @@ mod tests {
         let found = of(&[square(Vec3::ZERO), half(0.0), half(0.5)]);
         assert_eq!(found.t_junctions.count, 1);
         assert_eq!(found.t_junctions.first.unwrap().face, 0);
+        assert!(!found.pairs_at_t_junctions, "other edges are borders");
     }
 }

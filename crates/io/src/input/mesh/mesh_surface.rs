@@ -261,20 +261,24 @@ impl MaterialUse<'_> {
                 && c.flipped_edges + c.crowded_edges == 0
                 && c.area_vector.length() < MAX_CLOSED_AREA_FRACTION * c.area
         };
-        if !shells.shells().iter().any(is_geometrically_closed) {
-            return;
+        let in_question: Vec<bool> = shells.shells().iter().map(is_geometrically_closed).collect();
+        let mut faces_of: Vec<Vec<usize>> = vec![Vec::new(); in_question.len()];
+        for (k, face) in faces.iter().enumerate().filter(|(k, _)| in_question[shells.shell_index(*k)]) {
+            faces_of[shells.shell_index(k)].push(*face);
         }
-        let in_question: Vec<usize> = (0..faces.len())
-            .filter(|k| is_geometrically_closed(&shells.shells()[shells.shell_index(*k)]))
-            .map(|k| faces[k])
-            .collect();
-        let plates: Vec<Plate> = in_question.iter().map(|i| self.mesh.faces[*i].plate).collect();
-        let numbers: Vec<usize> = in_question.iter().map(|i| self.mesh.faces[*i].face).collect();
-        let found = Topology::of(&plates, &numbers).t_junctions;
-        if let Some(first) = found.first_place() {
+        let (mut count, mut first) = (0, None);
+        for own in faces_of.iter().filter(|own| !own.is_empty()) {
+            let plates: Vec<Plate> = own.iter().map(|i| self.mesh.faces[*i].plate).collect();
+            let numbers: Vec<usize> = own.iter().map(|i| self.mesh.faces[*i].face).collect();
+            let found = Topology::of(&plates, &numbers);
+            if found.pairs_at_t_junctions {
+                count += found.t_junctions.count;
+                first = first.or(found.t_junctions.first_place());
+            }
+        }
+        if let Some(first) = first {
             let text = format!(
-                "{} edge(s) have a corner of a neighbour in their interior (T-junctions; first: {first}), so that closed parts count as open and both sides exchange; merge the corners in the mesh, or write sides",
-                found.count
+                "{count} edge(s) have a corner of a neighbour in their interior (T-junctions; first: {first}), so that closed parts count as open and both sides exchange; merge the corners in the mesh, or write sides"
             );
             reader.note(Diagnostic::warning("open-mesh", text).at(format!("mesh of surface '{name}'")));
         }
