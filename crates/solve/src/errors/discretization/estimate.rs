@@ -2,7 +2,7 @@
 
 use super::comparison::{SolveFn, compare};
 use super::near_surface_scattering;
-use super::prescribed_temperatures::{row_temperatures, temperature_error};
+use super::prescribed_temperatures::{RowTemperature, row_temperatures, temperature_error};
 use crate::settings::SolveSettings;
 use zonal_scene::{Diagnostic, DiscretizationError, Fields, Report, Scene, ZoneBasis, Zones};
 
@@ -51,7 +51,12 @@ pub(crate) fn estimate(
 fn unknown(scene: &Scene, report: &Report) -> DiscretizationError {
     let error = |a: f64, b: f64| if a == 0.0 && b == 0.0 { 0.0 } else { f64::INFINITY };
     let rows = report.heat.iter().flat_map(|table| table.rows.iter().zip(row_temperatures(scene, table)));
-    let heat = rows.map(|(row, given)| [temperature_error(row, given, f64::INFINITY), f64::INFINITY]);
+    let heat = rows.map(|(row, given)| {
+        // A net power without any error is a prescribed one, unless it is that of a prescribed temperature.
+        let is_given_power = row.power_error == 0.0 && given == RowTemperature::Computed;
+        let power = if is_given_power { 0.0 } else { f64::INFINITY };
+        [temperature_error(row, given, f64::INFINITY), power]
+    });
     DiscretizationError {
         zones: 0,
         ratio: f64::INFINITY,
