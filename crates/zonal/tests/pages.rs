@@ -25,26 +25,24 @@ fn blocks_of_the_pages_are_those_of_this_file() {
     }
 }
 
-/// The block of the README; its medium of 128,000 voxels is not solved here. References to vertices and faces are those of the page.
+/// The block of the README. References to vertices and faces are those of the page.
 #[allow(clippy::needless_borrow)]
-fn block_of_the_readme(vertices: &[[f64; 3]], faces: &[[usize; 3]], solves: bool) -> Result<(), Error> {
+fn block_of_the_readme(vertices: &[[f64; 3]], faces: &[[usize; 3]]) -> Result<(), Error> {
     let scene = Scene::builder()
         .surface(Mesh::from_arrays(&vertices, &faces)?.name("wall").reflectance(0.5))
-        .medium(Medium::grid([0.0; 3], [4.0, 4.0, 8.0], [40, 40, 80]).extinction(0.5).albedo(0.9))
+        .medium(Medium::grid([0.0; 3], [4.0, 4.0, 8.0], [8, 8, 16]).extinction(0.5).albedo(0.9))
         .light(Sun::new([0.0, 1.0, -1.0]).irradiance(1000.0))
         .build()?;
-    if !solves {
-        return Ok(());
-    }
     let solution = Solver::new(&scene).tolerance(1e-3).solve()?;
-    assert!(!solution.fields.radiosity.is_empty());
+
+    assert!(solution.fields.radiosity.iter().any(|b| b.max_element() > 0.0));
     Ok(())
 }
 
 #[test]
-fn block_of_the_readme_builds_a_scene() {
+fn block_of_the_readme_runs() {
     let vertices = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
-    block_of_the_readme(&vertices, &[[0, 1, 2]], false).unwrap();
+    block_of_the_readme(&vertices, &[[0, 1, 2]]).unwrap();
 }
 
 /// The blocks of the tutorial, one after the other.
@@ -57,7 +55,7 @@ fn blocks_of_the_tutorial() -> Result<(), Error> {
         _ => wall.temperature(900.0).emissivity(0.7),
     });
     let gas = Medium::grid(min, max, [4, 4, 8]).extinction(0.5).heat_source(5000.0);
-    let scene = Scene::builder().surfaces(walls).medium(gas).build()?;
+    let scene = Scene::builder().surfaces(walls).patch_size(0.5).medium(gas).build()?;
 
     let solution = Solver::new(&scene)
         .tolerance(1e-3)
