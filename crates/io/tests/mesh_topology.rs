@@ -151,7 +151,7 @@ fn repeated_faces_of_other_materials_give_a_warning() {
 }
 
 #[test]
-fn walls_on_walls_and_t_junctions_are_reported() {
+fn walls_on_walls_are_reported_and_t_junctions_close() {
     let open = |s: &Scene| {
         s.notes().iter().filter(|n| n.code == "open-mesh").map(|n| n.text.clone()).collect::<Vec<_>>()
     };
@@ -163,7 +163,10 @@ fn walls_on_walls_and_t_junctions_are_reported() {
     // A wall of two halves beside a wall of one.
     let halves = "v 0.5 0 0\nv 0.5 1 0\nf 2 4 10 9\nf 9 10 3 1\n";
     let text = obj(&ROOM[1..].iter().map(|f| f.to_vec()).collect::<Vec<_>>()) + halves;
-    let found = open(&scene_of("a.obj", text));
-    assert!(found.len() == 1 && found[0].contains("T-junctions"), "{found:?}");
+    let scene = scene_of("a.obj", text);
+    assert!(open(&scene).is_empty() && scene.surfaces().len() == 1, "{:?}", scene.notes());
+    assert_eq!(scene.surfaces()[0].sides, zonal_scene::Sides::Front);
+    let survey = zonal_scene::topology::survey(&scene);
+    assert!(survey[0].contains("T-junctions"), "{survey:?}");
     assert!(open(&scene_of("a.obj", obj(&walls_twice()))).is_empty());
 }

@@ -5,7 +5,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | `plate`, `weld`, [`shells`], [`topology`] | triangles and parallelograms; coincident corners; open shells, solids and enclosures; defects of meshes |
+//! | `plate`, `weld`, [`shells`], `t_junctions`, [`topology`] | triangles and parallelograms; coincident corners; open shells, solids and enclosures; defects of meshes |
 //! | `surface`, `light`, `camera`, `voxel_grid` | surfaces and panes; lights and surroundings; cameras; the medium |
 //! | `intensity_distribution` | radiant intensity of point lights over directions: spots, photometric tables |
 //! | `sky_distribution`, `sun_position` | radiance of skies over directions; the sun by place and time |
@@ -70,6 +70,7 @@ mod solution;
 mod solve_status;
 mod sun_position;
 mod surface;
+mod t_junctions;
 pub mod thermal;
 mod thermal_network;
 mod thermal_validation;

@@ -9,12 +9,13 @@
 //!     wedge of a plate at edge a → b:  from the direction u (normal to the edge, into the plate) towards −n
 //! ```
 //!
-//! Solids that touch along edges or faces are thus separate shells. A shell is closed if all its edges are balanced; the sign of its
-//! volume Σ a·(b × c)/6 distinguishes a solid from an enclosure.
+//! Solids that touch along edges or faces are thus separate shells. A shell is closed if all its edges are balanced, or if those that are not pair at
+//! T-junctions (`t_junctions.rs`) and its area vectors cancel; the sign of its volume Σ a·(b × c)/6 distinguishes a solid from an enclosure.
 //!
 //! **Cost:** O(n log n) for n plates.
 
 use crate::plate::Plate;
+use crate::t_junctions::TJunctions;
 use crate::weld::WeldedCorners;
 use zonal_math::Vec3;
 
@@ -85,6 +86,8 @@ pub(crate) struct EdgeUse {
 const EQUAL_ANGLE_TOLERANCE: f64 = 1e-6;
 /// Volume below which a shell counts as open, in units of its area to the power 3/2: rounding errors of two sheets back to back.
 const MIN_SHELL_VOLUME: f64 = 1e-9;
+/// Length of the sum of the area vectors, over the area, below which a shell with T-junctions may be closed.
+const MAX_CLOSED_AREA_FRACTION: f64 = 1e-5;
 
 impl Shell {
     /// Adds volume (relative to `origin`), area and area vector of a plate.
@@ -110,12 +113,20 @@ impl Shell {
     }
 }
 
-/// Joins plates across their edges. Returns the parents of the union–find forest, and for each unbalanced edge one of its plates and
-/// the number of its plates.
-fn join_across_edges(plates: &[Plate], weld: f64) -> (Vec<u32>, Vec<(u32, usize)>) {
-    let uses = edge_uses(plates, &WeldedCorners::of(plates, weld));
+/// An edge that is not balanced.
+struct UnbalancedEdge {
+    corners: (u32, u32),
+    /// One of its plates.
+    plate: u32,
+    /// The number of its plates.
+    plates: usize,
+}
+
+/// Joins plates across their edges. Returns the parents of the union–find forest, and the unbalanced edges.
+fn join_across_edges(plates: &[Plate], welded: &WeldedCorners) -> (Vec<u32>, Vec<UnbalancedEdge>) {
+    let uses = edge_uses(plates, welded);
     let mut parent: Vec<u32> = (0..plates.len() as u32).collect();
-    let mut unbalanced: Vec<(u32, usize)> = Vec::new();
+    let mut unbalanced = Vec::new();
     for group in uses.chunk_by(|a, b| a.corners == b.corners) {
         let forwards = group.iter().filter(|u| u.forwards).count();
         if 2 * forwards == group.len() && group.len() > 2 {
@@ -126,7 +137,8 @@ fn join_across_edges(plates: &[Plate], weld: f64) -> (Vec<u32>, Vec<(u32, usize)
         }
         group.windows(2).for_each(|w| join(&mut parent, w[0].plate, w[1].plate));
         if 2 * forwards != group.len() {
-            unbalanced.push((group[0].plate, group.len()));
+            let EdgeUse { corners, plate, .. } = group[0];
+            unbalanced.push(UnbalancedEdge { corners, plate, plates: group.len() });
         }
     }
     (parent, unbalanced)
@@ -147,7 +159,8 @@ impl Shells {
     /// ```
     pub fn find(plates: &[Plate], weld: f64) -> Shells {
         // Join plates across edges and collect unbalanced edges.
-        let (mut parent, unbalanced) = join_across_edges(plates, weld);
+        let welded = WeldedCorners::of(plates, weld);
+        let (mut parent, unbalanced) = join_across_edges(plates, &welded);
         // Number the sets and sum volumes, areas and area vectors.
         let mut shells = Shells { shell_of_plate: vec![u32::MAX; plates.len()], shells: Vec::new() };
         let mut number = vec![u32::MAX; plates.len()];
@@ -162,16 +175,38 @@ impl Shells {
             shells.shells[number[r] as usize].add_plate(p, origin);
         }
         // Count unbalanced edges and classify.
-        for (plate, plates_of_edge) in unbalanced {
-            let c = &mut shells.shells[shells.shell_of_plate[plate as usize] as usize];
-            *match plates_of_edge {
+        for edge in &unbalanced {
+            let c = &mut shells.shells[shells.shell_of_plate[edge.plate as usize] as usize];
+            *match edge.plates {
                 1 => &mut c.free_edges,
                 2 => &mut c.flipped_edges,
                 _ => &mut c.crowded_edges,
             } += 1;
         }
+        shells.close_at_t_junctions(&unbalanced, &welded);
         shells.shells.iter_mut().for_each(|c| c.kind = c.classify());
         shells
+    }
+
+    /// Takes the free edges from shells in which all of them pair at T-junctions.
+    fn close_at_t_junctions(&mut self, unbalanced: &[UnbalancedEdge], welded: &WeldedCorners) {
+        let may_close = |c: &Shell| {
+            c.free_edges > 0
+                && c.flipped_edges + c.crowded_edges == 0
+                && c.area_vector.length() < MAX_CLOSED_AREA_FRACTION * c.area
+        };
+        let mut edges: Vec<(u32, (u32, u32))> = unbalanced
+            .iter()
+            .map(|e| (self.shell_of_plate[e.plate as usize], e.corners))
+            .filter(|e| may_close(&self.shells[e.0 as usize]))
+            .collect();
+        edges.sort_unstable();
+        for own in edges.chunk_by(|a, b| a.0 == b.0) {
+            let corners: Vec<(u32, u32)> = own.iter().map(|e| e.1).collect();
+            if TJunctions::of(&corners, welded).pair_all_edges() {
+                self.shells[own[0].0 as usize].free_edges = 0;
+            }
+        }
     }
 
     /// Kind of the shell of a plate.
@@ -304,6 +339,29 @@ mod tests {
             Shells::find(plates, 1e-6).shells().iter().map(|c| (c.kind, c.volume)).collect();
         list.sort_by(|a, b| a.1.total_cmp(&b.1));
         list
+    }
+
+    #[test]
+    fn solids_with_t_junctions_are_closed() {
+        let [x, y, z] = [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)];
+        let half = |at: Vec3| Plate::parallelogram(z + at, 0.5 * x, y);
+        let solid = [
+            Plate::parallelogram(Vec3::ZERO, y, x),
+            Plate::parallelogram(Vec3::ZERO, x, z),
+            Plate::parallelogram(y, z, x),
+            Plate::parallelogram(Vec3::ZERO, z, y),
+            Plate::parallelogram(x, y, z),
+            half(Vec3::ZERO),
+            half(0.5 * x),
+        ];
+        assert_eq!(count(&solid), [(ShellKind::Solid, 1.0)]);
+        let room = solid.map(|p| p.flipped());
+        assert_eq!(count(&room), [(ShellKind::Enclosure, -1.0)]);
+        assert_eq!(count(&solid[..6])[0].0, ShellKind::Open);
+        // A part that is turned is no boundary.
+        let mut turned = solid;
+        turned[6] = turned[6].flipped();
+        assert!(count(&turned).iter().all(|c| c.0 == ShellKind::Open));
     }
 
     #[test]

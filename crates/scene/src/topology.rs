@@ -13,21 +13,20 @@
 //! | T-junction | a free edge with a corner of another free edge in its interior: no hole, but the edges do not pair |
 //! | sliver | a plate whose longest edge exceeds `SLIVER_ASPECT_RATIO` heights |
 //!
-//! **Cost:** O(n log n) for n plates, T-junctions at most `MAX_T_JUNCTION_TESTS` tests.
+//! **Cost:** O(n log n) for n plates, and the search for T-junctions (`t_junctions.rs`).
 
 use crate::diagnostic::Diagnostic;
 use crate::plate::Plate;
 use crate::scene::Scene;
 use crate::shells::{EdgeUse, WELD_TOLERANCE, edge_uses};
+use crate::t_junctions::TJunctions;
 use crate::weld::WeldedCorners;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use zonal_math::Vec3;
 
 /// Longest edge of a plate over its height, above which it is a sliver.
 const SLIVER_ASPECT_RATIO: f64 = 200.0;
-/// Most tests of a corner against an edge in the search for T-junctions.
-const MAX_T_JUNCTION_TESTS: usize = 1 << 24;
 
 /// Distance of the corners of two faces that are copies, relative to the size of the face.
 const COPY_SHARE: f64 = 1e-5;
@@ -106,9 +105,6 @@ pub struct Topology {
     pub opposite_faces: Defect,
     /// Free edges that have a corner in their interior.
     pub t_junctions: Defect,
-    /// All free edges pair geometrically: each has a corner in its interior, or lies on one that has, and there is one. The faces enclose a volume
-    /// if their area vectors cancel.
-    pub pairs_at_t_junctions: bool,
     /// Needles and slivers.
     pub slivers: Defect,
 }
@@ -284,7 +280,12 @@ impl Topology {
             }
             .add(DefectPlace { face, other: None, ends });
         }
-        out.find_t_junctions(&free, &welded);
+        let corners: Vec<(u32, u32)> = free.iter().map(|(a, b, _)| (*a, *b)).collect();
+        for k in TJunctions::of(&corners, &welded).hosts() {
+            let (a, b, face) = free[k];
+            let ends = [a, b].map(|k| welded.points[k as usize]);
+            out.t_junctions.add(DefectPlace { face, other: None, ends });
+        }
         out
     }
 
@@ -310,60 +311,6 @@ fn aspect_ratio(p: &Plate) -> f64 {
     let longest = (0..n).map(|k| (c[(k + 1) % n] - c[k]).length()).fold(0.0, f64::max);
     let whole = p.e1.cross(p.e2).length();
     longest * longest / whole
-}
-
-impl Topology {
-    /// Finds the free edges that have an end of another free edge in their interior, and whether all others lie on one of these.
-    fn find_t_junctions(&mut self, free: &[(u32, u32, usize)], welded: &WeldedCorners) {
-        let mut ends: Vec<u32> = free.iter().flat_map(|e| [e.0, e.1]).collect();
-        ends.sort_unstable();
-        ends.dedup();
-        let at = |k: u32| welded.points[k as usize];
-        ends.sort_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
-        // For each corner in the interior of an edge: the corner, and the edge.
-        let mut on_edges: Vec<(u32, usize)> = Vec::new();
-        let mut tests = 0;
-        for (edge, &(a, b, face)) in free.iter().enumerate() {
-            let (p, q) = (at(a), at(b));
-            let (low, high) = (p.x.min(q.x) - welded.tolerance, p.x.max(q.x) + welded.tolerance);
-            let from = ends.partition_point(|k| at(*k).x < low);
-            let d = q - p;
-            let is_inside = |k: u32| {
-                let r = at(k) - p;
-                let t = r.dot(d) / d.length2();
-                k != a && k != b && (0.0..=1.0).contains(&t) && (r - d * t).length() <= welded.tolerance
-            };
-            let near = ends[from..].iter().copied().take_while(|k| at(*k).x <= high);
-            let before = on_edges.len();
-            on_edges.extend(
-                near.inspect(|_| tests += 1)
-                    .take(MAX_T_JUNCTION_TESTS)
-                    .filter(|k| is_inside(*k))
-                    .map(|k| (k, edge)),
-            );
-            if on_edges.len() > before {
-                self.t_junctions.add(DefectPlace { face, other: None, ends: [p, q] });
-            }
-            if tests > MAX_T_JUNCTION_TESTS {
-                return;
-            }
-        }
-        on_edges.sort_unstable();
-        let hosts = |k: u32| {
-            let from = on_edges.partition_point(|x| x.0 < k);
-            on_edges[from..].iter().take_while(move |x| x.0 == k).map(|x| x.1)
-        };
-        let is_host: HashSet<usize> = on_edges.iter().map(|x| x.1).collect();
-        let is_on = |k: u32, host: usize| {
-            free[host].0 == k || free[host].1 == k || hosts(k).any(|other| other == host)
-        };
-        let pairs = |edge: usize| {
-            let (a, b, _) = free[edge];
-            let on_another = |(k, l): (u32, u32)| hosts(k).any(|h| h != edge && is_on(l, h));
-            is_host.contains(&edge) || on_another((a, b)) || on_another((b, a))
-        };
-        self.pairs_at_t_junctions = !is_host.is_empty() && (0..free.len()).all(pairs);
-    }
 }
 
 /// Notes about the meshes of a scene and about its inline shapes: one for each that has defects.
@@ -469,6 +416,5 @@ mod tests {
         let found = of(&[square(Vec3::ZERO), half(0.0), half(0.5)]);
         assert_eq!(found.t_junctions.count, 1);
         assert_eq!(found.t_junctions.first.unwrap().face, 0);
-        assert!(!found.pairs_at_t_junctions, "other edges are borders");
     }
 }

@@ -17,8 +17,6 @@ use crate::input::scene_reader::SceneReader;
 use crate::input::toml::key_tables::SURFACE_MESH;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::collections::BTreeMap;
-use zonal_scene::shells::Shell;
-use zonal_scene::topology::Topology;
 use zonal_scene::{Diagnostic, FaceMesh, Plate, Sides};
 
 /// Thresholds of the warning about parts that are open at a few edges.
@@ -42,9 +40,6 @@ const NEARLY_CLOSED: NearlyClosedParams = NearlyClosedParams {
     min_area_fraction: 0.1,
     max_open_edges_per_face: 0.1,
 };
-
-/// Length of the sum of the area vectors relative to the area, below which a part has no holes.
-const MAX_CLOSED_AREA_FRACTION: f64 = 1e-5;
 
 /// Reads the mesh of a surface and adds its parts to the scene.
 pub(crate) fn read_mesh_surface(
@@ -178,7 +173,6 @@ fn find_shells_of_faces(
     let (faces, plates, shells) = materials.opaque_shells();
     if sides.is_none() {
         warn_nearly_closed(&shells, name, reader);
-        materials.warn_t_junctions(&faces, &shells, name, reader);
     }
     let turned = match open_sides {
         OpenSides::OfFile => vec![None; shells.shells().len()],
@@ -250,38 +244,6 @@ impl<'a> MaterialUse<'a> {
         let plates: Vec<Plate> = faces.iter().map(|i| all[*i].plate).collect();
         let shells = find_shells(&plates);
         (faces, plates, shells)
-    }
-}
-
-impl MaterialUse<'_> {
-    /// Warns about parts whose only open edges are T-junctions: they enclose a volume, but count as open.
-    fn warn_t_junctions(&self, faces: &[usize], shells: &Shells, name: &str, reader: &mut SceneReader<'_>) {
-        let is_geometrically_closed = |c: &Shell| {
-            c.free_edges > 0
-                && c.flipped_edges + c.crowded_edges == 0
-                && c.area_vector.length() < MAX_CLOSED_AREA_FRACTION * c.area
-        };
-        let in_question: Vec<bool> = shells.shells().iter().map(is_geometrically_closed).collect();
-        let mut faces_of: Vec<Vec<usize>> = vec![Vec::new(); in_question.len()];
-        for (k, face) in faces.iter().enumerate().filter(|(k, _)| in_question[shells.shell_index(*k)]) {
-            faces_of[shells.shell_index(k)].push(*face);
-        }
-        let (mut count, mut first) = (0, None);
-        for own in faces_of.iter().filter(|own| !own.is_empty()) {
-            let plates: Vec<Plate> = own.iter().map(|i| self.mesh.faces[*i].plate).collect();
-            let numbers: Vec<usize> = own.iter().map(|i| self.mesh.faces[*i].face).collect();
-            let found = Topology::of(&plates, &numbers);
-            if found.pairs_at_t_junctions {
-                count += found.t_junctions.count;
-                first = first.or(found.t_junctions.first_place());
-            }
-        }
-        if let Some(first) = first {
-            let text = format!(
-                "{count} edge(s) have a corner of a neighbour in their interior (T-junctions; first: {first}), so that closed parts count as open and both sides exchange; merge the corners in the mesh, or write sides"
-            );
-            reader.note(Diagnostic::warning("open-mesh", text).at(format!("mesh of surface '{name}'")));
-        }
     }
 }
 
