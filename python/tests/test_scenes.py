@@ -251,8 +251,7 @@ def test_messages_about_arrays_name_argument_and_shape(tmp_path):
         (mesh(temperature=np.full(count, "hot")), ["temperature", f"({count},)", "<U3"]),
         (mesh(temperature=np.full(count, 1j)), ["temperature", f"({count},)", "complex128"]),
         (mesh(temperature=np.full((2, 2, 2, 2), 1.0)), ["temperature", "(2, 2, 2, 2)"]),
-        # An array of extinction is a density of the first region.
-        (medium(np.full((2, 2, 2), -1.0)), ["density", "(2, 2, 2)", "[0, 0, 0]", "-1"]),
+        (medium(np.full((2, 2, 2), -1.0)), ["medium.extinction", "(2, 2, 2)", "[0, 0, 0]", "-1"]),
         (medium(np.full((2, 2), 1.0)[None, None]), ["medium.extinction", "(1, 1, 2, 2)"]),
     ]
     mesh().save(tmp_path / "saved.toml")

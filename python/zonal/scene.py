@@ -108,6 +108,7 @@ class Scene:
         self.document = _given(name=name, mode=mode, bands=bands)
         self._path: _Path | None = None
         self._original: dict[str, Any] | None = None
+        self._region_of_extinction: dict[str, Any] | None = None
 
     # Reading and writing.
 
@@ -137,7 +138,19 @@ class Scene:
         text, arrays = self._text_and_arrays()
         base, name = ("", "scene") if self._path is None else (str(self._path.parent), self._path.stem)
         values = {name: value if isinstance(value, np.ndarray) else tuple(value) for name, value in arrays.values.items()}
-        return _zonal.Scene.parse(text, base, values, name, threads)
+        try:
+            return _zonal.Scene.parse(text, base, values, name, threads)
+        except InputError as error:
+            raise self._by_argument(error) from None
+
+    def _by_argument(self, error: InputError) -> InputError:
+        """The error with the argument `extinction` of the medium in place of the region that an array became."""
+        regions = self.document.get("medium", {}).get("region") or [None]
+        region, key = "medium.region[0].density", error.key or ""
+        if regions[0] is not self._region_of_extinction or not key.startswith(region):
+            return error
+        key = key.replace(region, "medium.extinction")
+        return InputError(error.message.replace(region, "medium.extinction"), error.file, key, key)
 
     def to_toml(self) -> str:
         """The text of the scene file.
@@ -464,7 +477,8 @@ class Scene:
         )
         regions = self.document.get("medium", {}).get("region", [])
         if _is_grid(extinction):
-            regions = [{"density": _density(extinction, min, max)}, *regions]
+            self._region_of_extinction = {"density": _density(extinction, min, max)}
+            regions = [self._region_of_extinction, *regions]
         elif extinction is not None:
             table["extinction"] = extinction
         if cells is None and cell_size is None:
@@ -1101,7 +1115,7 @@ class Scene:
         patch_rule : {"edge", "area", "voxels"}, optional
             What the patch size limits; "area" with a mesh file, else "edge".
         closure : {"measure", "restore"}, optional
-            Treatment of row sums that miss closure; "restore" in thermal mode, else "measure".
+            Treatment of row sums that miss closure; "restore" in thermal mode and for the factors of the dense engine, else "measure".
         residual : float, optional
             Power left undistributed by the iteration, relative to the power of the sources; 1e-10 by default.
         max_iterations : int, optional
