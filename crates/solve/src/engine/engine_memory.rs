@@ -50,12 +50,18 @@ pub(crate) fn spectral_solve_bytes(
     // Of each slope the vectors of the iteration, and the index of its zone.
     let solving_with_lights = solving + 2 * 24 * lights;
     // Each process has the voxels of its planes, unless a phase needs all zones.
-    let voxels = zones.voxels.total() / if divides_zones(scene) { ranks } else { 1 };
+    let divides = divides_zones(scene) && enclosure.outside.is_empty();
+    let voxels = zones.voxels.total() / if divides { ranks } else { 1 };
     let own = (zones.patches.len() + voxels) as u64;
     let slopes = voxel * voxels as u64 + patch * zones.patches.len() as u64;
     let unknowns = own * (solving_with_lights.max(fields) + of_openings) + slopes * (solving + 4);
     let medium = scene.voxel_grid().map_or(0, |v| v.bytes() as u64);
-    SpectralOperator::bytes(&enclosure.grid, kappa, order, ranks) + medium + size.zone_bytes + unknowns
+    let border = 28 * (enclosure.outside.len() * zones.total()) as u64;
+    SpectralOperator::bytes(&enclosure.grid, kappa, order, ranks)
+        + medium
+        + size.zone_bytes
+        + unknowns
+        + border
 }
 
 /// Bytes of a layered solve: the engine, the zones and the fields.

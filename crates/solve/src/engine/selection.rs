@@ -240,11 +240,16 @@ impl<'a> EngineSelection<'a> {
                     "slopes inside zones are for the spectral engine, which does not apply: {why}; use \"constant\""
                 ),
             ),
-            Some(Ok(_)) if self.prefers_spectral() => {
+            Some(Ok(found)) if self.prefers_spectral() => {
                 let kind = if self.is_periodic { "a periodic box" } else { "a box" };
                 let of = if self.wants_linear_basis { " and thick voxels" } else { "" };
-                let why =
-                    format!("{n} zones{of} in {kind} on the grid of its medium, with one extinction a band");
+                let beside = match found.outside.len() {
+                    0 => String::new(),
+                    count => format!(", and {count} patches outside"),
+                };
+                let why = format!(
+                    "{n} zones{of} in {kind} on the grid of its medium, with one extinction a band{beside}"
+                );
                 Ok((Engine::Spectral, why))
             }
             found if self.exceeds_dense => {
@@ -286,7 +291,8 @@ impl<'a> EngineSelection<'a> {
 
     /// The order of the basis inside the zones of a box, with a diagnostic: an automatic linear basis must be affordable.
     fn basis_order(&self, found: &BoxEnclosure) -> (BasisOrder, Option<Diagnostic>) {
-        if !self.wants_linear_basis {
+        // Patches outside a box exchange with constants alone.
+        if !self.wants_linear_basis || !found.outside.is_empty() {
             return (BasisOrder::Constant, None);
         }
         let few = |k: &f64| kernels::table_work(&found.grid, *k, BasisOrder::Linear) < MAX_LINEAR_TABLE_CELLS;

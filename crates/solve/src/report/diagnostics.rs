@@ -106,7 +106,7 @@ pub(crate) fn heat_balance(
         .then(|| Diagnostic::warning("heat-balance", format!("{imbalance}: {advice}")))
 }
 
-/// The diagnostic of an estimated error above the tolerance; none if an engine reported it already.
+/// The diagnostic of an estimated error above the tolerance, for factors by samples; none if an engine reported it already.
 pub(crate) fn missed_tolerance(
     engine: Engine,
     tolerance: f64,
@@ -115,7 +115,7 @@ pub(crate) fn missed_tolerance(
 ) -> Option<Diagnostic> {
     let error = estimate.patches.into_iter().chain(estimate.volumes).fold(0.0f64, f64::max);
     let is_reported = reported.iter().any(|n| n.code == "tolerance");
-    (!matches!(engine, Engine::Spectral | Engine::Layered) && error > tolerance && !is_reported).then(|| {
+    (error > tolerance && !is_reported).then(|| {
         let advice = tolerance_advice(engine, reported);
         let text =
             format!("the estimated error, {error:.2e}, misses the tolerance, {tolerance:.2e}: {advice}");
@@ -133,7 +133,7 @@ pub(crate) fn tolerance_advice(engine: Engine, reported: &[Diagnostic]) -> &'sta
         _ if has("light-power") => {
             "shadow rays are at their limit, see the warning of the light; use smaller patches at the edges of its shadows or a larger tolerance, a smaller one has no effect"
         }
-        Engine::Dense => {
+        Engine::Dense | Engine::Spectral => {
             "the rays for partly hidden pairs and for the surroundings are not sufficient in this scene"
         }
         _ => "use a smaller tolerance",

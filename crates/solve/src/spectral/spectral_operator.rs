@@ -228,6 +228,10 @@ impl<'a> SpectralOperator<'a> {
         let mut rows: Vec<Bands> = (0..self.len()).into_par_iter().map(level).collect();
         self.replace(&mut rows);
         let off = |i: usize| {
+            // Patches outside have rows elsewhere.
+            if self.enclosure.outside.binary_search(&(i as u32)).is_ok() {
+                return Bands::ZERO;
+            }
             let zone = if i < self.zones() { i } else { slopes[i - self.zones()] as usize };
             let (whole, open) = (closure_target(zones, zone), openings.get(i).copied().unwrap_or_default());
             let want = if i < self.zones() { whole } else { 0.0 };
