@@ -203,6 +203,9 @@ fn heat_row(out: &mut String, r: &HeatReport, part: (usize, Option<&Discretizati
 
 /// Origin of the discretization error.
 fn discretization_text(z: &DiscretizationError) -> String {
+    if z.zones == 0 && z.notes.iter().any(|n| n.code == "thick-scattering") {
+        return "discretization error (an estimate for thick cells that scatter)".into();
+    }
     if z.zones == 0 {
         return "discretization error (unknown)".into();
     }

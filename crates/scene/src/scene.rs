@@ -239,9 +239,14 @@ impl Scene {
     pub fn options(&self) -> &SolveOptions {
         &self.parts.options
     }
-    /// Whether closure is restored: as set, else in thermal mode only, where missing closure is missing heat.
+    /// Whether powers are normalized, and rows of tables scaled, so that closure holds: as set, else in thermal mode only, where missing closure is missing
+    /// heat.
     pub fn restores_closure(&self) -> bool {
         self.options().restore_closure.unwrap_or(self.thermal().is_some())
+    }
+    /// Whether the dense engine restores the closure of its rows: as set, else yes. Factors in closed form stay, sampled ones move within their errors.
+    pub fn restores_rows(&self) -> bool {
+        self.options().restore_closure.unwrap_or(true)
     }
     /// Notes of the reader.
     pub fn notes(&self) -> &[Diagnostic] {

@@ -7,12 +7,12 @@ use crate::iteration::{
 };
 use crate::light_groups::SourceGroup;
 use crate::mixed_sides::MixedSides;
-use crate::operator::{IncidentPower, extend_to_slopes};
+use crate::operator::{ErrorModel, IncidentPower, extend_to_slopes};
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::surroundings::SurroundingsExchange;
 use crate::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_scene::{Bands, Engine, LightGroup};
+use zonal_scene::{Band, Bands, Engine, LightGroup, NoCheckpoints, NoProgress, SolveStatus};
 
 /// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its rays.
 const RESIDUAL_OVER_TOLERANCE: f64 = 1e-4;
@@ -43,6 +43,70 @@ pub(crate) fn solve_groups(
             let (results, spare) = iterate(context, built, surroundings, engine, initial_groups);
             SolvedColumns { results, incident: None, spare }
         }
+    }
+}
+
+/// Strengths of all unknowns for sources s⁰ of the zones, to the relative residual `residual`; infinite in bands in which neither conjugate gradients nor the series of reflections converges.
+pub(crate) fn respond(
+    context: &SolveContext,
+    operator: &dyn ErrorModel,
+    mut sources: Vec<Bands>,
+    residual: f64,
+) -> Vec<Bands> {
+    let slope_zones = operator.slope_zones();
+    let (mut weights, mut targets) = (reflection_weights(context.zones), closure_targets(context.zones));
+    extend_to_slopes(&mut weights, &slope_zones);
+    extend_to_slopes(&mut targets, &slope_zones);
+    sources.resize(targets.len(), Bands::ZERO);
+    let mixed = MixedSides { operator, zones: context.zones };
+    let transmits = !context.zones.sheets.is_empty();
+    let system = LinearSystem {
+        operator: if transmits { &mixed } else { operator },
+        weights: &weights,
+        targets: &targets,
+        sums: context.shared_zones().order(),
+    };
+    let stop = StoppingCriterion { residual, max_iterations: context.scene.options().max_iterations };
+    let context = SolveContext { checkpoints: &NoCheckpoints, progress: &NoProgress, ..*context };
+    let columns = vec![sources];
+    let Some(result) = solve_system(&context, &system, columns.clone(), None, stop).0.pop() else {
+        return Vec::new();
+    };
+    let has_converged = |b: Band| result.status[b] == SolveStatus::Converged;
+    if Band::all().all(has_converged) {
+        return result.strengths;
+    }
+    // Factors by few rays may have no conjugate gradients where the series converges.
+    let series = neumann_series::solve(&system, &columns, RESPONSE_ORDERS, &NoCheckpoints, &NoProgress);
+    let Some(sum) = series.into_iter().next() else { return Vec::new() };
+    let whole = Bands::from_fn(|b| whole_over_sum(&sum.residuals[b]));
+    let of_zone = |i: usize| {
+        Bands::from_fn(|b| match has_converged(b) {
+            true => result.strengths[i][b],
+            false => sum.strengths[i][b] * whole[b],
+        })
+    };
+    (0..result.strengths.len()).map(of_zone).collect()
+}
+
+/// Orders of the series of a response whose conjugate gradients do not converge.
+const RESPONSE_ORDERS: usize = 40;
+/// Orders over which the ratio of successive orders is measured.
+const RATIO_ORDERS: usize = 8;
+/// Largest ratio of successive orders whose geometric series is trusted.
+const MAX_RATIO: f64 = 0.98;
+
+/// The sum of a series over that of its computed orders, from the power of each order; infinite if it does not converge.
+fn whole_over_sum(orders: &[f64]) -> f64 {
+    let last = orders.last().copied().unwrap_or(0.0);
+    let before = orders.len().checked_sub(1 + RATIO_ORDERS).map_or(0.0, |k| orders[k]);
+    if last == 0.0 {
+        return 1.0;
+    }
+    let ratio = (last / before).powf(1.0 / RATIO_ORDERS as f64);
+    match ratio < MAX_RATIO {
+        true => 1.0 + last * ratio / (1.0 - ratio) / (1.0 + orders.iter().sum::<f64>()),
+        false => f64::INFINITY,
     }
 }
 

@@ -19,11 +19,12 @@
 //! | [`engine`] | selection and construction of an engine |
 //! | [`dense`] | all pairs of zones |
 //! | [`spectral`] | box enclosures, where the exchange is a convolution |
+//! | `bordered_operator`, `merged_operator` | patches outside such a box; merged patches |
 //! | [`layered`] | slabs of layers of any extinction, periodic along two axes |
 //! | [`ray`], `gather`, [`hierarchical`] | stored rays from every zone, and a final gather from their solution |
 //! | [`direct_light`], [`surroundings`], [`light_groups`] | the right-hand sides |
 //! | `iteration` | conjugate gradients, stabilised bi-conjugate gradients, Neumann series |
-//! | `group_solve`, `solution_fields` | the solution of all light groups, and its fields |
+//! | `group_solve`, `solution_fields`, `closure_amplification` | the solution of all light groups, its fields, and the reflection of closure defects |
 //! | [`thermal`] | boundary conditions, coupling of the bands, recovery of temperatures |
 //! | `errors` | error estimates of a solution |
 //! | [`report`] | closure, energy balance, diagnostics, cost estimates |
@@ -35,6 +36,8 @@
 //! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
 
 mod balanced_report;
+mod bordered_operator;
+mod closure_amplification;
 pub mod dense;
 pub mod direct_light;
 mod direct_solution;

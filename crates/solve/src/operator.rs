@@ -74,6 +74,31 @@ pub(crate) trait ErrorModel: ExchangeOperator {
     fn grade(&self) -> Grade;
 }
 
+/// Exchange factors g_ij of single pairs with error radii r_ij, which an adjustment may change by weights w_ij = min(r_ij, g_ij)²: a pair without exchange,
+/// such as one behind a wall, has none after it either.
+pub(crate) trait AdjustableExchange: ErrorModel {
+    /// Σ_j r_ij² x_j of every zone.
+    fn variance_product(&self, x: &[Bands]) -> Vec<Bands>;
+    /// Computes the weights from the present factors, the smallest of all bands; before [`AdjustableExchange::weight_product`] and [`AdjustableExchange::adjust`].
+    fn prepare_weights(&mut self);
+    /// Σ_j w_ij x_j of every zone.
+    fn weight_product(&self, x: &[Bands]) -> Vec<Bands>;
+    /// Adds w_ij (λ_i c_j + λ_j c_i) to g_ij, for `multipliers` λ and `coefficients` c; a factor loses and gains no more than [`adjusted_factor`] allows.
+    fn adjust(&mut self, multipliers: &[Bands], coefficients: &[Bands]);
+    /// Frees the memory of the weights.
+    fn drop_weights(&mut self);
+}
+
+/// Largest relative decrease of a factor in one adjustment, which keeps factors positive.
+const MAX_LOSS_OF_FACTOR: f64 = 0.5;
+/// Largest increase of a factor in one adjustment, over the root of its weight: small factors do not take the defects of large ones.
+const MAX_GAIN_OVER_WEIGHT: f64 = 8.0;
+
+/// The factor `g` of weight `w` after a change, within [`MAX_LOSS_OF_FACTOR`] and [`MAX_GAIN_OVER_WEIGHT`].
+pub(crate) fn adjusted_factor(g: f64, change: f64, w: f64) -> f64 {
+    g + change.max(-MAX_LOSS_OF_FACTOR * g).min(MAX_GAIN_OVER_WEIGHT * w.sqrt())
+}
+
 /// Incident power of every column of a multivector of strengths.
 pub(crate) struct IncidentPower {
     /// P of every column.

@@ -25,7 +25,7 @@ use crate::report::{back_faces, diagnostics};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::solution_fields;
 use crate::solve_context::{BuiltEngine, SolveContext};
-use crate::surroundings::{self, SurroundingsExchange};
+use crate::surroundings::{self, SurroundingsExchange, exact_rows};
 use crate::thermal::newton::TripleEngine;
 use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
 use crate::triple_checkpoints::TripleCheckpoints;
@@ -86,22 +86,19 @@ fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, Sce
     // Solve for the fields.
     let mut solved = solve_on_zones(&scene, transport, zones, settings)?;
     solved[0].report.warnings.splice(0..0, excluded);
-    // Estimate the discretization error by the same solve on other zones.
+    // Estimate the discretization error by the same solve on other zones, or that of thick cells without one.
+    let basis = discretization::basis_of(solved[0].has_slopes);
+    let mut triples = FirstTriple::all(&scene, &mut solved);
     if discretization::is_requested(&scene) {
         let solve_other = |scene: &Scene, transport: Transport, zones: Zones, settings: &SolveSettings| {
             let solved = solve_on_zones(scene, transport, zones, settings)?;
             Ok(solved.into_iter().map(|s| s.report).collect())
         };
-        let basis = discretization::basis_of(solved[0].has_slopes);
-        let triples = scene.triples().zip(&mut solved).map(|(scene, s)| FirstTriple {
-            scene,
-            zones: &s.zones,
-            fields: &s.fields,
-            report: &mut s.report,
-        });
-        discretization::estimate(&scene, basis, &mut triples.collect::<Vec<_>>(), settings, &solve_other);
+        discretization::estimate(&scene, basis, &mut triples, settings, &solve_other);
         // Return an interruption of the second solve as such, not as an unknown error.
         check_interrupted(settings.progress)?;
+    } else {
+        discretization::state_thick_scattering(&scene, basis, &mut triples, settings.communicator);
     }
     Ok(join_triples(scene, solved))
 }
@@ -306,7 +303,11 @@ fn prepare(
     let emitters = EmitterExchange::of(scene, zones, engine, settings.pair_settings);
     let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
-    let mut exterior = measure_surroundings(scene, zones, transport, engine, settings)?;
+    let is_completed = engine == Engine::Dense && mirrored.is_none();
+    let mut exterior = match is_completed && exact_rows::are_known_later(scene, zones) {
+        true => surroundings::stage::pilot(scene, zones, transport, settings),
+        false => measure_surroundings(scene, zones, transport, engine, settings)?,
+    };
     if let Some(m) = mirrored {
         exterior = m.even_surroundings(&exterior);
     }
@@ -463,7 +464,11 @@ fn describe_engine(report: &mut Report, preparation: &Preparation, scene: &Scene
     (report.engine, report.reason) = (engine.name().into(), preparation.reason.clone());
     report.warnings.extend(preparation.merged.clone());
     let tolerance = scene.options().tolerance;
+    let is_bordered =
+        preparation.choice.enclosure.as_ref().is_some_and(|(found, _)| !found.outside.is_empty());
+    let samples = is_bordered || !matches!(engine, Engine::Spectral | Engine::Layered);
     let missed = diagnostics::missed_tolerance(engine, tolerance, &report.estimate, &report.warnings);
+    let missed = missed.filter(|_| samples);
     report.warnings.extend(missed);
 }
 

@@ -1,5 +1,6 @@
 //! Fields of a solution and of its light groups, with their errors, from the strengths of the iteration.
 
+use crate::closure_amplification;
 use crate::direct_light::direct_error::{self, ErrorSum};
 use crate::errors::closure_error::take_unexplained_fractions;
 use crate::errors::consistency;
@@ -37,6 +38,7 @@ pub(crate) fn assemble(
     let normalizes =
         incident.is_some() && context.scene.restores_closure() && options.scattering_orders.is_none();
     let fractions = take_unexplained_fractions(zones, &mut built.closure, surroundings);
+    let unclosed = closure_amplification::unclosed_fractions(context, &mut built.closure, &fractions);
     // Apply the operator to the solution.
     let IncidentPower { mut columns, mut error, column_errors } =
         incident_power(built, surroundings, (results, of_error), incident);
@@ -82,6 +84,9 @@ pub(crate) fn assemble(
         &mut groups,
     );
     consistency::widen_by_closure(&fractions, &mut fields);
+    if let Some(unclosed) = unclosed {
+        closure_amplification::widen(context, built.operator.as_ref(), &unclosed, &mut fields);
+    }
     fields.radiosity = radiosity(zones, &fields, fractions);
     widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
     (fields, groups)
@@ -136,11 +141,11 @@ fn radiosity(zones: &Zones, f: &Fields, mut out: Vec<Bands>) -> Vec<Bands> {
 
 /// Adds the error of the incoming radiation to the error of every zone.
 fn add_surroundings_error(context: &SolveContext, surroundings: &SurroundingsExchange, f: &mut Fields) {
-    if surroundings.error.is_empty() {
+    let sky = context.scene.surroundings().radiosity();
+    if surroundings.error.is_empty() || sky == Bands::ZERO {
         return;
     }
     let zones = context.zones;
-    let sky = context.scene.surroundings().radiosity();
     let part = |i| surroundings.incoming(i, sky)[1] / zones.response(i).1;
     f.surroundings_error = (0..zones.len()).into_par_iter().map(part).collect();
     let both = f.error.par_iter_mut().zip(&f.surroundings_error);

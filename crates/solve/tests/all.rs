@@ -18,6 +18,7 @@ mod horizon_lights;
 mod layered;
 mod light_groups;
 mod linear_basis;
+mod local_decisions;
 mod many_bands;
 mod mirrors;
 mod monte_carlo;

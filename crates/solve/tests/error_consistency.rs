@@ -49,16 +49,17 @@ fn unclosed_rows_widen_the_errors() {
     }
 }
 
-/// Thermal mode restores closure unless the scene says otherwise; light mode does not.
+/// The dense engine restores closure unless the scene says otherwise; powers are normalized in thermal mode alone.
 #[test]
-fn thermal_mode_restores_closure() {
+fn dense_engine_restores_closure() {
     let scene =
         |mode: &str, walls: &str| read(&format!("{mode}{}", unit_room("patch_size = 0.5", walls, "")));
     let heat = scene("mode = 'thermal'\n", HOT_WALLS);
     assert!(heat.restores_closure() && solve(heat.clone()).report.closure.restored);
-    assert!(!with(&heat, |o| o.restore_closure = Some(false)).restores_closure());
+    let measured = with(&heat, |o| o.restore_closure = Some(false));
+    assert!(!measured.restores_closure() && !solve(measured).report.closure.restored);
     let light = scene("", "faces.x0 = { emission = 1 }");
-    assert!(!light.restores_closure() && !solve(light).report.closure.restored);
+    assert!(!light.restores_closure() && solve(light).report.closure.restored);
 }
 
 #[test]

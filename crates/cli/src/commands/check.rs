@@ -158,7 +158,7 @@ fn check_scene<'a>(
     let estimate =
         CostEstimate::new(&input, &clock).map(|e| e.for_bands(scene).with_reading_time(reading_seconds));
     let basis = estimate.as_ref().map_or(zonal_scene::ZoneBasis::Constant, CostEstimate::basis);
-    diagnostics.extend(problem_size::scene_diagnostics(scene, size.thickness, basis));
+    diagnostics.extend(problem_size::scene_diagnostics(scene, zones, size.thickness, basis));
     diagnostics.extend(estimate.iter().flat_map(|e| e.notes.iter().cloned()));
     let exchange_seconds = time_and_memory::exchange_areas_cost(&input, &clock);
     SceneCheck {

@@ -87,6 +87,11 @@ fn hash_bands(h: &mut WordHasher, scene: &Scene) {
     }
 }
 
+/// A number for the treatment of closure.
+fn closure_number(scene: &Scene) -> usize {
+    scene.restores_closure() as usize + 2 * scene.restores_rows() as usize
+}
+
 /// Hashes one triple of the bands.
 fn hash_triple(h: &mut WordHasher, scene: &Scene) {
     hash_surfaces(h, scene);
@@ -97,7 +102,7 @@ fn hash_triple(h: &mut WordHasher, scene: &Scene) {
     h.reals(&[o.tolerance, o.residual]);
     h.length(o.patch_size);
     h.int(o.patch_rule as usize);
-    h.int(scene.restores_closure() as usize);
+    h.int(closure_number(scene));
     h.int(o.max_iterations);
     h.option(o.scattering_orders);
     h.int(o.engine as usize);
@@ -146,7 +151,7 @@ fn hash_factors(h: &mut WordHasher, scene: &Scene) {
     [
         shining as usize,
         o.patch_rule as usize,
-        scene.restores_closure() as usize,
+        closure_number(scene),
         o.engine as usize,
         o.zone_basis as usize,
     ]

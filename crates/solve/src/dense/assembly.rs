@@ -148,11 +148,13 @@ struct ComputedChunk {
 /// The rows that a rank stores: its blocks of the matrices and of the error radii, and the rows of all panes.
 struct SharedRows {
     matrices: Vec<PackedSymmetric>,
-    /// Codes of the error radii of the rows of `radius_blocks`.
+    /// The blocks of the rows before the panes.
+    blocks: RowBlocks,
+    /// Codes of the error radii of these rows.
     radii: Vec<u8>,
-    radius_blocks: RowBlocks,
-    /// Rows of all panes.
+    /// Rows of all panes, and the codes of their radii.
     panes: Vec<Vec<Bands>>,
+    pane_radii: Vec<Vec<u8>>,
     counts: PairCounts,
 }
 
@@ -179,7 +181,7 @@ impl<'a> DenseOperator<'a> {
             Band::all().for_each(|b| panes[b].push(row.iter().map(|x| x[b]).collect()));
         }
         let grade = if rows.counts.all_proved() { Grade::Proved } else { Grade::Estimated };
-        let radii = PairRadii::new(rows.radius_blocks, rows.radii);
+        let radii = PairRadii::new(rows.blocks, rows.radii, rows.pane_radii);
         let operator = DenseOperator {
             communicator,
             n,
@@ -189,6 +191,7 @@ impl<'a> DenseOperator<'a> {
             panes,
             scaling: None,
             radii,
+            weights: None,
             grade,
         };
         (operator, rows.counts)
@@ -221,15 +224,23 @@ impl RowAssembler<'_> {
         // Merge them in the order of the rows.
         let mut rows = SharedRows {
             matrices,
+            blocks: RowBlocks::all(self.shared),
             radii: Vec::with_capacity(packed_length(n)),
-            radius_blocks: RowBlocks::all(n),
             panes: Vec::new(),
+            pane_radii: Vec::new(),
             counts: PairCounts::default(),
         };
         for c in chunks.into_iter().rev() {
             rows.counts.merge(c.counts);
             rows.radii.extend(&c.radii);
             rows.panes.extend(c.panes);
+        }
+        let codes = rows.radii.split_off(packed_length(self.shared));
+        let mut rest = codes.as_slice();
+        for i in self.shared..n {
+            let (row, tail) = rest.split_at(i + 1);
+            rows.pane_radii.push(row.to_vec());
+            rest = tail;
         }
         rows
     }
@@ -241,21 +252,20 @@ impl RowAssembler<'_> {
         own.reverse();
         let computed: Vec<ComputedChunk> =
             own.into_par_iter().with_max_len(1).map(|rows| self.computed_chunk(rows, count)).collect();
-        let [matrix_blocks, radius_blocks] =
-            [self.shared, n].map(|rows| RowBlocks::of_rank(rows, communicator));
-        let mut messages = RowMessages::new(communicator.size(), &matrix_blocks, &radius_blocks);
+        let blocks = RowBlocks::of_rank(self.shared, communicator);
+        let mut messages = RowMessages::new(communicator.size(), &blocks);
         computed.into_iter().for_each(|chunk| messages.add(chunk, self.shared));
         let mut matrices: Vec<PackedSymmetric> =
-            (0..count).map(|_| PackedSymmetric::zeros_of(matrix_blocks.clone())).collect();
-        fill_matrices(&mut matrices, &matrix_blocks, &communicator.all_to_all(messages.entries));
-        let radii = joined_radii(&radius_blocks, &communicator.all_to_all(messages.codes));
-        let panes = joined_panes(self.shared, n, &communicator.all_gather(messages.panes));
+            (0..count).map(|_| PackedSymmetric::zeros_of(blocks.clone())).collect();
+        fill_matrices(&mut matrices, &blocks, &communicator.all_to_all(messages.entries));
+        let radii = joined_radii(&blocks, &communicator.all_to_all(messages.codes));
+        let (panes, pane_radii) = joined_panes(self.shared, n, &communicator.all_gather(messages.panes));
         let mut encoder = Encoder::default();
         encode_counts(&messages.counts, &mut encoder);
         let mut counts = PairCounts::default();
         let all = communicator.all_gather(encoder.bytes());
         all.iter().filter_map(|bytes| decode_counts(&mut Decoder::new(bytes))).for_each(|c| counts.merge(c));
-        SharedRows { matrices, radii, radius_blocks, panes, counts }
+        SharedRows { matrices, blocks, radii, panes, pane_radii, counts }
     }
 
     /// A chunk of rows in memory of its own.
@@ -275,7 +285,6 @@ impl RowAssembler<'_> {
 /// Messages of a rank with the rows that it computed: entries and radii to the ranks that keep them, panes and counts to all. Each row follows its number.
 struct RowMessages {
     rank_of_row: Vec<usize>,
-    rank_of_radii: Vec<usize>,
     entries: Vec<Vec<u8>>,
     codes: Vec<Vec<u8>>,
     panes: Vec<u8>,
@@ -283,10 +292,9 @@ struct RowMessages {
 }
 
 impl RowMessages {
-    fn new(size: usize, matrix_blocks: &RowBlocks, radius_blocks: &RowBlocks) -> RowMessages {
+    fn new(size: usize, blocks: &RowBlocks) -> RowMessages {
         RowMessages {
-            rank_of_row: matrix_blocks.ranks_of_rows(size),
-            rank_of_radii: radius_blocks.ranks_of_rows(size),
+            rank_of_row: blocks.ranks_of_rows(size),
             entries: vec![Vec::new(); size],
             codes: vec![Vec::new(); size],
             panes: Vec::new(),
@@ -303,15 +311,17 @@ impl RowMessages {
             let i = first + k;
             let (own_radii, rest) = radii.split_at(i + 1);
             radii = rest;
-            let out = &mut self.codes[self.rank_of_radii[i]];
-            (i as u64).put(out);
-            out.extend(own_radii);
-            let out = if i < shared { &mut self.entries[self.rank_of_row[i]] } else { &mut self.panes };
-            (i as u64).put(out);
-            match i < shared {
-                true => row.iter().flatten().for_each(|x| x.put(out)),
-                false => panes.next().into_iter().flatten().for_each(|x| x.put(out)),
+            if i >= shared {
+                (i as u64).put(&mut self.panes);
+                panes.next().into_iter().flatten().for_each(|x| x.put(&mut self.panes));
+                self.panes.extend(own_radii);
+                continue;
             }
+            let rank = self.rank_of_row[i];
+            (i as u64).put(&mut self.codes[rank]);
+            self.codes[rank].extend(own_radii);
+            (i as u64).put(&mut self.entries[rank]);
+            row.iter().flatten().for_each(|x| x.put(&mut self.entries[rank]));
         }
     }
 }
@@ -351,19 +361,21 @@ fn joined_radii(blocks: &RowBlocks, received: &[Vec<u8>]) -> Vec<u8> {
     radii
 }
 
-/// The rows of all panes, in their order.
-fn joined_panes(shared: usize, n: usize, received: &[Vec<u8>]) -> Vec<Vec<Bands>> {
-    let mut panes = vec![Vec::new(); n - shared];
+/// The rows of all panes and the codes of their radii, in their order.
+fn joined_panes(shared: usize, n: usize, received: &[Vec<u8>]) -> (Vec<Vec<Bands>>, Vec<Vec<u8>>) {
+    let (mut panes, mut radii) = (vec![Vec::new(); n - shared], vec![Vec::new(); n - shared]);
     for bytes in received {
         let mut rest = bytes.as_slice();
         while let Some((head, tail)) = rest.split_at_checked(8) {
             let i = u64::get(head) as usize;
             let (row, tail) = tail.split_at((i + 1) * Bands::size());
             panes[i - shared] = row.chunks_exact(Bands::size()).map(Bands::get).collect();
+            let (codes, tail) = tail.split_at(i + 1);
+            radii[i - shared] = codes.to_vec();
             rest = tail;
         }
     }
-    panes
+    (panes, radii)
 }
 
 /// The chunks of `n` rows, of about equal numbers of entries.

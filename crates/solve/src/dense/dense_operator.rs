@@ -5,9 +5,10 @@
 
 use super::packed_symmetric::PackedSymmetric;
 use crate::distribution::Communicator;
-use crate::errors::radii::PairRadii;
+use crate::errors::radii::{PairRadii, squared_radii};
 use crate::iteration::multivector::times;
-use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
+use crate::operator::{AdjustableExchange, ErrorModel, ExchangeOperator, IncidentPower, adjusted_factor};
+use rayon::prelude::*;
 use zonal_math::Grade;
 use zonal_scene::{Band, Bands, PerBand};
 
@@ -28,6 +29,8 @@ pub(crate) struct DenseOperator<'a> {
     pub(super) scaling: Option<Vec<Bands>>,
     /// Error radii of the pairs, those of the worst band.
     pub(super) radii: PairRadii,
+    /// Roots of the weights of an adjustment, while there is one.
+    pub(super) weights: Option<PairRadii>,
     pub(super) grade: Grade,
 }
 
@@ -103,6 +106,79 @@ impl DenseOperator<'_> {
             }
         }
     }
+
+    /// Gives a matrix of its own to every band whose `vectors` differ from those of the first band of its group.
+    fn separate_bands(&mut self, vectors: [&[Bands]; 2]) {
+        let equal = |a: Band, b: Band| vectors.iter().all(|v| v.iter().all(|x| x[a] == x[b]));
+        let former = self.group;
+        for b in Band::all() {
+            let mut others = Band::all().filter(|&a| a < b && former[a] == former[b]);
+            let (first, twin) = (others.clone().next(), others.find(|&a| equal(a, b)));
+            self.group[b] = match (first, twin) {
+                (None, _) => former[b],
+                (_, Some(twin)) => self.group[twin],
+                (Some(first), None) => {
+                    self.matrices.push(self.matrices[former[first]].clone());
+                    self.matrices.len() - 1
+                }
+            };
+        }
+    }
+}
+
+/// Adds w_ij (λ_i c_j + λ_j c_i) to the entries of row i, whose weights have the codes `codes`.
+fn adjust_row(row: &mut [f64], codes: &[u8], squares: &[f64], [multipliers, coefficients]: [&[f64]; 2]) {
+    let i = row.len() - 1;
+    let (own, c) = (multipliers[i], coefficients[i]);
+    for (j, (g, code)) in row.iter_mut().zip(codes).enumerate().filter(|x| *x.1.1 > 0) {
+        let w = squares[*code as usize];
+        *g = adjusted_factor(*g, w * (own * coefficients[j] + multipliers[j] * c), w);
+    }
+}
+
+impl AdjustableExchange for DenseOperator<'_> {
+    fn variance_product(&self, x: &[Bands]) -> Vec<Bands> {
+        self.radii.squared_product(x, self.communicator)
+    }
+
+    fn prepare_weights(&mut self) {
+        let smallest = |i: usize, j: usize| match i.checked_sub(self.shared) {
+            Some(k) => Band::all().map(|b| self.panes[b][k][j]).fold(f64::INFINITY, f64::min),
+            None => self.matrices.iter().map(|m| m.row(i)[j]).fold(f64::INFINITY, f64::min),
+        };
+        self.weights = Some(self.radii.limited(smallest));
+    }
+
+    fn weight_product(&self, x: &[Bands]) -> Vec<Bands> {
+        self.weights.as_ref().unwrap_or(&self.radii).squared_product(x, self.communicator)
+    }
+
+    fn drop_weights(&mut self) {
+        self.weights = None;
+    }
+
+    fn adjust(&mut self, multipliers: &[Bands], coefficients: &[Bands]) {
+        self.separate_bands([multipliers, coefficients]);
+        let squares = squared_radii();
+        let of_band =
+            |b: Band| [multipliers, coefficients].map(|v| v.iter().map(|x| x[b]).collect::<Vec<f64>>());
+        for (g, matrix) in self.matrices.iter_mut().enumerate() {
+            let Some(band) = Band::all().find(|&b| self.group[b] == g) else { continue };
+            let [m, c] = of_band(band);
+            let radii = self.weights.as_ref().unwrap_or(&self.radii);
+            matrix.rows_mut().into_par_iter().for_each(|row| {
+                let codes = radii.row(row.len() - 1);
+                adjust_row(row, codes, &squares, [&m, &c]);
+            });
+        }
+        for b in Band::all() {
+            let [m, c] = of_band(b);
+            let weights = self.weights.as_ref().unwrap_or(&self.radii);
+            for (row, codes) in self.panes[b].iter_mut().zip(weights.panes()) {
+                adjust_row(row, codes, &squares, [&m, &c]);
+            }
+        }
+    }
 }
 
 impl ExchangeOperator for DenseOperator<'_> {
@@ -114,6 +190,12 @@ impl ExchangeOperator for DenseOperator<'_> {
     }
     fn apply_many(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
         self.apply_slices(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    }
+    fn has_identical_bands(&self) -> bool {
+        self.matrices.len() == 1 && self.n == self.shared && self.scaling.is_none()
+    }
+    fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
+        self.matrices[0].apply_on_ranks(s, self.communicator)
     }
     fn scale(&mut self, d: &[Bands]) {
         let old = self.scaling.take();

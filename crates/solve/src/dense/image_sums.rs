@@ -8,7 +8,7 @@
 //! it is Eᵀ F E/|G| with the mean over images E: exact for even strengths, and symmetric.
 
 use super::dense_operator::DenseOperator;
-use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
+use crate::operator::{AdjustableExchange, ErrorModel, ExchangeOperator, IncidentPower};
 use zonal_exchange::pair::{Exchange, PairCounts, PairFactor, PairRow};
 use zonal_math::Grade;
 use zonal_scene::{Bands, ZoneImages};
@@ -76,6 +76,24 @@ impl ExchangeOperator for ImageSumOperator<'_> {
     }
     fn scale(&mut self, d: &[Bands]) {
         self.operator.scale(&self.images.mean(d));
+    }
+}
+
+impl AdjustableExchange for ImageSumOperator<'_> {
+    fn variance_product(&self, x: &[Bands]) -> Vec<Bands> {
+        self.images.extended(&self.operator.variance_product(&self.images.mean(x)))
+    }
+    fn prepare_weights(&mut self) {
+        self.operator.prepare_weights();
+    }
+    fn weight_product(&self, x: &[Bands]) -> Vec<Bands> {
+        self.images.extended(&self.operator.weight_product(&self.images.mean(x)))
+    }
+    fn drop_weights(&mut self) {
+        self.operator.drop_weights();
+    }
+    fn adjust(&mut self, multipliers: &[Bands], coefficients: &[Bands]) {
+        self.operator.adjust(&self.images.mean(multipliers), &self.images.mean(coefficients));
     }
 }
 

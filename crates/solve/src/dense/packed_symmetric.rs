@@ -40,7 +40,8 @@ impl PackedSymmetric {
             })
             .collect()
     }
-    fn row(&self, i: usize) -> &[f64] {
+    /// The stored row `i`.
+    pub(crate) fn row(&self, i: usize) -> &[f64] {
         let start = packed_length(i) - packed_length(self.blocks.own_rows().start);
         &self.entries[start..start + i + 1]
     }

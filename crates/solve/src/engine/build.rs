@@ -1,20 +1,23 @@
 //! Construction of an engine: its operator, and the closure of its rows, measured or restored.
 
 use super::selection::EngineChoice;
+use crate::bordered_operator::BorderedOperator;
 use crate::dense::DenseOperator;
 use crate::dense::band_groups::{InteriorPanes, band_groups};
 use crate::dense::image_sums::{ImageSumOperator, ImageSums};
 use crate::hierarchical;
 use crate::layered::{LayerStack, LayeredOperator};
 use crate::merged_operator::{MergedOperator, PatchGroups};
-use crate::operator::ErrorModel;
+use crate::operator::{AdjustableExchange, ErrorModel};
 use crate::report::closure::{self, RowClosure};
+use crate::report::least_squares_closure;
+use crate::settings::SolveSettings;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::spectral::SpectralOperator;
 use crate::spectral::basis::BasisOrder;
 use crate::spectral::enclosure::BoxEnclosure;
 use crate::sum_order::SharedZones;
-use crate::surroundings::SurroundingsExchange;
+use crate::surroundings::{SurroundingsExchange, exact_rows};
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages};
 
@@ -88,15 +91,35 @@ fn build_spectral<'a>(
     surroundings: &mut SurroundingsExchange,
 ) -> BuiltEngine<'a> {
     let (scene, zones) = (context.scene, context.zones);
-    let open = enclosure.is_open();
+    let (open, outside) = (enclosure.is_open(), enclosure.outside.clone());
     let mut operator = SpectralOperator::new(enclosure, zones, order, context.execution());
     if open {
         surroundings.sky = operator.opening_factors();
     }
     let rows = operator.measure_defect(zones, &surroundings.sky);
+    if !outside.is_empty() {
+        return build_bordered(context, operator, outside, surroundings);
+    }
     let measured = closure::measure_rows(rows, context.shared_zones(), surroundings);
     let closure = restore_if_requested(&mut operator, scene, context.shared_zones(), surroundings, measured);
     let counts = operator.counts();
+    BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
+}
+
+/// The spectral engine with patches outside the box.
+fn build_bordered<'a>(
+    context: &SolveContext<'a>,
+    inner: SpectralOperator<'a>,
+    outside: Vec<u32>,
+    surroundings: &mut SurroundingsExchange,
+) -> BuiltEngine<'a> {
+    let count = outside.len() as u64;
+    let (mut operator, pairs) = BorderedOperator::new(context, inner, outside);
+    operator.set_losses(context.zones, surroundings);
+    let closure = close_rows(&mut operator, context.scene, context.shared_zones(), surroundings);
+    let mut counts = operator.counts();
+    counts.push(("patches outside the medium".to_string(), count));
+    counts.extend(pair_counts(&pairs).into_iter().filter(|c| c.1 > 0));
     BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
 }
 
@@ -134,11 +157,38 @@ pub(crate) fn build_dense<'a>(
         context.execution(),
     );
     drop(exchange);
-    let mut operator: Box<dyn ErrorModel + 'a> = match context.images {
+    let mut operator: Box<dyn AdjustableExchange + 'a> = match context.images {
         Some(images) => Box::new(ImageSumOperator::new(operator, images)),
         None => Box::new(operator),
     };
-    let closure = close_rows(operator.as_mut(), scene, context.shared_zones(), surroundings);
+    if exact_rows::are_known_later(scene, zones) && context.images.is_none() {
+        let settings = SolveSettings {
+            checkpoints: context.checkpoints,
+            pair_settings: context.pair_settings,
+            communicator: context.communicator,
+            ..SolveSettings::new(context.memory_limit, context.progress)
+        };
+        let pilot = std::mem::take(surroundings);
+        let place = (scene, zones, context.transport);
+        *surroundings = exact_rows::complete(operator.as_ref(), place, pilot, &settings);
+    }
+    let mut measured = closure::measure(operator.as_ref(), context.shared_zones(), surroundings);
+    // Factors of other formulas, for comparison, keep their defects unless the scene requests closure.
+    let requested = scene.options().restore_closure;
+    let by_default = scene.restores_rows() && context.pair_settings.volume_factors.is_none();
+    let closure = match requested.unwrap_or(by_default) {
+        true => {
+            let restore = match requested {
+                Some(_) => least_squares_closure::restore_fully,
+                None => least_squares_closure::restore,
+            };
+            restore(operator.as_mut(), context.shared_zones(), surroundings, measured)
+        }
+        false => {
+            least_squares_closure::state_row_errors(operator.as_ref(), zones, surroundings, &mut measured);
+            measured
+        }
+    };
     let mut warnings = Vec::new();
     if pairs.by_volume_method > 0 {
         let text = "the factors of two voxels are those of the 1996 paper, for comparison; the stated errors do not include the errors of these formulas";

@@ -1,6 +1,6 @@
 //! Closure of the rows: Σ_j g_ij c_j + g_i,sky + g_i,backs = A_i (patch), 4V_i (voxel), 4 A t (pane).
 //!
-//! **Restoration** finds d with Σ_j d_i g_ij d_j c_j + d_i (g_i,sky + g_i,backs) = target, a symmetric scaling: reciprocity stays exact, and
+//! **Restoration** of the dense engine is that of [`super::least_squares_closure`]: it knows the error of each factor. Engines with tables find d with Σ_j d_i g_ij d_j c_j + d_i (g_i,sky + g_i,backs) = target, a symmetric scaling: reciprocity stays exact, and
 //! the factors of the surroundings are scaled with those of the zones. Method: the damped Sinkhorn–Knopp iteration d ← d √(target/row).
 //! Rows without any exchange are left unchanged. Cost: one product an iteration.
 
@@ -13,7 +13,7 @@ use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Band, Bands, ClosureDefect, Zones};
 
 /// Relative defect below which rows close to rounding and are not restored.
-const ROUNDING_DEFECT: f64 = 1e-11;
+pub(super) const ROUNDING_DEFECT: f64 = 1e-11;
 /// Maximum number of iterations of the restoration.
 const MAX_SCALING_ITERATIONS: usize = 400;
 /// Relative defect at which the restoration has converged.
@@ -28,6 +28,9 @@ pub(crate) struct RowClosure {
     /// Relative defect of every zone before restoration. After restoration: the relative change of its row, plus its residual defect; negative if
     /// the row falls short of its target.
     pub defects: Vec<Bands>,
+    /// Relative error of the sum of every row that reflections amplify: the defect after restoration, or the part of a measured defect that the row
+    /// causes; `None` where the unexplained part of `defects` counts.
+    pub residuals: Option<Vec<Bands>>,
 }
 
 /// The incident power of all zones in a uniform field, without that from the surroundings.
@@ -80,7 +83,7 @@ pub(crate) fn measure_rows(
         residual_defect: worst,
         ..ClosureDefect::default()
     };
-    RowClosure { summary, defects }
+    RowClosure { summary, defects, residuals: None }
 }
 
 /// Restores closure by symmetric scaling of all factors, those of the surroundings included; `closure` is that before it.
@@ -96,6 +99,7 @@ pub(crate) fn restore(
     let n = zones.len();
     if closure.summary.worst.all(|w| w <= ROUNDING_DEFECT) {
         closure.summary.restored = true;
+        closure.residuals = Some(Vec::new());
         return closure;
     }
     let c: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(&zones, i)).collect();
@@ -122,6 +126,7 @@ pub(crate) fn restore(
         }
     };
     closure.defects = (0..n).map(|i| Bands::from_fn(|b| sum(i, b))).collect();
+    closure.residuals = Some(left);
     closure
 }
 

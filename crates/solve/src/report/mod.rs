@@ -5,4 +5,5 @@ pub(crate) mod closure;
 pub mod cost_estimate;
 pub(crate) mod diagnostics;
 pub(crate) mod energy_balance;
+pub(crate) mod least_squares_closure;
 pub(crate) mod summary;

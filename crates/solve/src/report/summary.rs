@@ -43,7 +43,7 @@ pub(crate) fn summarize(
     let (scene, zones) = (context.scene, context.shared_zones());
     // Collect the diagnostics in the order of the phases.
     let basis = if built.operator.len() == zones.len() { ZoneBasis::Constant } else { ZoneBasis::Linear };
-    let mut warnings = scene_diagnostics(scene, thickness, basis);
+    let mut warnings = scene_diagnostics(scene, context.zones, thickness, basis);
     warnings.extend(built.warnings.iter().cloned());
     if !surroundings.is_closed() {
         let text = "the scene is open: power escapes to the surroundings or onto black backs";

@@ -104,8 +104,11 @@ impl ExchangeData {
         };
         let settings = SolveSettings::new(DEFAULT_MEMORY_LIMIT, progress);
         for (t, own) in scene.triples().enumerate() {
-            let triple = TripleData::measure(own, areas, t, &settings)?;
+            let mut triple = TripleData::measure(own, areas, t, &settings)?;
             check_interrupted(progress)?;
+            if let Some((entries, adjusted)) = triple.adjusted.take() {
+                data.direct.areas[entries].copy_from_slice(&adjusted);
+            }
             if t == 0 {
                 data.conditions.clone_from(&triple.properties.conditions);
                 data.band_fractions = ZoneFractions::of(scene, triple.properties.kinds.clone());

@@ -1,10 +1,11 @@
 //! Rays of one triple of bands: surroundings and lights, in a scene with mirrors by its even extension.
 
+use super::area_operator::AreaOperator;
 use crate::direct_light::light_field::LightField;
 use crate::mirrors::MirroredSolve;
 use crate::pipeline::{illuminate_stage, measure_surroundings};
 use crate::settings::SolveSettings;
-use crate::surroundings::SurroundingsExchange;
+use crate::surroundings::{SurroundingsExchange, exact_rows, stage};
 use zonal_scene::{Engine, Scene, SceneError, Zones};
 use zonal_transport::Transport;
 
@@ -18,10 +19,19 @@ pub(super) struct RayTracing<'a> {
 }
 
 impl RayTracing<'_> {
-    /// The exchange with the surroundings, as the dense engine has it.
-    pub(super) fn surroundings(&self, settings: &SolveSettings) -> Result<SurroundingsExchange, SceneError> {
+    /// The exchange with the surroundings, as the dense engine with the exchange areas `operator` has it.
+    pub(super) fn surroundings(
+        &self,
+        operator: &AreaOperator,
+        settings: &SolveSettings,
+    ) -> Result<SurroundingsExchange, SceneError> {
+        let (scene, zones, transport) = (self.scene, self.zones, self.transport);
         let Some((m, rays)) = &self.mirrored else {
-            return measure_surroundings(self.scene, self.zones, self.transport, Engine::Dense, settings);
+            if !exact_rows::are_known_later(scene, zones) {
+                return measure_surroundings(scene, zones, transport, Engine::Dense, settings);
+            }
+            let pilot = stage::pilot(scene, zones, transport, settings);
+            return Ok(exact_rows::complete(operator, (scene, zones, transport), pilot, settings));
         };
         let all = measure_surroundings(&m.extension.scene, &m.zones, rays, Engine::Dense, settings)?;
         Ok(m.surroundings_of_part(&all))

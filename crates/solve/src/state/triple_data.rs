@@ -8,12 +8,13 @@ use crate::direct_light::emitter_exchange::PatchExchange;
 use crate::errors::closure_error::unexplained_fractions;
 use crate::exchange_areas::ExchangeAreas;
 use crate::mirrors::MirroredSolve;
-use crate::report::closure;
+use crate::report::{closure, least_squares_closure};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
 use crate::thermal::ZoneProperties;
 use crate::thermal::emissivity::set_known_reflectances;
+use std::ops::Range;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Band, Bands, Scene, SceneError, Zones};
 use zonal_transport::{Transport, build_zones};
@@ -25,6 +26,8 @@ pub(super) struct TripleData {
     pub surroundings: SurroundingsData,
     /// A row for each band of the triple.
     pub light: LightData,
+    /// The matrices after a restoration of closure, and their place among the entries of all matrices.
+    pub adjusted: Option<(Range<usize>, Vec<f64>)>,
 }
 
 impl TripleData {
@@ -47,12 +50,17 @@ impl TripleData {
         let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
         let rays = RayTracing { scene, zones, transport: &transport, mirrored: extension };
         // Close the rows.
-        let mut exterior = rays.surroundings(settings)?;
-        check_interrupted(settings.progress)?;
         let mut operator = AreaOperator::new(areas, zones, triple);
+        let mut exterior = rays.surroundings(&operator, settings)?;
+        check_interrupted(settings.progress)?;
         let measured = closure::measure(&operator, SharedZones::alone(zones), &exterior);
-        let rows = match scene.restores_closure() {
-            true => closure::restore(&mut operator, SharedZones::alone(zones), &mut exterior, measured),
+        let rows = match scene.restores_rows() {
+            true => least_squares_closure::restore(
+                &mut operator,
+                SharedZones::alone(zones),
+                &mut exterior,
+                measured,
+            ),
             false => measured,
         };
         let fractions = unexplained_fractions(zones, &rows, &exterior);
@@ -71,7 +79,9 @@ impl TripleData {
         }
         let matrices = areas.matrices.saturating_sub(triple * Band::count()).min(Band::count());
         let surroundings = surroundings_rows(zones, (&exterior, &operator), &fractions, matrices);
-        Ok(TripleData { properties: ZoneProperties::of(scene, zones), surroundings, light })
+        let entries = operator.entries();
+        let adjusted = operator.adjusted.take().map(|areas| (entries, areas));
+        Ok(TripleData { properties: ZoneProperties::of(scene, zones), surroundings, light, adjusted })
     }
 }
 

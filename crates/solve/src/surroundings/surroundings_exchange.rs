@@ -11,7 +11,7 @@ use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_E
 use super::ray_tally::{RayTally, TracedScene};
 use crate::distribution::Execution;
 use rayon::prelude::*;
-use zonal_exchange::pair::{StripImages, closure_target, sample_seed};
+use zonal_exchange::pair::{SUCCESSION_PSEUDO_COUNTS, StripImages, closure_target, sample_seed};
 use zonal_scene::{Band, Bands, Scene, Zones};
 use zonal_transport::Transport;
 
@@ -99,6 +99,18 @@ impl SurroundingsExchange {
         (rays, sample): (usize, u64),
         execution: Execution,
     ) -> SurroundingsExchange {
+        SurroundingsExchange::measure_zones((scene, zones, transport), (rays, sample), execution, None)
+    }
+
+    /// The same with all rays of the zones that `needs` names, and pilot rays of the others; of all zones without. Errors are known if the surroundings
+    /// have a radiance, or if `needs` is given.
+    pub(super) fn measure_zones(
+        (scene, zones, transport): (&Scene, &Zones, &Transport),
+        (rays, sample): (usize, u64),
+        execution: Execution,
+        needs: Option<&[bool]>,
+    ) -> SurroundingsExchange {
+        let needs_all = |i: usize| needs.is_none_or(|list| list[i]);
         let (n, progress) = (zones.len(), execution.progress);
         let (blocks, communicator) = (execution.blocks(n, ZONES_PER_BLOCK), execution.communicator);
         let has_radiance = scene.surroundings().has_radiance();
@@ -112,6 +124,9 @@ impl SurroundingsExchange {
         if pilot < rays && tallies.iter().any(|x| x.escaped > 0) {
             tallies = blocks.map(communicator, |i| {
                 let mut x = tallies[i];
+                if !needs_all(i) {
+                    return x;
+                }
                 let mixed = x.escaped > 0 && x.escaped < x.traced;
                 let count = if mixed { (PARAMS.mixed_factor * each).min(rays) } else { each };
                 x.add(&RayTally::of_zone(&traced, i, pilot..count));
@@ -121,12 +136,12 @@ impl SurroundingsExchange {
         progress.advance(n as u64);
         // Refine zones whose error is too large.
         if has_radiance {
-            refine(&traced, &mut tallies, execution);
+            refine(&traced, &mut tallies, execution, &needs_all);
         }
         progress.end();
         let target = |i: usize| closure_target(zones, i);
         let mut exchange = SurroundingsExchange::from_tallies(&tallies, target);
-        if has_radiance && !exchange.is_closed() {
+        if (has_radiance || needs.is_some()) && !exchange.is_closed() {
             let error = |(i, x): (usize, &RayTally)| x.standard_error() * target(i);
             exchange.error = tallies.iter().enumerate().map(error).collect();
         }
@@ -164,6 +179,36 @@ impl SurroundingsExchange {
             let share = (escaping / target).clamp(0.0, 1.0);
             (share * (1.0 - share) / rays).sqrt()
         })
+    }
+
+    /// Standard error of g_i,sky + g_i,backs of zone `i`, whose closure target is `target`, in the unit of these; 0 if no power leaves the scene. If all rays
+    /// of the zone agree, by the rule of succession.
+    pub(crate) fn loss_error(&self, i: usize, target: f64) -> Bands {
+        if self.is_closed() {
+            return Bands::ZERO;
+        }
+        let rays = (self.rays as f64 / self.sky.len().max(1) as f64).max(1.0);
+        let share = |x: f64| (x / target).clamp(0.0, 1.0);
+        let binomial = |x: f64| (share(x) * (1.0 - share(x)) / rays).sqrt();
+        let fraction = match self.error.get(i) {
+            Some(e) => (*e / target).hypot(self.backfaces_of(i).map(binomial)),
+            None => self.total_of(i).map(binomial),
+        };
+        let least = if self.rays > 0 { 1.0 / (rays + SUCCESSION_PSEUDO_COUNTS) } else { 0.0 };
+        fraction.zip_map(self.total_of(i), |e, x| e.max(least * if x > 0.0 { share(x) } else { 1.0 }))
+            * target
+    }
+
+    /// Sets g_i,sky + g_i,backs of zone `i`, in the former proportion.
+    pub(crate) fn set_loss(&mut self, i: usize, total: Bands) {
+        let ratio = total.zip_map(self.total_of(i), |new, old| if old > 0.0 { new / old } else { f64::NAN });
+        let (sky, backs) = (self.sky.is_empty(), self.backfaces.is_empty());
+        for (factors, takes_all) in [(&mut self.sky, true), (&mut self.backfaces, sky)] {
+            if let Some(x) = factors.get_mut(i) {
+                let all = if takes_all || backs { total } else { Bands::ZERO };
+                *x = Bands::from_fn(|b| if ratio[b].is_nan() { all[b] } else { x[b] * ratio[b] });
+            }
+        }
     }
 
     /// g_i,sky of zone `i`.
@@ -268,19 +313,25 @@ pub(crate) fn escape_rays_per_zone(scene: &Scene) -> usize {
 }
 
 /// Traces more rays from zones whose error is too large.
-fn refine(traced: &TracedScene, tallies: &mut Vec<RayTally>, execution: Execution) {
+fn refine(
+    traced: &TracedScene,
+    tallies: &mut Vec<RayTally>,
+    execution: Execution,
+    needs_all: &(dyn Fn(usize) -> bool + Sync),
+) {
     let options = traced.scene.options();
     let limit = max_rays(traced.scene, tallies.len());
     let offsets = [traced.zones.voxel_offset(), traced.zones.pane_offset()];
+    let any = (0..tallies.len()).any(needs_all);
     let openings =
-        if uses_openings(traced.scene, tallies.len()) { OpeningSampler::find(*traced) } else { None };
+        if any && uses_openings(traced.scene, tallies.len()) { OpeningSampler::find(*traced) } else { None };
     for round in if openings.is_some() { PARAMS.rounds - 1 } else { 0 }..PARAMS.rounds {
         let wanted = error_targets(tallies, offsets, PARAMS.error_share * options.tolerance);
         let refined = |i: usize| {
             let mut x = tallies[i];
             let wanted = wanted[offsets.iter().filter(|first| i >= **first).count()];
             let off = norm(x.standard_error()) / wanted;
-            if wanted > 0.0 && off > 1.0 {
+            if wanted > 0.0 && off > 1.0 && needs_all(i) {
                 let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(PARAMS.max_growth);
                 let all = ((x.traced as f64 * growth) as usize).min(limit);
                 match &openings {

@@ -21,7 +21,7 @@
 //! | `condition` | [n, 2] | 1 and T (K), or 2 and the flux that leaves (W/m², W/m³) |
 //! | `zone_face` | `n` | face among the faces of all meshes, −1 for none |
 //! | `surroundings_areas`, `surroundings_radius`, `backface_areas` | [m, n] | exchange with the surroundings, its standard error, and with black backs, scaled with the rows |
-//! | `closure_scaling` | [m, n] | d of the rows where closure is restored: the areas of a solve are d_i F_ij d_j |
+//! | `closure_scaling` | [m, n] | d of the rows: the areas of a state are d_i F_ij d_j; 1, since `exchange_areas` of a thermal scene are those after restoration of closure |
 //! | `closure_error` | [m, n] | error of the incident power by closure, relative to it |
 //! | `light_incident`, `light_error` | [bands, n] | direct light H of patches, G/4 of volumes, and its error, W/m²; with lights |
 //! | `light_power` | [bands, 5] | power sent in, emitted, escaping and on black backs unscattered, and the error of all these, W; with lights |

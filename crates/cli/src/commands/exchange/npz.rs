@@ -16,7 +16,8 @@ pub(super) fn write(
 ) -> Result<(), FileError> {
     let (m, n, k) = (areas.matrices, areas.zone_count(), areas.names.len());
     let named = |name, shape, values| NamedArray { name, shape, values };
-    let direct = &areas.direct;
+    // Those of thermal states have closed rows.
+    let direct = state.map_or(&areas.direct, |s| &s.direct);
     let mut arrays = vec![
         named("exchange_areas", vec![m, n, n], &direct.areas[..]),
         named("error_radius", vec![m, n, n], &direct.radii),

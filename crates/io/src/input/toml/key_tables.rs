@@ -54,7 +54,7 @@ pub(crate) const SOLVE: KeyGroups = &[&[
         "closure",
         "\"measure\" | \"restore\"",
         "",
-        "\"restore\" in thermal mode, else \"measure\"",
+        "\"restore\" in thermal mode and for the factors of the dense engine, else \"measure\"",
         "treatment of row sums that miss closure",
     ),
     key(

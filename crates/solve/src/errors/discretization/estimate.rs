@@ -3,7 +3,11 @@
 use super::comparison::{SolveFn, compare};
 use super::near_surface_scattering;
 use super::prescribed_temperatures::{RowTemperature, row_temperatures, temperature_error};
+use super::thick_scattering;
+use crate::distribution::Communicator;
 use crate::settings::SolveSettings;
+use crate::sum_order::SharedZones;
+use crate::zonal_solution::ZonalSolution;
 use zonal_scene::{Diagnostic, DiscretizationError, Fields, Report, Scene, ZoneBasis, Zones};
 
 /// True if the discretization error is requested: by an option, else in thermal mode.
@@ -17,6 +21,19 @@ pub(crate) struct FirstTriple<'a> {
     pub zones: &'a Zones,
     pub fields: &'a Fields,
     pub report: &'a mut Report,
+}
+
+impl<'a> FirstTriple<'a> {
+    /// The solved triples of a scene.
+    pub(crate) fn all(scene: &'a Scene, solved: &'a mut [ZonalSolution]) -> Vec<FirstTriple<'a>> {
+        let of_triple = |(scene, s): (&'a Scene, &'a mut ZonalSolution)| FirstTriple {
+            scene,
+            zones: &s.zones,
+            fields: &s.fields,
+            report: &mut s.report,
+        };
+        scene.triples().zip(solved).map(of_triple).collect()
+    }
 }
 
 /// Runs `solve` on larger or smaller zones with the same engine and basis, and adds the discretization error to the reports of all triples of bands.
@@ -45,6 +62,25 @@ pub(crate) fn estimate(
         near_surface_scattering::add_to_heat(scene, &unresolved, triples[0].report, &mut errors[0]);
     }
     triples.iter_mut().zip(errors).for_each(|(t, error)| t.report.discretization_error = Some(error));
+}
+
+/// Adds the discretization error of light in thick cells that scatter, where a second solve was neither requested nor refused.
+pub(crate) fn state_thick_scattering(
+    scene: &Scene,
+    basis: ZoneBasis,
+    triples: &mut [FirstTriple],
+    communicator: &dyn Communicator,
+) {
+    if basis == ZoneBasis::Linear
+        || scene.thermal().is_some()
+        || scene.options().discretization_error.is_some()
+    {
+        return;
+    }
+    for t in triples {
+        t.report.discretization_error =
+            thick_scattering::estimate(t.scene, SharedZones::new(t.zones, communicator), t.fields, t.report);
+    }
 }
 
 /// The error without a second solve: infinite except for prescribed values.

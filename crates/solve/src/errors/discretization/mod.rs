@@ -17,6 +17,8 @@
 //! others; its difference to the second solve, twice, is added. If that has more zones than the first solve, the errors of the surfaces and volumes that did not grow are infinite,
 //! which stands for unknown, and the estimate of few or thick zones is multiplied by the largest observed ratio of error and estimate.
 //!
+//! Light without a second solve has the estimate of `thick_scattering` where cells scatter over large optical depths.
+//!
 //! r is the minimum growth of an edge (`zone_growth`). Prescribed temperatures and powers have no such error. The second solve is passed in as
 //! a function.
 
@@ -27,7 +29,8 @@ mod merged_facets;
 mod near_surface_scattering;
 mod prescribed_temperatures;
 mod second_solve;
+mod thick_scattering;
 mod zone_growth;
 
 pub(crate) use comparison::{basis_of, refined_zone_count};
-pub(crate) use estimate::{FirstTriple, estimate, is_requested};
+pub(crate) use estimate::{FirstTriple, estimate, is_requested, state_thick_scattering};

@@ -161,7 +161,7 @@ pub(crate) fn max_voxel_thickness(scene: &Scene, zones: &Zones) -> f64 {
 
 /// Diagnostics of a scene: those of its reader, tiny facets, and voxels of optical depth `thickness` that are too thick for the basis.
 #[must_use]
-pub fn scene_diagnostics(scene: &Scene, thickness: f64, basis: ZoneBasis) -> Vec<Diagnostic> {
+pub fn scene_diagnostics(scene: &Scene, zones: &Zones, thickness: f64, basis: ZoneBasis) -> Vec<Diagnostic> {
     let mut out: Vec<Diagnostic> = scene.notes().to_vec();
     let least = (TINY_FACET_SIZE * scene.diagonal()).powi(2);
     let tiny = scene.facets().iter().filter(|f| f.plate.area() < least).count();
@@ -172,8 +172,13 @@ pub fn scene_diagnostics(scene: &Scene, thickness: f64, basis: ZoneBasis) -> Vec
         out.push(Diagnostic::note("tiny-facets", text));
     }
     if basis != ZoneBasis::Linear && thickness > MAX_CONSTANT_BASIS_THICKNESS {
+        let finer = (thickness / MAX_CONSTANT_BASIS_THICKNESS).ceil();
+        let linear = match BoxEnclosure::find(scene, zones) {
+            Ok(found) if found.outside.is_empty() => ", or zone_basis = \"linear\"",
+            _ => "",
+        };
         out.push(Diagnostic::note("thick-voxels", format!(
-            "voxels are up to {thickness:.2e} optical depths across; below {MAX_CONSTANT_BASIS_THICKNESS} is better: use more cells, or, in a box on the grid of its medium, zone_basis = \"linear\""
+            "voxels are up to {thickness:.2e} optical depths across; below {MAX_CONSTANT_BASIS_THICKNESS} is better: use {finer} times as many cells along each axis{linear}"
         )));
     }
     if basis == ZoneBasis::Linear && thickness > MAX_LINEAR_BASIS_THICKNESS {
