@@ -31,6 +31,8 @@ pub(crate) struct FactorSettings {
     tolerance: f64,
     closing: bool,
     surroundings: bool,
+    /// Whether backs have rows of their own, after those of the fronts.
+    both_sides: bool,
     /// Axis that points up: 0, 1 or 2.
     up: usize,
     /// Periods along the two axes after `up`, m.
@@ -136,6 +138,9 @@ pub(crate) fn view_factors<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let mut geometry = read_faces(mesh)?;
     obstacles.iter().try_for_each(|o| add_obstacles(&mut geometry, o))?;
+    if settings.both_sides {
+        geometry.add_backs();
+    }
     let mut native = settings.native();
     if geometry.is_enclosure() {
         native.surroundings = Openness::Closed;

@@ -127,6 +127,19 @@ def test_an_obstacle_hides_the_middle():
     assert (narrow.defect < -0.05).all() and list(narrow.open_rows) == [0, 1]
 
 
+def test_backs_have_rows_after_the_fronts():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    # A lid over a floor that looks away from it: its back sees the floor.
+    plates = joined((square, [[0, 1, 2, 3]]), (square + [0, 0, 1], [[0, 1, 2, 3]]))
+    front = zn.view_factors(plates, closing=False)
+    both = zn.view_factors(plates, sides="both", tolerance=1e-6)
+    assert len(front) == 2 and len(both) == 4 and front.matrix.toarray().max() == 0
+    expected = np.zeros((4, 4))
+    expected[0, 3] = expected[3, 0] = 0.199825
+    assert np.allclose(both.matrix.toarray(), expected, atol=2e-6)
+    assert np.allclose(both.row_sums, 1) and np.array_equal(both.areas, [1, 1, 1, 1])
+
+
 def test_bits_do_not_depend_on_threads_and_survive_files(tmp_path):
     f = zn.view_factors(city(2), threads=1)
     same = zn.view_factors(city(2), threads=2)
@@ -235,6 +248,7 @@ def test_polygons_of_many_corners():
         ({"tolerance": "small"}, "tolerance: 'small'"),
         ({"tolerance": None}, "tolerance: None"),
         ({"obstacles": 3}, "mesh"),
+        ({"sides": "back"}, "sides: 'back'"),
     ],
 )
 def test_errors(arguments, match):

@@ -546,6 +546,7 @@ def view_factors(
     mesh: Mesh,
     *,
     obstacles: Mesh | list[Mesh] | None = None,
+    sides: Literal["front", "both"] = "front",
     tolerance: float = 1e-3,
     closing: bool = True,
     surroundings: bool = True,
@@ -567,6 +568,8 @@ def view_factors(
         ``pyvista.PolyData``, ``trimesh.Trimesh`` or ``meshio.Mesh``; or the path of a mesh file or of an input file of View3D (``.vs3``); m. A face sees with its front, from which its corners run counter-clockwise. Rows keep the order of the faces.
     obstacles : mesh, path or list of them, optional
         Faces that hide from both sides and exchange nothing. A pair ``(vertices, faces)`` is one mesh as a tuple.
+    sides : {"front", "both"}
+        Sides that exchange. With ``"both"`` the rows of the backs follow those of the fronts in the same order: 2 n rows for n faces.
     tolerance : float
         Requested error radius of a factor F: max(tolerance F, tolerance / 50). A pair that cannot meet it has a larger stated radius.
     closing : bool
@@ -620,10 +623,13 @@ def view_factors(
     """
     if up not in _AXES:
         raise InputError(f"up: '{up}' is no axis; give x, y or z")
+    if sides not in ("front", "both"):
+        raise InputError(f"sides: '{sides}' is not known; give front or both")
     settings: dict[str, Any] = {
         "tolerance": _number("tolerance", tolerance),
         "closing": closing,
         "surroundings": surroundings,
+        "both_sides": sides == "both",
         "up": _AXES.index(up),
         "periods": _periods(up, {"x": period_x, "y": period_y}),
         "memory_limit": None if max_memory is None else memory_limit(max_memory),
@@ -642,7 +648,7 @@ def _warn_of_open_rows(factors: ViewFactors) -> None:
     if count:
         warnings.warn(
             f"{count} of {len(factors)} rows stay open (the first is {factors.open_rows[0]}): their faces lie inside a solid, see backs of others, or see obstacles, "
-            "which are no part of a row; check the orientation of the faces, or give obstacles as faces of the mesh",
+            'which are no part of a row; check the orientation of the faces, give sides="both", or give obstacles as faces of the mesh',
             RuntimeWarning,
             stacklevel=3,
         )
