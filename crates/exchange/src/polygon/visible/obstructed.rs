@@ -65,20 +65,17 @@ pub fn obstructed_exchange(
     view: &mut OccludedView,
     request: &IntegrationRequest,
 ) -> Bounded {
-    let middle = a.middle();
-    let seen = view.seen_from(middle) * a.area / PI;
-    if seen > 0.0 {
+    let most = view.exchange_limit(a);
+    if most <= NEGLIGIBLE_SHARE * request.absolute {
         // The visible share lies between none and all.
-        let radius = seen.max(view.unobstructed_from(middle) * a.area / PI - seen);
-        if radius <= NEGLIGIBLE_SHARE * request.absolute {
-            return Bounded::estimated(seen, radius);
-        }
+        let seen = (view.seen_from(a.middle()) * a.area / PI).min(most);
+        return Bounded::estimated(seen, seen.max(most - seen));
     }
     let triangles: Vec<[Vec3; 3]> = fan(a).collect();
     integrate(a, &triangles, std::slice::from_mut(view), request)
 }
 
-/// Share of the requested radius below which a pair is not integrated: its whole exchange is smaller.
+/// Share of the requested radius below which a pair is not integrated: its exchange without obstructions is smaller.
 const NEGLIGIBLE_SHARE: f64 = 0.5;
 
 /// 𝓕 in m² of `a` and the visible parts of cones of directions that do not overlap, integrated together: their sum varies less over `a` than

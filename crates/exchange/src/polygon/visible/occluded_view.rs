@@ -299,6 +299,31 @@ impl OccludedView {
         self.sum_of_pieces(origin)
     }
 
+    /// An upper bound of 𝓕 of `a`, a part of the viewing polygon, and a target polygon, m²:
+    ///
+    /// ```text
+    /// 𝓕 ≤ A_a A_b c_a c_b/(π d²),      c = min(1, h/d)
+    /// ```
+    ///
+    /// with d at most the least distance, h the largest height of the one over the plane of the other; infinite for polygons that touch.
+    pub(super) fn exchange_limit(&self, a: &ConvexPolygon) -> f64 {
+        let [e, f, n] = self.axes;
+        let target: Vec<Vec3> = self.whole.iter().map(|[s, t]| self.base + e * *s + f * *t).collect();
+        let distance = least_distance(&a.corners, &target);
+        if distance <= 0.0 {
+            return f64::INFINITY;
+        }
+        let over_viewer = target.iter().fold(0.0f64, |h, p| h.max(a.height(*p)));
+        let over_target = a.corners.iter().fold(0.0f64, |h, p| h.max(n.dot(*p - self.base)));
+        let cosines = (over_viewer / distance).min(1.0) * (over_target / distance).min(1.0);
+        let w = &self.whole;
+        let twice = (2..w.len()).fold(0.0, |sum, k| {
+            let [p, q] = [k - 1, k].map(|k| [w[k][0] - w[0][0], w[k][1] - w[0][1]]);
+            sum + p[0] * q[1] - p[1] * q[0]
+        });
+        a.area * 0.5 * twice * cosines / (std::f64::consts::PI * distance * distance)
+    }
+
     /// ω⊥ of the whole target from `x`, sr.
     pub(super) fn unobstructed_from(&mut self, x: Vec3) -> f64 {
         self.visible.restart(&self.whole);
@@ -345,6 +370,20 @@ impl OccludedView {
             (true, false) => Hidden::Everything,
         }
     }
+}
+
+/// At most the least distance between two hulls of points: that of their boxes, and that of balls about their means, m.
+fn least_distance(p: &[Vec3], q: &[Vec3]) -> f64 {
+    let of = |points: &[Vec3]| {
+        let mean = points.iter().fold(Vec3::ZERO, |s, x| s + *x) / points.len() as f64;
+        let radius = points.iter().fold(0.0f64, |s, x| s.max((*x - mean).length()));
+        let lo = points.iter().fold(points[0], |s, x| s.min(*x));
+        let hi = points.iter().fold(points[0], |s, x| s.max(*x));
+        (mean, radius, lo, hi)
+    };
+    let ((a, r, lo, hi), (b, s, low, high)) = (of(p), of(q));
+    let apart = (low - hi).max(lo - high).max(Vec3::ZERO);
+    apart.length().max((a - b).length() - r - s)
 }
 
 /// Adds the line through an edge of a silhouette; false if all of the target lies outside it.
