@@ -12,20 +12,15 @@ use zonal_reference::test_cases::run_all_cases;
 const MESHES: u64 = 340;
 /// The meshes of a quick test: those of the first turn whose references cost little.
 const QUICK_MESHES: std::ops::Range<u64> = 8..34;
-/// Sheds as triangles whose estimated radii are exceeded, which the whole campaign reports: a defect of sums over images of long triangles.
-const DEFECTIVE_MESH: u64 = 25;
 const SEED: u64 = 2026;
 
 #[test]
 fn stated_radii_cover_the_errors_of_random_meshes() {
     let checks = if run_all_cases() {
         let tolerances = view_factors::TOLERANCES.to_vec();
-        FactorCampaign { meshes: MESHES, seed: SEED, tolerances }.run()
+        FactorCampaign { meshes: MESHES, seed: SEED, tolerances, only: None }.run()
     } else {
-        QUICK_MESHES
-            .filter(|k| *k != DEFECTIVE_MESH)
-            .flat_map(|index| check(&CampaignCase::new(SEED, index), &[1e-3]))
-            .collect()
+        QUICK_MESHES.flat_map(|index| check(&CampaignCase::new(SEED, index), &[1e-3])).collect()
     };
     for c in checks.iter().filter(|c| c.ratio() > 1.0).take(40) {
         println!("{:.2} {c:?}", c.ratio());

@@ -43,8 +43,11 @@ use std::process::ExitCode;
 use summary::CampaignSummary;
 
 const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--keep-all FOLDER] \
-[--page FILE.md] [--command ZONAL] [--python PYTHON], or coverage --view-factors N --seed S [--tolerance T]... [--page FILE.md]; \
+[--page FILE.md] [--command ZONAL] [--python PYTHON], or coverage --view-factors N --seed S [--tolerance T]... [--index K] [--page FILE.md]; \
 described in crates/validation/examples/coverage/main.rs";
+
+/// Factors of a campaign that are listed, at most.
+const MAX_LISTED_FACTORS: usize = 100;
 
 struct CampaignOptions {
     plan: CampaignPlan,
@@ -141,10 +144,12 @@ fn view_factor_campaign(options: &CampaignOptions, meshes: u64) -> ExitCode {
         [] => view_factors::TOLERANCES.to_vec(),
         some => some.to_vec(),
     };
-    let campaign = view_factors::FactorCampaign { meshes, seed: options.plan.seed, tolerances };
-    let checks = campaign.run();
-    for c in checks.iter().filter(|c| c.ratio() > 1.0).take(40) {
-        eprintln!("{c}");
+    let only = if options.all { options.plan.scenes.first().copied() } else { None };
+    let campaign = view_factors::FactorCampaign { meshes, seed: options.plan.seed, tolerances, only };
+    let mut checks = campaign.run();
+    checks.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
+    for c in checks.iter().filter(|c| options.all || c.ratio() > 1.0).take(MAX_LISTED_FACTORS) {
+        eprintln!("{:.2} radii: {c}", c.ratio());
     }
     let summary = view_factors::Summary::new(&checks);
     let tables = summary.tables();
