@@ -6,9 +6,10 @@
 //!
 //! The target is a convex polygon or a cone of directions (a part of the sky). The outer polygon a is divided into triangles. On a triangle two
 //! rules are compared: the interior rule of Radon (7 points, degree 5) and the closed rule on corners, midpoints of edges and centroid (7 points,
-//! degree 3). The error estimate is the larger of their difference and six times the root mean square residual of a cubic fit to all 13 values (null
+//! degree 3). The error estimate is the larger of their difference and twelve times the root mean square residual of a cubic fit to all 13 values (null
 //! rules): over a kink two rules may agree by chance. The triangle with the largest estimate is halved until their sum meets
-//! the request. The closed rule reaches the corners, where a target first appears behind an obstruction.
+//! the request: across the edge along which the values bend most, which follows shadows along a long triangle, or the longest of equals. The closed rule reaches the
+//! corners, where a target first appears behind an obstruction.
 //!
 //! A gap or a shadow that no point of either rule meets is not in that estimate. A triangle of area A_t, of N alike, misses features narrower than its points' distances:
 //! a share ∝ N⁻¹ of the area, where ω⊥ has reached ∝ N^(−1/2) of its full value. So each error contains
@@ -47,10 +48,16 @@ const BOUNDARY_INSET: f64 = 1e-6;
 /// Degree of the polynomials that the null rules annihilate, and their number.
 const NULL_DEGREE: i32 = 3;
 const MONOMIALS: usize = 10;
-/// Factor on the root mean square of the residual in the error: with it, no radius of the tests' streets is smaller than the error.
-const RESIDUAL_SHARE: f64 = 6.0;
+/// Factor on the root mean square of the residual in the error: with it, hardly any radius of random meshes is smaller than the error.
+const RESIDUAL_SHARE: f64 = 12.0;
+/// Points of the edges: corner, middle, corner.
+const EDGE_POINTS: [[usize; 3]; 3] = [[10, 7, 12], [12, 9, 11], [11, 8, 10]];
+/// Weight of first differences beside second ones in the choice of the edge that is divided.
+const SLOPE_SHARE: f64 = 0.25;
+/// Changes along edges that count as equal to the largest, relative to it: the longest of these edges is divided.
+const EQUAL_CHANGES: f64 = 0.5;
 /// κ: with it, no radius of the random meshes is smaller than a third of the error.
-const UNDETECTED_SHARE: f64 = 3e-3;
+const UNDETECTED_SHARE: f64 = 1e-2;
 /// Share of the requested radius to which a pair that no point sees is examined.
 const UNSEEN_SHARE: f64 = 0.1;
 /// Rounding of one integrand relative to π, measured on slivers.
@@ -149,7 +156,7 @@ fn integrate(
             work.views.push(view);
         }
     }
-    triangles.iter().zip(open).for_each(|(t, s)| work.push(*t, s.value, s.error()));
+    triangles.iter().zip(open).for_each(|(t, s)| work.push(*t, &s));
     let sum = work.refine(goal - settled, request.max_evaluations, rounding);
     Bounded::estimated(sum.value + value / PI, sum.radius + settled / PI)
 }
@@ -174,6 +181,9 @@ struct TriangleSum {
     null: [f64; POINTS - MONOMIALS],
     /// What the points may have missed.
     undetected: f64,
+    /// Second and first differences of the values along each edge, from its first corner on.
+    bends: [f64; 3],
+    slopes: [f64; 3],
 }
 
 impl TriangleSum {
@@ -181,6 +191,8 @@ impl TriangleSum {
         self.value += o.value;
         self.area = o.area;
         self.undetected += o.undetected;
+        (0..3).for_each(|k| self.bends[k] += o.bends[k]);
+        (0..3).for_each(|k| self.slopes[k] += o.slopes[k]);
         self.difference += o.difference;
         self.null.iter_mut().zip(&o.null).for_each(|(a, b)| *a += b);
     }
@@ -188,6 +200,16 @@ impl TriangleSum {
     fn error(&self) -> f64 {
         let residual = (self.null.iter().map(|n| n * n).sum::<f64>() / POINTS as f64).sqrt();
         self.difference.abs().max(RESIDUAL_SHARE * residual) * self.area + self.undetected
+    }
+
+    /// The corners from the edge on that is divided.
+    fn turned(&self, t: &[Vec3; 3]) -> [Vec3; 3] {
+        let change = |k: usize| self.bends[k].abs() + SLOPE_SHARE * self.slopes[k].abs();
+        let most = (0..3).fold(0.0f64, |s, k| s.max(change(k)));
+        let length = |k: usize| (t[(k + 1) % 3] - t[k]).length2();
+        let first = (0..3).filter(|k| change(*k) >= EQUAL_CHANGES * most);
+        let first = first.max_by(|k, l| length(*k).total_cmp(&length(*l))).unwrap_or(0);
+        std::array::from_fn(|k| t[(first + k) % 3])
     }
 }
 
@@ -201,6 +223,12 @@ fn views_sum(t: &[Vec3; 3], whole: f64, views: &mut [&mut OccludedView]) -> Tria
     sum.undetected = UNDETECTED_SHARE * most * sum.area * (sum.area / whole).powf(1.5);
     sum.error = sum.error();
     sum
+}
+
+/// A triangle cut from the middle of its first edge.
+fn halves(&[a, b, c]: &[Vec3; 3]) -> [[Vec3; 3]; 2] {
+    let m = (a + b) * 0.5;
+    [[a, m, c], [m, b, c]]
 }
 
 fn triangle_sum([a, b, c]: &[Vec3; 3], f: &mut impl FnMut(Vec3) -> f64) -> TriangleSum {
@@ -219,6 +247,8 @@ fn triangle_sum([a, b, c]: &[Vec3; 3], f: &mut impl FnMut(Vec3) -> f64) -> Trian
         difference: sum(&rules.difference),
         null,
         undetected: 0.0,
+        bends: EDGE_POINTS.map(|[a, m, b]| values[a] - 2.0 * values[m] + values[b]),
+        slopes: EDGE_POINTS.map(|[a, _, b]| values[a] - values[b]),
     };
     made.error = made.error();
     made
@@ -308,11 +338,12 @@ impl LowOrderIntegration<'_> {
     fn add_triangle(&mut self, corners: [Vec3; 3]) -> f64 {
         let sum = views_sum(&corners, self.whole, &mut self.views);
         self.evaluations += (POINTS * self.views.len()) as u64;
-        self.push(corners, sum.value, sum.error);
+        self.push(corners, &sum);
         sum.error
     }
 
-    fn push(&mut self, corners: [Vec3; 3], value: f64, error: f64) {
+    fn push(&mut self, corners: [Vec3; 3], sum: &TriangleSum) {
+        let (value, error, corners) = (sum.value, sum.error(), sum.turned(&corners));
         self.parts.push(TrianglePart { corners, value, error, made: self.made });
         self.made += 1;
     }
@@ -326,7 +357,7 @@ impl LowOrderIntegration<'_> {
         while error > goal && self.evaluations < max_evaluations {
             let part = self.parts.pop().expect("a polygon has triangles");
             error -= part.error;
-            for t in bisect(&part.corners) {
+            for t in halves(&part.corners) {
                 error += self.add_triangle(t);
             }
         }
