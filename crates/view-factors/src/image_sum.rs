@@ -20,6 +20,8 @@ const FINE_RELATIVE_RADIUS: f64 = 1e-5;
 /// Share of the requested radius for one range, and for what is left out.
 const RANGE_SHARE: f64 = 1.0 / 64.0;
 const REST_SHARE: f64 = 1.0 / 64.0;
+/// Share of the requested relative radius of the sum of nearer images that the others may use.
+const TOTAL_SHARE: f64 = 1.0 / 8.0;
 /// Bisections of a zero.
 const BISECTIONS: usize = 60;
 
@@ -31,6 +33,8 @@ pub(crate) trait ImageFunction {
     fn rest(&self, n: i32) -> f64;
     /// Displacements at the side, in periods, over which the function varies at least.
     fn scale(&self) -> f64;
+    /// Takes note of the sum of nearer images, beside which the others need no small relative radius.
+    fn set_total(&mut self, total: f64);
 }
 
 /// The requested radius, max(`relative` of the sum, `absolute`).
@@ -38,6 +42,13 @@ pub(crate) trait ImageFunction {
 pub(crate) struct SumGoal {
     pub relative: f64,
     pub absolute: f64,
+}
+
+impl SumGoal {
+    /// The goal of images further away than those of this sum.
+    pub(crate) fn beside(self, total: f64) -> SumGoal {
+        SumGoal { absolute: self.absolute.max(TOTAL_SHARE * self.relative * total), ..self }
+    }
 }
 
 /// Σ f(n) for n from `first` to `last`. Grade estimated unless every image was evaluated.
@@ -49,6 +60,8 @@ pub(crate) fn sum(first: i32, last: i32, goal: SumGoal, f: &mut dyn ImageFunctio
     for (sign, from, to) in [(1.0, first.max(1), last), (-1.0, (-last).max(1), -first)] {
         let mut a = from;
         while a <= to {
+            let goal = goal.beside(total.value);
+            f.set_total(total.value);
             let rest = f.rest(a);
             if rest <= REST_SHARE * goal.absolute {
                 total = total + Bounded::proved(0.0, rest);
@@ -159,6 +172,7 @@ mod tests {
         fn scale(&self) -> f64 {
             0.5
         }
+        fn set_total(&mut self, _: f64) {}
     }
 
     #[test]

@@ -26,6 +26,8 @@ const OMITTED_SHARE: f64 = 0.1;
 
 /// Parts of the requested radius of a pair that repeats, for its images.
 const IMAGE_SHARES: f64 = 16.0;
+/// Evaluations of an image, at most, that is not near.
+const MAX_FAR_EVALUATIONS: u64 = 500;
 /// Rows of images, at most, that are summed one by one where all occluders are endless along both axes.
 const MAX_SINGLE_ROWS: i32 = 4096;
 /// Share of the requested relative radius for one image.
@@ -274,7 +276,8 @@ impl<'a> PairTraversal<'a> {
         let polygons = [facets[0].polygon(), facets[1].polygon()];
         if outer == inner {
             let rest = RestBound::new(polygons, base, step, None);
-            let mut images = FacetImages { traversal: self, facets, base, step, request: *request, rest };
+            let (request, total) = (*request, 0.0);
+            let mut images = FacetImages { traversal: self, facets, base, step, request, rest, total };
             return image_sum::sum(block.first[outer], block.last[outer], goal, &mut images);
         }
         let rest = RestBound::new(polygons, base, step, Some(rows.length()));
@@ -393,13 +396,19 @@ struct FacetImages<'s, 'a> {
     step: Vec3,
     request: IntegrationRequest,
     rest: RestBound,
+    /// The sum of nearer images, m².
+    total: f64,
 }
 
 impl ImageFunction for FacetImages<'_, '_> {
     fn value(&mut self, displacement: f64, weight: f64) -> Bounded {
         let [a, b] = self.facets;
-        let absolute = self.request.absolute / (IMAGE_SHARES * weight.max(1.0));
-        let request = IntegrationRequest { absolute, ..self.request };
+        let goal = SumGoal { relative: self.request.relative, absolute: self.request.absolute };
+        let absolute = goal.beside(self.total).absolute / (IMAGE_SHARES * weight.max(1.0));
+        let is_near = displacement.abs() <= 1.0 + 2.0 * self.scale();
+        let most = if is_near { self.request.max_evaluations } else { MAX_FAR_EVALUATIONS };
+        let max_evaluations = self.request.max_evaluations.min(most);
+        let request = IntegrationRequest { absolute, max_evaluations, ..self.request };
         self.traversal.exchange(a, b, self.base + self.step * displacement, &request)
     }
 
@@ -409,6 +418,10 @@ impl ImageFunction for FacetImages<'_, '_> {
 
     fn scale(&self) -> f64 {
         self.rest.gap / self.rest.period
+    }
+
+    fn set_total(&mut self, total: f64) {
+        self.total = total;
     }
 }
 
@@ -435,7 +448,8 @@ impl ImageFunction for FacetRows<'_, '_> {
         let rest = RestBound::new(polygons, base, self.rows, None);
         let goal = SumGoal { relative: request.relative, absolute };
         let facets = self.facets;
-        let mut row = FacetImages { traversal: self.traversal, facets, base, step: self.rows, request, rest };
+        let (step, total) = (self.rows, 0.0);
+        let mut row = FacetImages { traversal: self.traversal, facets, base, step, request, rest, total };
         image_sum::sum(self.range[0], self.range[1], goal, &mut row)
     }
 
@@ -446,6 +460,8 @@ impl ImageFunction for FacetRows<'_, '_> {
     fn scale(&self) -> f64 {
         self.rest.gap / self.rest.period
     }
+
+    fn set_total(&mut self, _: f64) {}
 }
 
 /// A bound of the exchange with all images from the n-th on: with R the least distance of the n-th image, g its part perpendicular to the axis, x along it,
