@@ -29,11 +29,11 @@ pub(crate) fn choose_images(
     geometry.set_images(&images);
     while images.any() {
         let Some(more) = images.doubled(endless, geometry.facets.len()) else { break };
-        let cells = unresolved_cells(&images);
+        let cells = unresolved_cells(geometry, &images);
         let nodes = sky_nodes(geometry);
         let run = |node: &u32| {
             let idle = progress.is_interrupted();
-            let traversal = SkyTraversal::new(geometry, &images, settings.goal(), settings.up);
+            let traversal = SkyTraversal::new(geometry, &images, settings.goal(geometry.facets.len()), settings.up);
             if idle { Vec::new() } else { traversal.run(*node, &cells) }
         };
         let found: Vec<_> = nodes.par_iter().with_max_len(1).map(run).collect();
@@ -41,7 +41,7 @@ pub(crate) fn choose_images(
             return Err(SceneError::interrupted());
         }
         let allowed = |f: u32| {
-            UNRESOLVED_SHARE * settings.goal().absolute * geometry.facets[f as usize].polygon().area()
+            UNRESOLVED_SHARE * settings.goal(geometry.facets.len()).absolute * geometry.facets[f as usize].polygon().area()
         };
         if found.iter().flatten().all(|(f, s)| s.unresolved <= allowed(*f)) {
             break;
@@ -53,8 +53,8 @@ pub(crate) fn choose_images(
 }
 
 /// The cells of directions whose rays may leave all represented images unseen.
-pub(crate) fn unresolved_cells(images: &PeriodicImages) -> Vec<DirectionCell> {
-    direction_cells(images).into_iter().filter(|c| images.is_unresolved(c)).collect()
+pub(crate) fn unresolved_cells(geometry: &Geometry, images: &PeriodicImages) -> Vec<DirectionCell> {
+    direction_cells(geometry, images).into_iter().filter(|c| images.is_unresolved(c)).collect()
 }
 
 /// Nodes of facets at which the surroundings are divided.

@@ -4,11 +4,16 @@ use zonal_scene::SceneError;
 
 /// Requested absolute radius of a factor, relative to the tolerance.
 pub(crate) const ABSOLUTE_SHARE: f64 = 0.02;
-/// Evaluations of the visible part for a pair, at most.
-const MAX_PAIR_EVALUATIONS: u64 = 3_000;
+/// Evaluations of the visible part for a pair, at most, in large meshes or at small tolerances.
+const MIN_PAIR_LIMIT: f64 = 3e3;
+/// The same for few facets, and the evaluations of all their pairs that it allows.
+const MAX_PAIR_LIMIT: f64 = 6e4;
+const ALL_PAIRS_LIMIT: f64 = 3e7;
+/// Tolerance below which the limit of a pair falls in proportion: at the cost of many evaluations little is gained there.
+const FULL_LIMIT_TOLERANCE: f64 = 1e-4;
 
 /// Version of the stages: others are computed again.
-const STAGE_VERSION: f64 = 2.0;
+const STAGE_VERSION: f64 = 3.0;
 
 /// Whether rows are made to sum to one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,9 +87,13 @@ impl ViewFactorSettings {
         [STAGE_VERSION, self.tolerance, self.up as f64, first, second, open]
     }
 
-    pub(crate) fn goal(&self) -> ErrorGoal {
+    /// The goal of a pair among this number of facets.
+    pub(crate) fn goal(&self, facets: usize) -> ErrorGoal {
         let absolute = ABSOLUTE_SHARE * self.tolerance;
-        ErrorGoal { relative: self.tolerance, absolute, max_evaluations: MAX_PAIR_EVALUATIONS }
+        let share = (self.tolerance / FULL_LIMIT_TOLERANCE).min(1.0);
+        let of_mesh = (ALL_PAIRS_LIMIT / (facets as f64).powi(2)).min(MAX_PAIR_LIMIT);
+        let max_evaluations = (share * of_mesh).max(MIN_PAIR_LIMIT) as u64;
+        ErrorGoal { relative: self.tolerance, absolute, max_evaluations }
     }
 
     /// The axes along which `periods` repeat.

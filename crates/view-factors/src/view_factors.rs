@@ -357,7 +357,7 @@ struct Computation<'a> {
 
 impl Computation<'_> {
     fn traversal(&self) -> PairTraversal<'_> {
-        PairTraversal::new(self.geometry, self.images, self.settings.goal())
+        PairTraversal::new(self.geometry, self.images, self.settings.goal(self.geometry.facets.len()))
     }
 
     /// The pairs of nodes at which the work is divided; the same for every number of threads.
@@ -482,7 +482,7 @@ impl Computation<'_> {
         let mut unresolved = vec![0.0f64; n];
         surroundings.iter().for_each(|(f, s)| unresolved[*f as usize] += s.unresolved);
         let area = |i: usize| self.geometry.facets[i].polygon().area();
-        let least = |i: usize| OMITTED_REST * self.settings.goal().absolute * area(i);
+        let least = |i: usize| OMITTED_REST * self.settings.goal(self.geometry.facets.len()).absolute * area(i);
         let rows: Vec<usize> = (0..n).filter(|i| unresolved[*i] > least(*i)).collect();
         let mut list = Vec::new();
         let known: u64 = pairs.iter().map(|p| p.len() as u64).sum();
@@ -513,8 +513,8 @@ impl Computation<'_> {
     fn surroundings(&self) -> Result<Vec<(u32, SkyExchange)>, SceneError> {
         let nodes = sky_nodes(self.geometry);
         let cells = match self.settings.surroundings {
-            Openness::Open => direction_cells(self.images),
-            Openness::Closed => unresolved_cells(self.images),
+            Openness::Open => direction_cells(self.geometry, self.images),
+            Openness::Closed => unresolved_cells(self.geometry, self.images),
         };
         if cells.is_empty() {
             return Ok(Vec::new());
@@ -533,7 +533,7 @@ impl Computation<'_> {
                 let run = |node: &u32| {
                     let idle = self.progress.is_interrupted();
                     let traversal =
-                        SkyTraversal::new(self.geometry, self.images, self.settings.goal(), self.settings.up);
+                        SkyTraversal::new(self.geometry, self.images, self.settings.goal(self.geometry.facets.len()), self.settings.up);
                     let made = if idle { Vec::new() } else { traversal.run(*node, &cells) };
                     self.progress.advance(1);
                     made
