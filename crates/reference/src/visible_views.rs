@@ -9,7 +9,8 @@
 //! with both sides.
 //!
 //! The integral divides i into triangles. Each has a rule of nine points in collapsed coordinates; the error estimate of a triangle is the difference from the sum of
-//! its four quarters, which is its value. The triangle with the largest error is divided first. All factors of a row share the points.
+//! its four quarters, which is its value. The triangle with the largest error is divided first. All factors of a row share the points. Where
+//! another polygon touches or crosses i the view jumps: i is cut there first.
 
 use crate::estimate_heap::Largest;
 use std::collections::BinaryHeap;
@@ -18,6 +19,8 @@ use zonal_math::{Vec3, vec3};
 
 /// Distance relative to the size of the scene below which points lie in a plane.
 const RELATIVE_CONTACT: f64 = 1e-10;
+/// Factor on the differences of a rule from its quarters in the error: over a kink they may agree by chance.
+const ERROR_SHARE: f64 = 4.0;
 /// Half the edge of the cube of the surroundings, relative to the size of the scene.
 const CUBE_SIZE: f64 = 1e6;
 
@@ -72,6 +75,32 @@ impl FlatPolygon {
 
     fn height(&self, x: Vec3) -> f64 {
         self.normal.dot(x - self.corners[0])
+    }
+
+    /// True if a part of this polygon lies in the plane of `o`, within its outline, and another one in front of it.
+    fn meets(&self, o: &FlatPolygon, contact: f64) -> bool {
+        let heights: Vec<f64> = self.corners.iter().map(|c| o.height(*c)).collect();
+        if heights.iter().all(|h| *h <= contact) || heights.iter().all(|h| *h > contact) {
+            return false;
+        }
+        let n = heights.len();
+        let mut common = Vec::new();
+        for (k, c) in self.corners.iter().enumerate() {
+            let (h, g, d) = (heights[k], heights[(k + 1) % n], self.corners[(k + 1) % n]);
+            if h.abs() <= contact {
+                common.push(*c);
+            }
+            if h * g < 0.0 {
+                common.push(*c + (d - *c) * (h / (h - g)));
+            }
+        }
+        // Beside an edge of the other one nothing of it is met.
+        !common.is_empty()
+            && (0..o.corners.len()).all(|k| {
+                let (a, b) = (o.corners[k], o.corners[(k + 1) % o.corners.len()]);
+                let inward = o.normal.cross(b - a).normalized();
+                common.iter().any(|x| inward.dot(*x - a) > contact)
+            })
     }
 }
 
@@ -143,7 +172,6 @@ impl VisibleScene {
     /// # Panics
     /// On an index out of range.
     pub fn row(&self, i: usize, tolerance: f64, triangles: usize) -> OracleRow {
-        let c = &self.polygons[i].corners;
         let scale = 1.0 / (PI * self.polygons[i].area);
         let mut parts: BinaryHeap<Largest<DividedTriangle>> = BinaryHeap::new();
         let count = self.facets + 3;
@@ -158,8 +186,8 @@ impl VisibleScene {
             let worst = error.iter().fold(0.0f64, |s, e| s.max(*e));
             Largest { key: worst, item: DividedTriangle { quarters, sums, value, error } }
         };
-        for k in 2..c.len() {
-            parts.push(add([c[0], c[k - 1], c[k]], None, &mut errors));
+        for t in self.smooth_parts(i) {
+            parts.push(add(t, None, &mut errors));
         }
         for _ in 0..triangles {
             if errors.iter().all(|e| e * scale <= tolerance) {
@@ -178,14 +206,33 @@ impl VisibleScene {
             all.iter().sum::<f64>() * scale
         };
         let rounding = 1e-12;
-        let factor =
-            |k: usize| OracleFactor { value: sum(&|p| p.value[k]), error: sum(&|p| p.error[k]) + rounding };
+        let error = |k: usize| ERROR_SHARE * sum(&|p| p.error[k]) + rounding;
+        let factor = |k: usize| OracleFactor { value: sum(&|p| p.value[k]), error: error(k) };
         OracleRow {
             facets: (0..self.facets).map(factor).collect(),
             sky: factor(self.facets),
             ground: factor(self.facets + 1),
             unresolved: factor(self.facets + 2),
         }
+    }
+
+    /// Facet `i` in triangles, cut along the polygons that touch or cross it.
+    fn smooth_parts(&self, i: usize) -> Vec<[Vec3; 3]> {
+        let (own, contact) = (&self.polygons[i], RELATIVE_CONTACT * self.size);
+        let mut parts = vec![own.corners.clone()];
+        for p in self.polygons.iter().filter(|p| p.meets(own, contact)) {
+            let level = p.normal.dot(p.corners[0]);
+            let sides = |c: &Vec<Vec3>| {
+                let heights = || c.iter().map(|x| p.height(*x));
+                if heights().all(|h| h >= -contact) || heights().all(|h| h <= contact) {
+                    return vec![c.clone()];
+                }
+                let both = [clipped(c, p.normal, level), clipped(c, -p.normal, -level)];
+                both.into_iter().flatten().collect()
+            };
+            parts = parts.iter().flat_map(sides).collect();
+        }
+        parts.iter().flat_map(|c| (2..c.len()).map(|k| [c[0], c[k - 1], c[k]])).collect()
     }
 
     /// ∫ ω⊥ dA over a triangle, for every facet, the sky, the ground and unresolved directions.
@@ -218,56 +265,23 @@ impl VisibleScene {
                 (k != i && above).then(|| clipped(&corners, n, 0.0)).flatten()
             })
             .collect();
+        let cones: Vec<Vec<Vec3>> = before.iter().map(|b| b.as_deref().map_or_else(Vec::new, cone)).collect();
         for (j, target) in self.polygons.iter().enumerate().filter(|(_, p)| p.facet != usize::MAX) {
             if target.height(x) <= contact {
                 continue;
             }
             let Some(piece) = &before[j] else { continue };
             let plane = (target.normal, target.normal.dot(target.corners[0] - x));
-            let visible = self.visible(piece.clone(), &before, Some((j, plane)), contact);
+            let visible = visible(piece.clone(), (&before, &cones), Some((j, plane)), contact);
             let seen: f64 = visible.iter().map(|p| projected(p, n)).sum();
             sum[target.facet] += weight * seen.abs();
         }
         for (region, direction) in self.surroundings() {
             let Some(piece) = clipped(&direction, n, 0.0) else { continue };
-            let visible = self.visible(piece, &before, None, contact);
+            let visible = visible(piece, (&before, &cones), None, contact);
             let seen: f64 = visible.iter().map(|p| projected(p, n)).sum();
             sum[self.facets + region] += weight * seen.abs();
         }
-    }
-
-    /// The pieces of a polygon (relative to the point of view) that no other one hides.
-    fn visible(
-        &self,
-        whole: Vec<Vec3>,
-        before: &[Option<Vec<Vec3>>],
-        target: Option<(usize, (Vec3, f64))>,
-        contact: f64,
-    ) -> Vec<Vec<Vec3>> {
-        let mut pieces = vec![whole];
-        for (k, o) in before.iter().enumerate() {
-            let Some(o) = o else { continue };
-            let own;
-            let o = match target {
-                None => o,
-                Some((j, _)) if j == k => continue,
-                // The origin lies on the negative… side of n·y = c of which it is in front: c < 0.
-                Some((_, (normal, c))) => {
-                    if o.iter().all(|y| normal.dot(*y) - c <= contact) {
-                        continue;
-                    }
-                    let Some(part) = clipped(o, normal, c) else { continue };
-                    own = part;
-                    &own
-                }
-            };
-            let planes = cone(o);
-            if planes.is_empty() || pieces.is_empty() {
-                continue;
-            }
-            pieces = pieces.into_iter().flat_map(|p| outside(p, &planes)).collect();
-        }
-        pieces
     }
 
     /// Faces of a large cube as directions: 0 the sky, 1 the ground, 2 unresolved directions.
@@ -306,6 +320,49 @@ impl VisibleScene {
         }
         all
     }
+}
+
+/// The pieces of a polygon (relative to the point of view) that no other one, with its cone, hides.
+fn visible(
+    whole: Vec<Vec3>,
+    (before, cones): (&[Option<Vec<Vec3>>], &[Vec<Vec3>]),
+    target: Option<(usize, (Vec3, f64))>,
+    contact: f64,
+) -> Vec<Vec<Vec3>> {
+    let mut pieces = vec![whole];
+    for (k, o) in before.iter().enumerate() {
+        let Some(o) = o else { continue };
+        // No piece is larger than the whole: a cone beside it hides nothing.
+        let is_beside = |planes: &[Vec3]| {
+            planes.is_empty() || planes.iter().any(|n| pieces.iter().flatten().all(|p| n.dot(*p) <= 0.0))
+        };
+        if pieces.is_empty() || is_beside(&cones[k]) {
+            continue;
+        }
+        let own;
+        let planes = match target {
+            None => &cones[k],
+            Some((j, _)) if j == k => continue,
+            // The origin lies on the side of n·y = c of which it is in front: c < 0.
+            Some((_, (normal, c))) => {
+                let heights = || o.iter().map(|y| normal.dot(*y) - c);
+                if heights().all(|h| h <= contact) {
+                    continue;
+                }
+                if heights().all(|h| h >= 0.0) {
+                    &cones[k]
+                } else {
+                    let Some(part) = clipped(o, normal, c) else { continue };
+                    own = cone(&part);
+                    &own
+                }
+            }
+        };
+        if !planes.is_empty() {
+            pieces = pieces.into_iter().flat_map(|p| outside(p, planes)).collect();
+        }
+    }
+    pieces
 }
 
 struct DividedTriangle {

@@ -15,8 +15,8 @@ const LEAST_EMPTY_TOLERANCE: f64 = 1e-7;
 /// Error of the spatial reference relative to the least tolerance.
 const REFERENCE_SHARE: f64 = 0.02;
 /// Divided triangles of the spatial reference for a row, at most: fewer in meshes of many facets, whose views cost more.
-const MAX_TRIANGLES: usize = 6000;
-const MAX_TRIANGLE_VIEWS: usize = 600_000;
+const MAX_TRIANGLES: usize = 800;
+const MAX_TRIANGLE_VIEWS: usize = 40_000;
 /// Rows of a mesh that are compared, at most.
 const MAX_ROWS: usize = 4;
 /// Share of the smaller area below which factors are left out, relative to the tolerance.
