@@ -10,7 +10,7 @@
 //!
 //! The integral divides i into triangles. Each has a rule of nine points in collapsed coordinates; the error estimate of a triangle is the difference from the sum of
 //! its four quarters, which is its value. The triangle with the largest error is divided first. All factors of a row share the points. Where
-//! another polygon touches or crosses i the view jumps: i is cut there first.
+//! another polygon touches or crosses i the view jumps, where one is seen edge-on it bends: i is cut there first.
 
 use crate::estimate_heap::Largest;
 use std::collections::BinaryHeap;
@@ -21,6 +21,8 @@ use zonal_math::{Vec3, vec3};
 const RELATIVE_CONTACT: f64 = 1e-10;
 /// Factor on the differences of a rule from its quarters in the error: over a kink they may agree by chance.
 const ERROR_SHARE: f64 = 4.0;
+/// Parts of a facet, at most, into which planes cut it.
+const MAX_PARTS: usize = 24;
 /// Half the edge of the cube of the surroundings, relative to the size of the scene.
 const CUBE_SIZE: f64 = 1e6;
 
@@ -216,11 +218,17 @@ impl VisibleScene {
         }
     }
 
-    /// Facet `i` in triangles, cut along the polygons that touch or cross it.
+    /// Facet `i` in triangles, cut along the polygons that touch or cross it, then along the planes of others, which are seen edge-on from there.
     fn smooth_parts(&self, i: usize) -> Vec<[Vec3; 3]> {
         let (own, contact) = (&self.polygons[i], RELATIVE_CONTACT * self.size);
         let mut parts = vec![own.corners.clone()];
-        for p in self.polygons.iter().filter(|p| p.meets(own, contact)) {
+        let in_front = |p: &&FlatPolygon| p.corners.iter().any(|c| own.height(*c) > contact);
+        let (touching, others): (Vec<_>, Vec<_>) =
+            self.polygons.iter().filter(in_front).partition(|p| p.meets(own, contact));
+        for p in touching.into_iter().chain(others) {
+            if parts.len() >= MAX_PARTS {
+                break;
+            }
             let level = p.normal.dot(p.corners[0]);
             let sides = |c: &Vec<Vec3>| {
                 let heights = || c.iter().map(|x| p.height(*x));

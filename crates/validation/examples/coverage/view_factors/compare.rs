@@ -12,6 +12,9 @@ use zonal_view_factors::{FacetSet, RowClosing, ViewFactorSettings, ViewFactors};
 const LEAST_SPATIAL_TOLERANCE: f64 = 1e-4;
 /// The same for empty rooms.
 const LEAST_EMPTY_TOLERANCE: f64 = 1e-7;
+/// The same for cross-sections as triangles, but for one of this many turns: many evaluations at a small tolerance take long.
+const LEAST_COARSE_TOLERANCE: f64 = 1e-4;
+const TURNS_OF_FINE: u64 = 5;
 /// Error of the spatial reference relative to the least tolerance.
 const REFERENCE_SHARE: f64 = 0.02;
 /// Divided triangles of the spatial reference for a row, at most: fewer in meshes of many facets, whose views cost more.
@@ -82,6 +85,12 @@ impl CampaignCase {
         };
         CampaignCase { index, seed: seed.wrapping_mul(1_000_003).wrapping_add(index), kind }
     }
+
+    /// True if cross-sections as triangles are computed at all tolerances.
+    fn is_fine(&self) -> bool {
+        let per_turn = MESH_KINDS.len() + 2 * SECTIONS_PER_TURN * SECTION_KINDS.len();
+        (self.index / per_turn as u64).is_multiple_of(TURNS_OF_FINE)
+    }
 }
 
 /// A mesh with what is known of it.
@@ -114,7 +123,7 @@ pub(crate) fn check(case: &CampaignCase, tolerances: &[f64]) -> Vec<FactorCheck>
     let mut rng = Rng::new(case.seed);
     let reference = match case.kind.checked_sub(MESH_KINDS.len()) {
         None => in_space(case.kind, tolerances.iter().copied().fold(1.0, f64::min), &mut rng),
-        Some(k) => section(k / 2, k % 2 == 1, &mut rng),
+        Some(k) => section(k / 2, k % 2 == 1, case.is_fine(), &mut rng),
     };
     let mut checks = Vec::new();
     for &tolerance in tolerances.iter().filter(|t| **t >= 0.99 * reference.least_tolerance) {
@@ -154,7 +163,8 @@ fn in_space(kind: usize, least: f64, rng: &mut Rng) -> Reference {
     Reference { kind: MESH_KINDS[kind].into(), set, groups, rows, periods: [None; 2], least_tolerance }
 }
 
-fn section(kind: usize, parts: bool, rng: &mut Rng) -> Reference {
+/// A cross-section as rectangles, or as triangles, down to [`LEAST_COARSE_TOLERANCE`] unless `fine`.
+fn section(kind: usize, parts: bool, fine: bool, rng: &mut Rng) -> Reference {
     let section = RandomSection::new(kind, rng);
     let length = |w: &Wall| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1]);
     let exact = |value: f64| OracleFactor { value, error: 1e-11 };
@@ -181,7 +191,7 @@ fn section(kind: usize, parts: bool, rng: &mut Rng) -> Reference {
         groups,
         rows,
         periods: [None, Some(section.period)],
-        least_tolerance: 0.0,
+        least_tolerance: if parts && !fine { LEAST_COARSE_TOLERANCE } else { 0.0 },
     }
 }
 

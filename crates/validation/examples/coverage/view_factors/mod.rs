@@ -35,8 +35,11 @@ pub(crate) struct FactorCampaign {
 impl FactorCampaign {
     /// Runs all meshes; results in their order.
     pub(crate) fn run(&self) -> Vec<FactorCheck> {
-        let cases: Vec<CampaignCase> =
-            self.only.map_or(0..self.meshes, |k| k..k + 1).map(|index| CampaignCase::new(self.seed, index)).collect();
+        let cases: Vec<CampaignCase> = self
+            .only
+            .map_or(0..self.meshes, |k| k..k + 1)
+            .map(|index| CampaignCase::new(self.seed, index))
+            .collect();
         cases.par_iter().with_max_len(1).map(|c| check(c, &self.tolerances)).collect::<Vec<_>>().concat()
     }
 }
