@@ -26,7 +26,7 @@ pub(super) struct FactorReport {
 
 impl FactorReport {
     /// The figures of factors, before their arrays are taken.
-    pub(super) fn of(geometry: &FactorGeometry, factors: &ViewFactors) -> FactorReport {
+    pub(super) fn of(geometry: &FactorGeometry, factors: &ViewFactors, tolerance: f64) -> FactorReport {
         let n = factors.len();
         let largest = |f: &dyn Fn(usize) -> f64| (0..n).map(f).fold(0.0, f64::max);
         let closed = closed_rows(factors);
@@ -40,7 +40,7 @@ impl FactorReport {
             defect_before: largest(&|i| if closed[i] { factors.defects()[i].abs() } else { 0.0 }),
             defect: factors.remaining_defect(),
             open_rows: factors.open_rows().to_vec(),
-            diagnostics: diagnostics(geometry, factors),
+            diagnostics: diagnostics(geometry, factors, tolerance),
         }
     }
 
@@ -87,7 +87,7 @@ fn closed_rows(factors: &ViewFactors) -> Vec<bool> {
     closed
 }
 
-fn diagnostics(geometry: &FactorGeometry, factors: &ViewFactors) -> Vec<Diagnostic> {
+fn diagnostics(geometry: &FactorGeometry, factors: &ViewFactors, tolerance: f64) -> Vec<Diagnostic> {
     let mut all: Vec<Diagnostic> =
         geometry.notes.iter().map(|n| Diagnostic::note("facets", n.clone())).collect();
     let empty = factors.areas().iter().filter(|a| **a <= 0.0).count();
@@ -110,7 +110,30 @@ fn diagnostics(geometry: &FactorGeometry, factors: &ViewFactors) -> Vec<Diagnost
             ),
         ));
     }
+    all.extend(wide_radii(factors, tolerance));
     all
+}
+
+/// A warning of factors whose error radii are larger than the tolerance.
+fn wide_radii(factors: &ViewFactors, tolerance: f64) -> Option<Diagnostic> {
+    let (mut count, mut widest) = (0u64, (0.0, 0, 0));
+    for i in 0..factors.len() {
+        for (j, b) in factors.row(i).filter(|(_, b)| b.radius > tolerance) {
+            count += 1;
+            if b.radius > widest.0 {
+                widest = (b.radius, i + 1, j + 1);
+            }
+        }
+    }
+    let (radius, i, j) = widest;
+    (count > 0).then(|| {
+        Diagnostic::warning(
+            "wide_radii",
+            format!(
+                "{count} factor(s) have error radii above the tolerance {tolerance:e}, the largest {radius:.1e} (row {i}, column {j}, from 1): their facets are partly hidden, or see images that are not represented; divide large facets, or count with these radii"
+            ),
+        )
+    })
 }
 
 /// Largest memory of the process so far, bytes, where the system tells it.
