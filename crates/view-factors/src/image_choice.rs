@@ -27,22 +27,22 @@ pub(crate) fn choose_images(
     let endless = geometry.endless_axes(&first);
     let mut images = PeriodicImages::new(settings, extent, endless);
     geometry.set_images(&images);
+    let goal = settings.goal(geometry.facets.len());
     while images.any() {
         let Some(more) = images.doubled(endless, geometry.facets.len()) else { break };
         let cells = unresolved_cells(geometry, &images);
         let nodes = sky_nodes(geometry);
         let run = |node: &u32| {
             let idle = progress.is_interrupted();
-            let traversal = SkyTraversal::new(geometry, &images, settings.goal(geometry.facets.len()), settings.up);
+            let traversal = SkyTraversal::new(geometry, &images, goal, settings.up);
             if idle { Vec::new() } else { traversal.run(*node, &cells) }
         };
         let found: Vec<_> = nodes.par_iter().with_max_len(1).map(run).collect();
         if progress.is_interrupted() {
             return Err(SceneError::interrupted());
         }
-        let allowed = |f: u32| {
-            UNRESOLVED_SHARE * settings.goal(geometry.facets.len()).absolute * geometry.facets[f as usize].polygon().area()
-        };
+        let allowed =
+            |f: u32| UNRESOLVED_SHARE * goal.absolute * geometry.facets[f as usize].polygon().area();
         if found.iter().flatten().all(|(f, s)| s.unresolved <= allowed(*f)) {
             break;
         }

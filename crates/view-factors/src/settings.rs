@@ -7,7 +7,7 @@ pub(crate) const ABSOLUTE_SHARE: f64 = 0.02;
 /// Evaluations of the visible part for a pair, at most, in large meshes or at small tolerances.
 const MIN_PAIR_LIMIT: f64 = 3e3;
 /// The same for few facets, and the evaluations of all their pairs that it allows.
-const MAX_PAIR_LIMIT: f64 = 6e4;
+const MAX_PAIR_LIMIT: f64 = 3e4;
 const ALL_PAIRS_LIMIT: f64 = 3e7;
 /// Tolerance below which the limit of a pair falls in proportion: at the cost of many evaluations little is gained there.
 const FULL_LIMIT_TOLERANCE: f64 = 1e-4;

@@ -8,7 +8,7 @@ use crate::matrix::ExchangeRows;
 use crate::occluder_list;
 use crate::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, merge_images, round_up};
 use crate::periods::PeriodicImages;
-use crate::settings::{Openness, RowClosing, ViewFactorSettings};
+use crate::settings::{ErrorGoal, Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
 use crate::stages;
 use crate::strings;
@@ -356,8 +356,12 @@ struct Computation<'a> {
 }
 
 impl Computation<'_> {
+    fn goal(&self) -> ErrorGoal {
+        self.settings.goal(self.geometry.facets.len())
+    }
+
     fn traversal(&self) -> PairTraversal<'_> {
-        PairTraversal::new(self.geometry, self.images, self.settings.goal(self.geometry.facets.len()))
+        PairTraversal::new(self.geometry, self.images, self.goal())
     }
 
     /// The pairs of nodes at which the work is divided; the same for every number of threads.
@@ -482,7 +486,7 @@ impl Computation<'_> {
         let mut unresolved = vec![0.0f64; n];
         surroundings.iter().for_each(|(f, s)| unresolved[*f as usize] += s.unresolved);
         let area = |i: usize| self.geometry.facets[i].polygon().area();
-        let least = |i: usize| OMITTED_REST * self.settings.goal(self.geometry.facets.len()).absolute * area(i);
+        let least = |i: usize| OMITTED_REST * self.goal().absolute * area(i);
         let rows: Vec<usize> = (0..n).filter(|i| unresolved[*i] > least(*i)).collect();
         let mut list = Vec::new();
         let known: u64 = pairs.iter().map(|p| p.len() as u64).sum();
@@ -533,7 +537,7 @@ impl Computation<'_> {
                 let run = |node: &u32| {
                     let idle = self.progress.is_interrupted();
                     let traversal =
-                        SkyTraversal::new(self.geometry, self.images, self.settings.goal(self.geometry.facets.len()), self.settings.up);
+                        SkyTraversal::new(self.geometry, self.images, self.goal(), self.settings.up);
                     let made = if idle { Vec::new() } else { traversal.run(*node, &cells) };
                     self.progress.advance(1);
                     made
