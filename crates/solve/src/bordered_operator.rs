@@ -83,7 +83,7 @@ impl<'a> BorderedOperator<'a> {
         surroundings.sky.resize(n, Bands::ZERO);
         let sky = &mut surroundings.sky;
         let others: Vec<Bands> =
-            (0..n).into_par_iter().map(|i| self.from_outside(i, &coefficients)).collect();
+            (0..n).into_par_iter().map(|i| self.incident_from_outside(i, &coefficients)).collect();
         sky.par_iter_mut().zip(&others).for_each(|(loss, other)| *loss = (*loss - *other).max(Bands::ZERO));
         for (o, row) in self.outside.iter().zip(&self.rows) {
             let sum = row.iter().zip(&coefficients).fold(Bands::ZERO, |s, (g, c)| s + g * c);
@@ -93,7 +93,7 @@ impl<'a> BorderedOperator<'a> {
     }
 
     /// Σ_o g_io s_o.
-    fn from_outside(&self, i: usize, s: &[Bands]) -> Bands {
+    fn incident_from_outside(&self, i: usize, s: &[Bands]) -> Bands {
         let terms = self.outside.iter().zip(&self.rows);
         terms.fold(Bands::ZERO, |sum, (o, row)| sum + row[i] * s[*o as usize])
     }
@@ -126,7 +126,7 @@ impl ExchangeOperator for BorderedOperator<'_> {
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         let x = self.scaled(s);
         let mut out = self.inner.apply(&x);
-        out.par_iter_mut().enumerate().for_each(|(i, p)| *p += self.from_outside(i, &x));
+        out.par_iter_mut().enumerate().for_each(|(i, p)| *p += self.incident_from_outside(i, &x));
         for (o, row) in self.outside.iter().zip(&self.rows) {
             out[*o as usize] = row.iter().zip(&x).fold(Bands::ZERO, |sum, (g, s)| sum + g * s);
         }

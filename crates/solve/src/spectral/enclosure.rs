@@ -1,10 +1,10 @@
 //! Applicability of the spectral engine: a box on the grid of its medium.
 //!
 //! The extinction of the medium is uniform (albedo, emission and sources may vary), every cell is one whole voxel zone, and every patch is
-//! a face of a cell on the boundary of the box that faces inwards, or lies beyond a side of the box ([`BoxEnclosure::outside`]). Faces without a patch are
+//! a face of a cell on the boundary of the box that faces inwards, or lies beyond a side of the box (`outside`). Faces without a patch are
 //! openings. A periodic axis has no patches at its ends.
 //!
-//! Patches outside add rows of their own ([`crate::bordered_operator`]): few of them, beside a box that is not periodic, and no zone may see the black back of a
+//! Patches outside add rows of their own (`bordered_operator.rs`): few of them, beside a box that is not periodic, and no zone may see the black back of a
 //! surface, since the rest of a row is its exchange with the surroundings.
 
 use super::axes::OTHER_AXES;
