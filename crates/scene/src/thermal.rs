@@ -36,7 +36,7 @@ const TEMPERATURE_INTERVALS: usize = 256;
 ///
 /// ```
 /// use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
-/// assert!((blackbody_emissive_power(1000.0) - 56_703.744_19).abs() < 1e-6);
+/// assert!((blackbody_emissive_power(1000.0) - 56_703.744_191_844).abs() < 1e-8);
 /// assert_eq!(blackbody_temperature(blackbody_emissive_power(321.0)), 321.0);
 /// ```
 pub fn blackbody_emissive_power(t: f64) -> f64 {

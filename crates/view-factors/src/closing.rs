@@ -3,11 +3,12 @@
 //! With exchange areas S_ij = A_i F_ij = S_ji, surroundings s_i and defects d_i = A_i − Σ_j S_ij − s_i, the corrections minimise
 //!
 //! ```text
-//! Σ_{i<j} δ_ij²/w_ij + Σ_i δ_i²/w_i      subject to   Σ_j δ_ij + δ_i = d_i,       w = radius²
+//! Σ_{i<j} δ_ij²/w_ij + Σ_i δ_i²/w_i      subject to   Σ_j δ_ij + δ_i = d_i,       w = min(radius, value)²
 //!   ⇒  δ_ij = w_ij (λ_i + λ_j),  δ_i = w_i λ_i,      Σ_j w_ij (λ_i + λ_j) + w_i λ_i = d_i
 //! ```
 //!
-//! a sparse symmetric system, solved by conjugate gradients with its diagonal as preconditioner. Reciprocity stays exact. A value that
+//! so that what is next to nothing, such as the sky in an enclosure, does not take the defects of other entries: a sparse symmetric system, solved by
+//! conjugate gradients with its diagonal as preconditioner. Reciprocity stays exact. A value that
 //! would become negative becomes zero and the rest is distributed again. The change is added to the radius.
 
 use crate::matrix::ExchangeRows;
@@ -45,9 +46,9 @@ pub(crate) fn defects(areas: &[f64], rows: &ExchangeRows) -> Vec<f64> {
     (0..areas.len()).map(|i| areas[i] - rows.sum(i)).collect()
 }
 
-/// The weight of an entry: none for a value of zero that the last round reached.
+/// The weight of an entry: none for a value of zero, also one that the last round reached.
 fn weight(b: &Bounded) -> f64 {
-    if b.value <= 0.0 { 0.0 } else { b.radius.max(EXACT_ENTRY_RADIUS * b.value).powi(2) }
+    if b.value <= 0.0 { 0.0 } else { b.radius.min(b.value).max(EXACT_ENTRY_RADIUS * b.value).powi(2) }
 }
 
 fn multipliers(rows: &ExchangeRows, defects: &[f64], areas: &[f64]) -> Vec<f64> {

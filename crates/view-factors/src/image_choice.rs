@@ -30,7 +30,7 @@ pub(crate) fn choose_images(
     let goal = settings.goal(geometry.facets.len());
     while images.any() {
         let Some(more) = images.doubled(endless, geometry.facets.len()) else { break };
-        let cells = unresolved_cells(geometry, &images);
+        let cells = unresolved_cells(&images);
         let nodes = sky_nodes(geometry);
         let run = |node: &u32| {
             let idle = progress.is_interrupted();
@@ -53,8 +53,8 @@ pub(crate) fn choose_images(
 }
 
 /// The cells of directions whose rays may leave all represented images unseen.
-pub(crate) fn unresolved_cells(geometry: &Geometry, images: &PeriodicImages) -> Vec<DirectionCell> {
-    direction_cells(geometry, images).into_iter().filter(|c| images.is_unresolved(c)).collect()
+pub(crate) fn unresolved_cells(images: &PeriodicImages) -> Vec<DirectionCell> {
+    direction_cells(images).into_iter().filter(|c| images.is_unresolved(c)).collect()
 }
 
 /// Nodes of facets at which the surroundings are divided.

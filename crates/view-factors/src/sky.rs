@@ -15,11 +15,8 @@ use crate::shaft::SkyShaft;
 use zonal_exchange::polygon::visible::{IntegrationRequest, OccludedView, obstructed_sky, unobstructed_sky};
 use zonal_math::{Bounded, Vec3};
 
-/// Cells along an edge of the cube of directions; even, so that no cell crosses the horizon. Few occluders need few cells: each is a view of its own.
+/// Cells along an edge of the cube of directions; even, so that no cell crosses the horizon.
 const CELLS_PER_EDGE: usize = 4;
-const CELLS_PER_EDGE_OF_FEW: usize = 2;
-/// Occluders of a geometry that does not repeat, at most, for fewer cells.
-const FEW_OCCLUDERS: usize = 32;
 /// Occluders of a cell above which it is divided, and the depth of division.
 const MAX_CELL_OCCLUDERS: usize = 24;
 const MAX_CELL_DEPTH: u32 = 3;
@@ -77,7 +74,7 @@ pub(crate) struct SkyTraversal<'a> {
 }
 
 /// All cells of directions, divided at the limits of unresolved ones.
-pub(crate) fn direction_cells(geometry: &Geometry, images: &PeriodicImages) -> Vec<DirectionCell> {
+pub(crate) fn direction_cells(images: &PeriodicImages) -> Vec<DirectionCell> {
     let split = |cell: DirectionCell, k: usize| -> Vec<DirectionCell> {
         let cut = images.cut(cell.axis, (cell.axis + 1 + k) % 3);
         let [low, high] = cell.range[k];
@@ -90,9 +87,7 @@ pub(crate) fn direction_cells(geometry: &Geometry, images: &PeriodicImages) -> V
         };
         ends.windows(2).map(part).collect()
     };
-    let is_simple = !images.any() && geometry.occluders.len() <= FEW_OCCLUDERS;
-    let per_edge = if is_simple { CELLS_PER_EDGE_OF_FEW } else { CELLS_PER_EDGE };
-    let cells = DirectionCell::sphere(per_edge).into_iter();
+    let cells = DirectionCell::sphere(CELLS_PER_EDGE).into_iter();
     cells.flat_map(|c| split(c, 0)).flat_map(|c| split(c, 1)).collect()
 }
 

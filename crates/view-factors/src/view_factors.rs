@@ -517,8 +517,8 @@ impl Computation<'_> {
     fn surroundings(&self) -> Result<Vec<(u32, SkyExchange)>, SceneError> {
         let nodes = sky_nodes(self.geometry);
         let cells = match self.settings.surroundings {
-            Openness::Open => direction_cells(self.geometry, self.images),
-            Openness::Closed => unresolved_cells(self.geometry, self.images),
+            Openness::Open => direction_cells(self.images),
+            Openness::Closed => unresolved_cells(self.images),
         };
         if cells.is_empty() {
             return Ok(Vec::new());
