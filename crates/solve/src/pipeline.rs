@@ -464,9 +464,8 @@ fn describe_engine(report: &mut Report, preparation: &Preparation, scene: &Scene
     (report.engine, report.reason) = (engine.name().into(), preparation.reason.clone());
     report.warnings.extend(preparation.merged.clone());
     let tolerance = scene.options().tolerance;
-    let is_bordered =
-        preparation.choice.enclosure.as_ref().is_some_and(|(found, _)| !found.outside.is_empty());
-    let samples = is_bordered || !matches!(engine, Engine::Spectral | Engine::Layered);
+    let samples =
+        preparation.choice.has_patches_outside() || !matches!(engine, Engine::Spectral | Engine::Layered);
     let missed = diagnostics::missed_tolerance(engine, tolerance, &report.estimate, &report.warnings);
     let missed = missed.filter(|_| samples);
     report.warnings.extend(missed);

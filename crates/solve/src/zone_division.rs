@@ -77,8 +77,7 @@ pub(crate) fn divide(
     let choice = select_engine(scene, &zones, transport, &size, limits, ranks)?;
     let emitters = EmitterExchange::of(scene, &zones, choice.engine, settings.pair_settings);
     let has_shadow_rays = (0..scene.lights().len()).any(|l| emitters.surface(l).is_none());
-    let is_bordered = choice.enclosure.is_some_and(|(found, _)| !found.outside.is_empty());
-    if choice.engine != Engine::Spectral || has_shadow_rays || is_bordered {
+    if choice.engine != Engine::Spectral || has_shadow_rays || choice.has_patches_outside() {
         return Ok(zones);
     }
     let [planes, plane] = match scene.voxel_grid() {

@@ -43,6 +43,13 @@ pub struct EngineChoice {
     pub note: Option<Diagnostic>,
 }
 
+impl EngineChoice {
+    /// True for a box of the spectral engine with patches outside it, whose factors are sampled.
+    pub(crate) fn has_patches_outside(&self) -> bool {
+        self.enclosure.as_ref().is_some_and(|(found, _)| !found.outside.is_empty())
+    }
+}
+
 /// Criteria of the selection.
 struct EngineSelection<'a> {
     scene: &'a Scene,

@@ -179,7 +179,7 @@ struct TriangleSum {
     area: f64,
     difference: f64,
     null: [f64; POINTS - MONOMIALS],
-    /// What the points may have missed.
+    /// Estimated error of features narrower than the distances of the points, m² sr.
     undetected: f64,
     /// Second and first differences of the values along each edge, from its first corner on.
     bends: [f64; 3],
