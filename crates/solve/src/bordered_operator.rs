@@ -80,22 +80,25 @@ impl<'a> BorderedOperator<'a> {
     pub(crate) fn set_losses(&self, zones: &Zones, surroundings: &mut SurroundingsExchange) {
         let n = zones.len();
         let coefficients: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
-        surroundings.sky.resize(n, Bands::ZERO);
         let sky = &mut surroundings.sky;
-        let others: Vec<Bands> =
-            (0..n).into_par_iter().map(|i| self.incident_from_outside(i, &coefficients)).collect();
+        sky.resize(n, Bands::ZERO);
+        self.outside.iter().for_each(|o| sky[*o as usize] = Bands::splat(closure_target(zones, *o as usize)));
+        let others = self.border_product(&coefficients);
         sky.par_iter_mut().zip(&others).for_each(|(loss, other)| *loss = (*loss - *other).max(Bands::ZERO));
-        for (o, row) in self.outside.iter().zip(&self.rows) {
-            let sum = row.iter().zip(&coefficients).fold(Bands::ZERO, |s, (g, c)| s + g * c);
-            sky[*o as usize] = (Bands::splat(closure_target(zones, *o as usize)) - sum).max(Bands::ZERO);
-        }
         surroundings.error = self.border_error(&coefficients);
     }
 
-    /// Σ_o g_io s_o.
-    fn incident_from_outside(&self, i: usize, s: &[Bands]) -> Bands {
-        let terms = self.outside.iter().zip(&self.rows);
-        terms.fold(Bands::ZERO, |sum, (o, row)| sum + row[i] * s[*o as usize])
+    /// Σ g s over the added factors of every zone.
+    fn border_product(&self, s: &[Bands]) -> Vec<Bands> {
+        let of_zone = |i: usize| {
+            let terms = self.outside.iter().zip(&self.rows);
+            terms.fold(Bands::ZERO, |sum, (o, row)| sum + row[i] * s[*o as usize])
+        };
+        let mut out: Vec<Bands> = (0..s.len()).into_par_iter().map(of_zone).collect();
+        for (o, row) in self.outside.iter().zip(&self.rows) {
+            out[*o as usize] = row.iter().zip(s).fold(Bands::ZERO, |sum, (g, s)| sum + g * s);
+        }
+        out
     }
 
     /// √(Σ (r s)²) over the added factors of every zone.
@@ -126,10 +129,8 @@ impl ExchangeOperator for BorderedOperator<'_> {
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         let x = self.scaled(s);
         let mut out = self.inner.apply(&x);
-        out.par_iter_mut().enumerate().for_each(|(i, p)| *p += self.incident_from_outside(i, &x));
-        for (o, row) in self.outside.iter().zip(&self.rows) {
-            out[*o as usize] = row.iter().zip(&x).fold(Bands::ZERO, |sum, (g, s)| sum + g * s);
-        }
+        self.outside.iter().for_each(|o| out[*o as usize] = Bands::ZERO);
+        out.par_iter_mut().zip(self.border_product(&x)).for_each(|(p, more)| *p += more);
         self.scaled(&out)
     }
 
