@@ -6,11 +6,13 @@
 use crate::arrays::{self, BorrowedMesh};
 use crate::errors::{DocumentOrigin, of_failure, of_file, of_input, of_scene, refused};
 use crate::long_call::{self, CallSettings};
+use crate::solution::{DiagnosticRow, diagnostic_row};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use zonal_cli::commands::view_factors::diagnostics::{FactorWords, diagnostics};
 use zonal_cli::commands::view_factors::geometry::{self, FactorGeometry, ReadFailure};
 use zonal_cli::commands::view_factors::{
     FactorLabels, OutputFormat, checkpoint_keys, choose_format, write_factors,
@@ -152,21 +154,25 @@ pub(crate) fn view_factors<'py>(
     if let Some(folder) = &folder {
         folder.open_shared().map_err(|e| of_file(&e))?;
     }
+    let own = native.clone();
     let computed = long_call::run(py, CallSettings { threads, progress }, move |observer| {
         let store: &dyn CheckpointStore = folder.as_ref().map_or(&NoCheckpoints, |f| f);
-        let factors = set.compute(&native, observer, store);
+        let factors = set.compute(&own, observer, store);
         (factors, folder.and_then(|f| f.failure()))
     })?;
     if let Some(failure) = computed.1 {
         return Err(of_file(&failure));
     }
-    let out = dictionary(py, computed.0.map_err(|e| of_scene(&e))?.into_parts())?;
+    let factors = computed.0.map_err(|e| of_scene(&e))?;
+    let told = diagnostics(&notes, &factors, &native, &FactorWords::PYTHON);
+    let told: Vec<DiagnosticRow> = told.iter().map(diagnostic_row).collect();
+    let out = dictionary(py, factors.into_parts())?;
     let (material, materials) = materials_of(&names);
     out.set_item("material", PyArray1::from_vec(py, material))?;
     out.set_item("materials", materials)?;
     out.set_item("emissivities", arrays::list(py, emissivities))?;
     out.set_item("enclosure", enclosure)?;
-    out.set_item("notes", notes)?;
+    out.set_item("diagnostics", told)?;
     Ok(out)
 }
 

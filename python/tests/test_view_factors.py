@@ -271,9 +271,34 @@ def test_errors_of_meshes_and_files(tmp_path):
 
 
 def test_faces_that_look_at_backs_are_warned_of():
-    with pytest.warns(RuntimeWarning, match="rows stay open"):
+    with pytest.warns(RuntimeWarning, match="not closed"):
         f = zn.view_factors(joined(room([0, 0, 0], [3, 3, 3]), room([1, 1, 1], [2, 2, 2])), surroundings=False)
     assert len(f.open_rows) > 0
+    (told,) = f.warnings
+    assert (told.code, told.severity, told.part) == ("open-rows", "warning", None)
+    assert 'sides="both"' in told.text and f"{f.open_rows[0]}" in told.text
+
+
+def test_radii_above_the_tolerance_are_warned_of():
+    # A tilted triangle hides a part of another one.
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.1, 0, 1], [0.2, 1.1, 1.1], [1.1, 0.1, 1.3], [0.2, 0.2, 0.4], [0.6, 0.3, 0.5], [0.3, 0.6, 0.6]]
+    mesh = (np.array(corners), np.arange(9).reshape(3, 3))
+    with pytest.warns(RuntimeWarning, match="above the tolerance 1e-10"):
+        f = zn.view_factors(mesh, sides="both", tolerance=1e-10)
+    (told,) = f.warnings
+    assert (told.code, told.severity) == ("wide-radii", "warning")
+    assert f.radius.toarray().max() > 1e-10
+    # Nothing is told where the tolerance is met.
+    assert zn.view_factors(city(1)).warnings == []
+
+
+def test_files_keep_the_diagnostics(tmp_path):
+    with pytest.warns(RuntimeWarning):
+        f = zn.view_factors(joined(room([0, 0, 0], [3, 3, 3]), room([1, 1, 1], [2, 2, 2])), surroundings=False)
+    f.save(tmp_path / "F.npz")
+    again = zn.ViewFactors.load(tmp_path / "F.npz")
+    assert again.warnings == f.warnings
+    assert again.notes == f.notes
 
 
 INTERRUPTED = """

@@ -16,6 +16,7 @@ from . import _zonal
 from ._meshes import is_path, mesh_arrays
 from ._progress import Progress, observed
 from ._types import Floats, Integers, Mesh, Path
+from .diagnostics import Diagnostic, of_rows
 from .errors import FileError, InputError
 from .solution import memory_limit
 
@@ -242,9 +243,14 @@ class ViewFactors:
         return self._arrays.get("emissivities", np.ones(len(self)))
 
     @property
-    def notes(self) -> list[str]:
-        """Notes of the reader of the mesh: repairs, and contents that have no effect."""
-        return list(self._arrays.get("notes", ()))
+    def warnings(self) -> list[Diagnostic]:
+        """Warnings of the computation: rows that stay open, and radii above the tolerance. Combined factors have none."""
+        return of_rows(self._arrays.get("diagnostics", ()), "warning")
+
+    @property
+    def notes(self) -> list[Diagnostic]:
+        """Notes of the computation: repairs of the mesh, contents that have no effect, and faces without area. Combined factors have none."""
+        return of_rows(self._arrays.get("diagnostics", ()), "note")
 
     @property
     def table(self) -> dict[str, Any]:
@@ -472,9 +478,10 @@ class ViewFactors:
             for key in ("grade", "remaining_defect", "enclosure"):
                 if key in arrays:
                     arrays[key] = arrays[key].item()
-            for key in ("materials", "notes"):
-                if key in arrays:
-                    arrays[key] = [str(n) for n in arrays[key]]
+            if "materials" in arrays:
+                arrays["materials"] = [str(n) for n in arrays["materials"]]
+            if "diagnostics" in arrays:
+                arrays["diagnostics"] = [tuple(str(part) for part in row) for row in arrays["diagnostics"]]
             n = len(arrays["areas"])
             # The native module checks that the arrays fit together.
             _zonal.combined_view_factors(arrays, np.zeros(n, dtype=np.int64), 1)
@@ -605,7 +612,8 @@ def view_factors(
     Warns
     -----
     RuntimeWarning
-        If rows stay open, so that closing leaves them as they are: their faces lie inside a solid, see backs of others, or see obstacles.
+        For each of :attr:`ViewFactors.warnings`: rows that stay open, since their faces lie inside a solid, see backs of others, or see obstacles; and radii
+        above the tolerance, of faces that are partly hidden.
 
     Examples
     --------
@@ -638,17 +646,6 @@ def view_factors(
     with observed(progress) as function:
         made = _zonal.view_factors(_native_mesh(mesh), _obstacle_list(obstacles), settings, function, threads)
     factors = ViewFactors(made)
-    if closing:
-        _warn_of_open_rows(factors)
+    for found in factors.warnings:
+        warnings.warn(found.text, RuntimeWarning, stacklevel=2)
     return factors
-
-
-def _warn_of_open_rows(factors: ViewFactors) -> None:
-    count = len(factors.open_rows)
-    if count:
-        warnings.warn(
-            f"{count} of {len(factors)} rows stay open (the first is {factors.open_rows[0]}): their faces lie inside a solid, see backs of others, or see obstacles, "
-            'which are no part of a row; check the orientation of the faces, give sides="both", or give obstacles as faces of the mesh',
-            RuntimeWarning,
-            stacklevel=3,
-        )

@@ -1,6 +1,7 @@
 //! `zonal view-factors`: view factors of the facets of a mesh or of an input file of View3D, without a medium.
 
 mod args;
+pub mod diagnostics;
 pub mod geometry;
 mod report;
 
@@ -48,7 +49,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     }
     let by_file = geometry.controls.as_ref().map(geometry::format_of);
     let format = choose_format(&args.output, args.format, by_file)?;
-    let report = report::FactorReport::of(&geometry, &factors, args.tolerance);
+    let report = report::FactorReport::of(&geometry, &factors, &settings);
     let closed = settings.surroundings == Openness::Closed;
     write(args, &geometry, factors, format, closed)?;
     report.print(args, begin.elapsed().as_secs_f64(), context)

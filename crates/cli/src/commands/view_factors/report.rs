@@ -2,13 +2,11 @@
 
 use super::Args;
 use super::Context;
+use super::diagnostics::{FactorWords, diagnostics};
 use super::geometry::FactorGeometry;
 use zonal_report::{Failure, say};
 use zonal_scene::{Diagnostic, printable};
-use zonal_view_factors::{ViewFactorCounts, ViewFactors};
-
-/// Rows that a warning names, at most.
-const MAX_NAMED_ROWS: usize = 8;
+use zonal_view_factors::{ViewFactorCounts, ViewFactorSettings, ViewFactors};
 
 /// Figures of a computation.
 pub(super) struct FactorReport {
@@ -26,7 +24,11 @@ pub(super) struct FactorReport {
 
 impl FactorReport {
     /// The figures of factors, before their arrays are taken.
-    pub(super) fn of(geometry: &FactorGeometry, factors: &ViewFactors, tolerance: f64) -> FactorReport {
+    pub(super) fn of(
+        geometry: &FactorGeometry,
+        factors: &ViewFactors,
+        settings: &ViewFactorSettings,
+    ) -> FactorReport {
         let n = factors.len();
         let largest = |f: &dyn Fn(usize) -> f64| (0..n).map(f).fold(0.0, f64::max);
         let closed = closed_rows(factors);
@@ -40,7 +42,7 @@ impl FactorReport {
             defect_before: largest(&|i| if closed[i] { factors.defects()[i].abs() } else { 0.0 }),
             defect: factors.remaining_defect(),
             open_rows: factors.open_rows().to_vec(),
-            diagnostics: diagnostics(geometry, factors, tolerance),
+            diagnostics: diagnostics(&geometry.notes, factors, settings, &FactorWords::COMMAND),
         }
     }
 
@@ -85,55 +87,6 @@ fn closed_rows(factors: &ViewFactors) -> Vec<bool> {
     let mut closed = vec![true; factors.len()];
     factors.open_rows().iter().for_each(|i| closed[*i] = false);
     closed
-}
-
-fn diagnostics(geometry: &FactorGeometry, factors: &ViewFactors, tolerance: f64) -> Vec<Diagnostic> {
-    let mut all: Vec<Diagnostic> =
-        geometry.notes.iter().map(|n| Diagnostic::note("facets", n.clone())).collect();
-    let empty = factors.areas().iter().filter(|a| **a <= 0.0).count();
-    if empty > 0 {
-        all.push(Diagnostic::note(
-            "facets_without_area",
-            format!("{empty} facet(s) have no area; their rows are empty"),
-        ));
-    }
-    let open = factors.open_rows();
-    if !open.is_empty() {
-        let first: Vec<String> = open.iter().take(MAX_NAMED_ROWS).map(|i| (i + 1).to_string()).collect();
-        let more = if open.len() > MAX_NAMED_ROWS { ", …" } else { "" };
-        all.push(Diagnostic::warning(
-            "open_rows",
-            format!(
-                "{} row(s) are not closed ({}{more}, from 1): these facets lie partly inside a solid, or see backs of facets; cut the facets along the solids, turn the facets, or count both sides of all (--sides both)",
-                open.len(),
-                first.join(", ")
-            ),
-        ));
-    }
-    all.extend(wide_radii(factors, tolerance));
-    all
-}
-
-/// A warning of factors whose error radii are larger than the tolerance.
-fn wide_radii(factors: &ViewFactors, tolerance: f64) -> Option<Diagnostic> {
-    let (mut count, mut widest) = (0u64, (0.0, 0, 0));
-    for i in 0..factors.len() {
-        for (j, b) in factors.row(i).filter(|(_, b)| b.radius > tolerance) {
-            count += 1;
-            if b.radius > widest.0 {
-                widest = (b.radius, i + 1, j + 1);
-            }
-        }
-    }
-    let (radius, i, j) = widest;
-    (count > 0).then(|| {
-        Diagnostic::warning(
-            "wide_radii",
-            format!(
-                "{count} factor(s) have error radii above the tolerance {tolerance:e}, the largest {radius:.1e} (row {i}, column {j}, from 1): their facets are partly hidden, or see images that are not represented; divide large facets, or count with these radii"
-            ),
-        )
-    })
 }
 
 /// Largest memory of the process so far, bytes, where the system tells it.
