@@ -252,3 +252,39 @@ fn threads_do_not_change_a_bit() {
     assert_eq!(a.0, b.0);
     assert_eq!(a.1, b.1);
 }
+
+/// A body on the floor of a black room, sunk into it or floating above it by less than a contact: it radiates into the room with five faces, not into the void.
+#[test]
+fn a_body_in_contact_with_a_floor_has_no_gap() {
+    let heat = |gap: f64, scale: f64| {
+        let at = |x: f64| x * scale;
+        let text = format!(
+            "mode = 'thermal'\n[[surface]]\nname = 'room'\nroom = {{ min = [0,0,0], max = [{0},{0},{0}] }}\nemissivity = 1\ntemperature = 300\npatch_size = {1}\n\
+             [[surface]]\nname = 'body'\nbox = {{ min = [{2},{2},{gap}], max = [{3},{3},{4}] }}\nemissivity = 0.5\ntemperature = 800\npatch_size = {5}\n",
+            at(1.0),
+            at(0.5),
+            at(0.3),
+            at(0.7),
+            at(0.2) + gap,
+            at(0.2)
+        );
+        let s = solve(read(&text));
+        let heat = s.report.heat.as_ref().unwrap();
+        let of =
+            |name: &str| heat.rows.iter().filter(|r| r.name.starts_with(name)).map(|r| r.power).sum::<f64>();
+        [of("body"), of("room")]
+    };
+    let black_body = 0.5 * 5.670374419e-8 * (800f64.powi(4) - 300f64.powi(4));
+    // Five faces and four sides shorter by the depth, or six faces.
+    for scale in [1.0, 1000.0] {
+        for gap in [-1e-3f64, -1e-5, -1e-6, -2e-7, 0.0, 5e-7, 1e-6].map(|g| g * scale) {
+            let exact = black_body * (0.48 * scale * scale + 1.6 * scale * gap.min(0.0));
+            let [body, room] = heat(gap, scale);
+            assert!((body - exact).abs() < 5e-3 * exact, "gap {gap}: body {body} W, exact {exact} W");
+            assert!((room + exact).abs() < 5e-3 * exact, "gap {gap}: room {room} W, exact {exact} W");
+        }
+        let exact = black_body * 0.64 * scale * scale;
+        let [body, _] = heat(4e-6 * scale, scale);
+        assert!((body - exact).abs() < 5e-3 * exact, "gap 4e-6: body {body} W, exact {exact} W");
+    }
+}

@@ -25,6 +25,8 @@ const MIN_FOOT_LENGTH_SHARE: f64 = 0.02;
 const CONTACT_DISTANCE_SHARE: f64 = 0.02;
 /// Corners nearer to a plane than this multiple of [`Transport::epsilon`] lie in it: meshes come in single precision.
 const IN_PLANE_EPSILONS: f64 = 100.0;
+/// Surfaces nearer to each other than this multiple of [`Transport::epsilon`] are in contact.
+const CONTACT_EPSILONS: f64 = 1e3;
 /// Normals whose cosine is within this distance of ±1 are parallel.
 const PARALLEL_COSINE_TOLERANCE: f64 = 1e-6;
 /// Most pieces of a patch.
@@ -290,11 +292,12 @@ fn sample_points(kind: PlateKind) -> &'static [[f64; 2]; 4] {
     }
 }
 
-/// True for the parameters of a point of `plate`, a part of facet `own`, whose front is hidden: under the black back of a facet in contact, in solid material, or
-/// against another solid.
+/// True for the parameters of a point of `plate`, a part of facet `own`, whose front is hidden: under the black back of a facet in contact, in solid material,
+/// against another solid, or behind the wall of a room into which its body is sunk. The wall and the body decide by one distance, so that both lose the
+/// contact or neither.
 fn hides(transport: &Transport, own: usize, plate: &Plate) -> impl Fn(&[f64; 2]) -> bool {
     let normal = plate.normal();
-    let lift = normal * (1e3 * transport.epsilon());
+    let lift = normal * contact_gap(transport);
     let contact = CONTACT_DISTANCE_SHARE * plate.diameter();
     let solid = is_solid(transport, own);
     move |[u, v]: &[f64; 2]| {
@@ -306,7 +309,29 @@ fn hides(transport: &Transport, own: usize, plate: &Plate) -> impl Fn(&[f64; 2])
         covered
             || transport.inside_solid(p + lift)
             || (solid && touches_opposite_facet(transport, own, plate, p) && transport.inside_solid(p - lift))
+            || (solid && is_sunk(transport, plate, p, contact))
     }
+}
+
+/// The largest gap between a body and a surface that is a contact, m.
+fn contact_gap(transport: &Transport) -> f64 {
+    CONTACT_EPSILONS * transport.epsilon()
+}
+
+/// True when a point `p` of a body's plate lies up to `reach` behind a parallel wall with a black back that is no body, and the body goes on in front of the wall:
+/// the plate is outside the room in which its body stands. The wall of a hollow in the body has no body in front of it.
+fn is_sunk(transport: &Transport, plate: &Plate, p: Vec3, reach: f64) -> bool {
+    let hit = transport.closest_hit(p, -plate.normal(), transport.epsilon(), reach);
+    hit.is_some_and(|h| {
+        let wall = &transport.scene().facets()[h.facet].plate;
+        let is_parallel = wall.normal().dot(plate.normal()) < -1.0 + PARALLEL_COSINE_TOLERANCE;
+        let beyond = p - plate.normal() * (h.t + contact_gap(transport));
+        !h.front
+            && is_parallel
+            && has_black_back(transport, h.facet)
+            && !is_solid(transport, h.facet)
+            && transport.inside_solid(beyond)
+    })
 }
 
 /// True where the back of a facet is black.
@@ -323,7 +348,7 @@ fn is_solid(transport: &Transport, facet: usize) -> bool {
 
 /// True when a facet of opposite normal lies at `p` of the plate: a box on a floor.
 fn touches_opposite_facet(transport: &Transport, own: usize, plate: &Plate, p: Vec3) -> bool {
-    let tolerance = IN_PLANE_EPSILONS * transport.epsilon();
+    let tolerance = contact_gap(transport);
     let pad = Vec3::splat(tolerance);
     let near = transport.facets_overlapping(p - pad, p + pad);
     near.into_iter().filter(|&id| id as usize != own).any(|id| {
