@@ -328,6 +328,21 @@ fn nearly_closed_parts_give_a_warning() {
     assert_eq!(s.notes().len(), 1, "{:?}", s.notes());
     assert!(s.notes()[0].contains("4 edge(s) whose faces have neighbours of opposite orientation"));
     assert!(folder.scene(&mesh("turned.obj", "sides = 'front'")).notes().is_empty());
+    // A triangle that is missing is no opening.
+    let quads = CUBE.lines().filter(|l| l.starts_with('f')).map(|l| l.split(' ').skip(1).collect::<Vec<_>>());
+    let mut faces: Vec<String> = quads
+        .flat_map(|q| [format!("f {} {} {}", q[0], q[1], q[2]), format!("f {} {} {}", q[0], q[2], q[3])])
+        .collect();
+    faces.pop();
+    let corners = CUBE.lines().filter(|l| l.starts_with('v')).collect::<Vec<_>>().join("\n");
+    let missing = Folder::new().with("missing.obj", format!("{corners}\n{}\n", faces.join("\n")));
+    let s = missing.scene(&mesh("missing.obj", ""));
+    assert!(
+        s.notes().iter().any(|n| n.contains("3 edge(s) whose faces have no neighbour")),
+        "{:?}",
+        s.notes()
+    );
+    assert!(missing.scene(&mesh("missing.obj", "sides = 'both'")).notes().is_empty());
     // A box without a lid is meant to be open.
     assert!(folder.scene(&mesh("open.obj", "")).notes().is_empty());
 }

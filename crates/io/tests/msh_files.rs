@@ -272,6 +272,17 @@ fn elements_of_higher_order_are_flat_and_repeated_ones_are_read_once() {
     assert!(mesh.notes.iter().any(|n| n.contains("1 faces stand in the file twice")), "{:?}", mesh.notes);
 }
 
+/// Both sides of a sheet, of two groups, are two faces, as in every other format.
+#[test]
+fn opposite_faces_are_two() {
+    let file = text_file(&POSITIONS[..4], &["3 4 1 2 3 4", "3 9 4 3 2 1", "3 9 2 1 4 3", "3 4 3 4 1 2"]);
+    let mesh = read("a.msh", file).unwrap();
+    assert_eq!(mesh.names, ["floor and wall", "physical-9"]);
+    let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl floor and wall\nf 1 2 3 4\nusemtl physical-9\nf 4 3 2 1\n";
+    assert_eq!(mesh.facets, read("a.obj", obj).unwrap().facets);
+    assert!(mesh.notes.iter().any(|n| n.contains("2 faces stand in the file twice")), "{:?}", mesh.notes);
+}
+
 /// The area vectors of all facets and their volume, by the divergence theorem.
 fn volume(mesh: &FacetFile) -> (zonal_math::Vec3, f64) {
     let (mut sum, mut volume) = (zonal_math::Vec3::ZERO, 0.0);

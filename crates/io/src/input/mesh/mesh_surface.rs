@@ -23,6 +23,8 @@ use zonal_scene::{Diagnostic, FaceMesh, Plate, Sides};
 struct NearlyClosedParams {
     /// Length of the sum of the area vectors relative to the area, below which a part with free edges is nearly closed.
     max_open_area_fraction: f64,
+    /// The same for a part that lacks one triangle, which is no opening by intention.
+    max_missing_triangle_fraction: f64,
     /// Number of open edges of a nearly closed part.
     max_open_edges: usize,
     /// Length of the sum of the area vectors relative to the area, above which a part has one orientation and encloses nothing.
@@ -35,6 +37,7 @@ struct NearlyClosedParams {
 
 const NEARLY_CLOSED: NearlyClosedParams = NearlyClosedParams {
     max_open_area_fraction: 0.01,
+    max_missing_triangle_fraction: 0.25,
     max_open_edges: 4,
     max_one_sided_fraction: 0.5,
     min_area_fraction: 0.1,
@@ -258,10 +261,11 @@ fn warn_nearly_closed(shells: &Shells, name: &str, reader: &mut SceneReader<'_>)
         let borders = limits.max_open_edges_per_face * c.plates as f64;
         let turned = c.flipped_edges > 0 && c.free_edges + c.crowded_edges == 0;
         let crowded = c.crowded_edges > 0 && encloses && (few || c.free_edges as f64 <= borders);
-        let holes = few
-            && c.crowded_edges == 0
-            && c.free_edges > 0
-            && c.area_vector.length() < limits.max_open_area_fraction * c.area;
+        let most = match (c.free_edges, c.flipped_edges) {
+            (3, 0) => limits.max_missing_triangle_fraction,
+            _ => limits.max_open_area_fraction,
+        };
+        let holes = few && c.crowded_edges == 0 && c.free_edges > 0 && c.area_vector.length() < most * c.area;
         let edges = c.flipped_edges + c.free_edges + c.crowded_edges;
         for (f, applies) in found.iter_mut().zip([turned, holes, crowded]) {
             *f = (f.0 + usize::from(applies), f.1 + if applies { edges } else { 0 });

@@ -90,7 +90,9 @@ impl FaceBuilder<'_> {
             let nodes = content.corners(element);
             let mut key = [u64::MAX; 4];
             key.iter_mut().zip(nodes).for_each(|(k, n)| *k = *n);
-            key.sort_unstable();
+            // The same face may begin with another node; in reverse it is the other side of a sheet.
+            let least = (0..nodes.len()).min_by_key(|k| key[*k]).unwrap_or(0);
+            key[..nodes.len()].rotate_left(least);
             if known.insert(key) {
                 self.push(element, nodes)?;
             } else {
