@@ -28,6 +28,8 @@ pub(crate) fn model(seed: u64, index: u64, size: CampaignSize) -> (SceneModel, R
     (model, rng)
 }
 
+/// The least and the largest tolerance of a scene.
+const TOLERANCES: [f64; 2] = [0.003, 0.05];
 /// Share of the kinds of `rare_kinds`.
 const RARE_SHARE: f64 = 0.4;
 
@@ -171,7 +173,7 @@ impl<'a> SceneGenerator<'a> {
             (true, false) => "band_fractions = [0.25, 0.25, 0.5]".into(),
             (true, true) => "weights = [[0.2, 1e-4], [0.1, 1e-4], \"rest\"]\nrange = [300, 2000]".into(),
         };
-        let tolerance = [0.003, 0.01, 0.03][self.whole(0, 2)];
+        let tolerance = self.log(TOLERANCES[0], TOLERANCES[1]);
         let (mut radiance, mut surroundings) = (Bands::ZERO, None);
         if self.chance(0.3) {
             radiance = self.spread(|m| m.between(1.0, 30.0));

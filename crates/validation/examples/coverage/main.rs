@@ -40,6 +40,7 @@ use model::CampaignSize;
 use run::{CampaignPlan, SceneResult};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use summary::CampaignSummary;
 
 const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--keep-all FOLDER] \
@@ -48,6 +49,8 @@ described in crates/validation/examples/coverage/main.rs";
 
 /// Factors of a campaign that are listed, at most.
 const MAX_LISTED_FACTORS: usize = 100;
+/// Scenes between two lines of progress.
+const SCENES_PER_PROGRESS: usize = 20;
 
 struct CampaignOptions {
     plan: CampaignPlan,
@@ -174,9 +177,14 @@ fn main() -> ExitCode {
     if let Some(meshes) = options.meshes {
         return view_factor_campaign(&options, meshes);
     }
+    let finished = AtomicUsize::new(0);
     let done = run::run(&options.plan, |d| {
         for line in complaints(d) {
             eprintln!("{line}");
+        }
+        let count = finished.fetch_add(1, Ordering::Relaxed) + 1;
+        if count.is_multiple_of(SCENES_PER_PROGRESS) {
+            eprintln!("progress: {count} of {} scenes", options.plan.scenes.len());
         }
     });
     if options.all {
