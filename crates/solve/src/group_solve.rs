@@ -46,7 +46,7 @@ pub(crate) fn solve_groups(
     }
 }
 
-/// Strengths of all unknowns for sources s⁰ of the zones, to the relative residual `residual`; infinite in bands in which neither conjugate gradients nor the series of reflections converges.
+/// Strengths of all unknowns for sources s⁰ of the zones, of as many orders as the scene sets, else to the relative residual `residual`; infinite in bands in which neither conjugate gradients nor the series of reflections converges.
 pub(crate) fn respond(
     context: &SolveContext,
     operator: &dyn ErrorModel,
@@ -69,6 +69,10 @@ pub(crate) fn respond(
     let stop = StoppingCriterion { residual, max_iterations: context.scene.options().max_iterations };
     let context = SolveContext { checkpoints: &NoCheckpoints, progress: &NoProgress, ..*context };
     let columns = vec![sources];
+    if let Some(orders) = context.scene.options().scattering_orders {
+        let series = neumann_series::solve(&system, &columns, orders, &NoCheckpoints, &NoProgress);
+        return series.into_iter().next().map_or_else(Vec::new, |sum| sum.strengths);
+    }
     let Some(result) = solve_system(&context, &system, columns.clone(), None, stop).0.pop() else {
         return Vec::new();
     };

@@ -24,7 +24,7 @@
 //! | [`ray`], `gather`, [`hierarchical`] | stored rays from every zone, and a final gather from their solution |
 //! | [`direct_light`], [`surroundings`], [`light_groups`] | the right-hand sides |
 //! | `iteration` | conjugate gradients, stabilised bi-conjugate gradients, Neumann series |
-//! | `group_solve`, `solution_fields`, `closure_amplification` | the solution of all light groups, its fields, and the reflection of closure defects |
+//! | `group_solve`, `solution_fields`, `error_amplification` | the solution of all light groups, its fields, and the reflection of errors |
 //! | [`thermal`] | boundary conditions, coupling of the bands, recovery of temperatures |
 //! | `errors` | error estimates of a solution |
 //! | [`report`] | closure, energy balance, diagnostics, cost estimates |
@@ -37,12 +37,12 @@
 
 mod balanced_report;
 mod bordered_operator;
-mod closure_amplification;
 pub mod dense;
 pub mod direct_light;
 mod direct_solution;
 pub mod distribution;
 pub mod engine;
+mod error_amplification;
 mod errors;
 pub mod exchange_areas;
 mod fixed_tree;

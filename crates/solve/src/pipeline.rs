@@ -304,7 +304,8 @@ fn prepare(
     let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
     // Sample the surroundings.
     let is_completed = engine == Engine::Dense && mirrored.is_none();
-    let mut exterior = match is_completed && exact_rows::are_known_later(scene, zones) {
+    let completed_later = || exact_rows::are_known_later(scene, zones, &settings.pair_settings);
+    let mut exterior = match is_completed && completed_later() {
         true => surroundings::stage::pilot(scene, zones, transport, settings),
         false => measure_surroundings(scene, zones, transport, engine, settings)?,
     };

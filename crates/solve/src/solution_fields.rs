@@ -1,7 +1,7 @@
 //! Fields of a solution and of its light groups, with their errors, from the strengths of the iteration.
 
-use crate::closure_amplification;
 use crate::direct_light::direct_error::{self, ErrorSum};
+use crate::error_amplification;
 use crate::errors::closure_error::take_unexplained_fractions;
 use crate::errors::consistency;
 use crate::errors::propagation::{errors_like, propagate_factor_errors};
@@ -38,7 +38,7 @@ pub(crate) fn assemble(
     let normalizes =
         incident.is_some() && context.scene.restores_closure() && options.scattering_orders.is_none();
     let fractions = take_unexplained_fractions(zones, &mut built.closure, surroundings);
-    let unclosed = closure_amplification::unclosed_fractions(context, &mut built.closure, &fractions);
+    let unclosed = error_amplification::unclosed_fractions(context, &mut built.closure, &fractions);
     // Apply the operator to the solution.
     let IncidentPower { mut columns, mut error, column_errors } =
         incident_power(built, surroundings, (results, of_error), incident);
@@ -63,6 +63,7 @@ pub(crate) fn assemble(
     let GroupAssembly { mut fields, normalization_change, .. } = assembly;
     // Propagate the errors.
     let error_sum = if column_errors.is_empty() { ErrorSum::Linear } else { ErrorSum::Independent };
+    let contain_sources = !column_errors.is_empty();
     fields.error = match error {
         Some(mut errors) => {
             let over_measure = |errors: &mut Vec<Bands>| {
@@ -77,6 +78,9 @@ pub(crate) fn assemble(
         }
         None => propagate_factor_errors(zones, built.operator.as_ref(), &fractions, results, &mut groups),
     };
+    if !contain_sources {
+        error_amplification::widen_by_reflection(context, built.operator.as_ref(), &mut fields, &mut groups);
+    }
     direct_error::propagate_to_groups(
         context,
         (built.operator.as_ref(), error_sum),
@@ -85,7 +89,7 @@ pub(crate) fn assemble(
     );
     consistency::widen_by_closure(&fractions, &mut fields);
     if let Some(unclosed) = unclosed {
-        closure_amplification::widen(context, built.operator.as_ref(), &unclosed, &mut fields);
+        error_amplification::widen_by_defects(context, built.operator.as_ref(), &unclosed, &mut fields);
     }
     fields.radiosity = radiosity(zones, &fields, fractions);
     widen_errors(context, surroundings, &groups, normalization_change, &mut fields);

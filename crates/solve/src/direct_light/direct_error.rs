@@ -1,13 +1,12 @@
 //! Propagation of the errors of direct light to the reflected light and to the powers of the balance.
 //!
 //! With d the direct light of a zone, δ its error and K the product with the exchange areas, the first reflection errs by K(cρδ) if all errors have
-//! one sign. The errors of shadow rays are independent from zone to zone; random signs ε = ±1 give K(cρεδ), whose mean square over zones and
-//! draws is that of the error. With r the ratio of the root mean squares of both over a kind of zones (patches, volumes), e₁ the error of the first
-//! reflection and H the incident field after any number of reflections,
+//! one sign. The errors of shadow rays are independent from zone to zone, and limited by random signs (`errors/random_signs.rs`). With e₁ the error of the
+//! first reflection and H the incident field after any number of reflections,
 //!
 //! ```text
-//!     e₁ = min( K(cρδ), max( rms over draws of K(cρεδ), 2 r K(cρδ) ) )        independent errors
-//!     e₁ = K(cρδ)                                                             errors of exchange areas
+//!     e₁ = K(cρδ) limited by random signs        independent errors
+//!     e₁ = K(cρδ)                                errors of exchange areas
 //!     e  = e₁ + 2 H √(Σ (wρδ)²) / Σ wρd + H φ
 //! ```
 //!
@@ -16,22 +15,15 @@
 
 use super::light_field::{DirectLight, LightField};
 use crate::errors::propagation::errors_like;
-use crate::iteration::multivector::{self, VectorEntry};
+use crate::errors::random_signs::{ERROR_MULTIPLE, ErrorReflection};
+use crate::iteration::multivector::VectorEntry;
 use crate::light_groups::SourceGroup;
 use crate::operator::ExchangeOperator;
 use crate::solve_context::SolveContext;
 use crate::sum_order::SharedZones;
 use crate::zone_power::{absorption_area, interception_area, reflected_fraction};
 use rayon::prelude::*;
-use zonal_exchange::pair::scaled_radiosity_coefficient;
-use zonal_math::low_discrepancy;
 use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, Zones};
-
-/// Number of draws of signs; one for more than [`MAX_ZONES_FOR_DRAWS`] zones.
-const SIGN_DRAWS: usize = 2;
-const MAX_ZONES_FOR_DRAWS: usize = 100_000;
-/// Bound of the error of a zone in multiples of the standard error.
-const ERROR_MULTIPLE: f64 = 2.0;
 
 /// Error of the direct light of a group, W/m²; empty without direct light.
 pub(crate) fn group_error(source: &SourceGroup, direct: &DirectLight) -> Vec<Bands> {
@@ -80,7 +72,9 @@ pub(crate) fn reflected_error(
         return Vec::new();
     }
     // Reflect the errors once with equal signs, and with random signs if they are independent.
-    let reflection = ErrorReflection { zones: &zones, operator, error: &error };
+    let reflect = |sources: Vec<Bands>| operator.apply(&sources);
+    let unknowns = operator.len();
+    let reflection = ErrorReflection { zones: &zones, unknowns, error: &error, reflect: &reflect };
     let mut first = reflection.of_draw(0);
     if sampled {
         reflection.limit_by_random_signs(&mut first);
@@ -88,60 +82,6 @@ pub(crate) fn reflected_error(
     let later = later_reflections(zones, &own, &error, sampled);
     let one = |i: usize| first[i] + later * incident(i).abs();
     (0..n).into_par_iter().map(one).collect()
-}
-
-/// The first reflection of the errors of direct light.
-struct ErrorReflection<'a> {
-    zones: &'a Zones,
-    operator: &'a dyn ExchangeOperator,
-    /// δ, W/m².
-    error: &'a [Bands],
-}
-
-impl ErrorReflection<'_> {
-    /// |K(cρεδ)| over A or V, with equal signs for draw 0.
-    fn of_draw(&self, draw: u64) -> Vec<Bands> {
-        let (zones, n) = (self.zones, self.zones.len());
-        let mut s: Vec<Bands> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let signed = |k: usize| {
-                    let is_negative =
-                        draw > 0 && low_discrepancy::split_mix64(draw << 48 | k as u64) & 1 == 1;
-                    if is_negative { -self.error[k] } else { self.error[k] }
-                };
-                scaled_radiosity_coefficient(zones, i) * zones.scattered(i, signed)
-            })
-            .collect();
-        s.resize(self.operator.len(), Bands::ZERO);
-        let mut p = self.operator.apply(&s);
-        p.truncate(n);
-        p.par_iter_mut().enumerate().for_each(|(i, p)| *p = p.abs() / zones.response(i).1);
-        p
-    }
-
-    /// Limits the errors `first` of equal signs by draws of random signs (module header).
-    fn limit_by_random_signs(&self, first: &mut [Bands]) {
-        let (zones, n) = (self.zones, self.zones.len());
-        let draws = if n > MAX_ZONES_FOR_DRAWS { 1 } else { SIGN_DRAWS };
-        let mut mean = vec![Bands::ZERO; n];
-        for k in 1..=draws {
-            let one = self.of_draw(k as u64);
-            mean.par_iter_mut().zip(one).for_each(|(m, x)| *m += x * x / draws as f64);
-        }
-        for range in [0..zones.voxel_offset(), zones.voxel_offset()..n] {
-            let start = range.start;
-            let [means, squares]: [Bands; 2] = multivector::sum(range.len(), |k| {
-                let (m, l) = (mean[start + k], first[start + k]);
-                [m, l * l]
-            });
-            let ratio = means.zip_map(squares, |m, l| if l > 0.0 { (m / l).sqrt() } else { 0.0 });
-            first[range].par_iter_mut().enumerate().for_each(|(k, l)| {
-                let m = mean[start + k];
-                *l = l.min(m.sqrt().max(ERROR_MULTIPLE * ratio * *l));
-            });
-        }
-    }
 }
 
 /// Relative error of the incident field after more than one reflection, with the error that all zones have in common.

@@ -178,7 +178,7 @@ fn close_dense_rows(
     surroundings: &mut SurroundingsExchange,
 ) -> RowClosure {
     let (scene, zones) = (context.scene, context.zones);
-    if exact_rows::are_known_later(scene, zones) && context.images.is_none() {
+    if exact_rows::are_known_later(scene, zones, &context.pair_settings) && context.images.is_none() {
         let settings = SolveSettings {
             checkpoints: context.checkpoints,
             pair_settings: context.pair_settings,
@@ -190,12 +190,9 @@ fn close_dense_rows(
         *surroundings = exact_rows::complete(operator, place, pilot, &settings);
     }
     let mut measured = closure::measure(operator, context.shared_zones(), surroundings);
-    // Factors of other formulas, for comparison, keep their defects unless the scene requests closure.
-    let requested = scene.options().restore_closure;
-    let by_default = scene.restores_rows() && context.pair_settings.volume_factors.is_none();
-    match requested.unwrap_or(by_default) {
+    match exact_rows::are_restored(scene, &context.pair_settings) {
         true => {
-            let restore = match requested {
+            let restore = match scene.options().restore_closure {
                 Some(_) => least_squares_closure::restore_fully,
                 None => least_squares_closure::restore,
             };

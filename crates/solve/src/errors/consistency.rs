@@ -11,7 +11,8 @@
 //! ```
 //!
 //! The last rule assumes that factors lose or create power in proportion to the power that they carry, and distributes the part of R that the
-//! stated errors do not explain in that proportion. If nothing absorbs, the errors are unknown (infinite).
+//! stated errors do not explain in that proportion. If nothing absorbs, the power that leaves the scene stands in the place of Σ_j a_j h_j: a field
+//! that is false by f lets f times as much escape. If that is more than [`MAX_SHARE_OF_LEAVING`], or if nothing leaves either, the errors are unknown (infinite).
 //! The error of a sum by name is the sum of the errors of its zones, as if they had one sign; that of the escaping power is the error that the
 //! rest of the balance leaves open.
 
@@ -23,6 +24,9 @@ use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, SolveStatus};
 /// Assumed number of reflections of undistributed power at one zone, for the errors of a solve that has not converged.
 const REFLECTIONS_OF_UNDISTRIBUTED_POWER: f64 = 10.0;
 
+/// Share of the power that leaves a scene in which nothing absorbs, up to which a residual is spread over the fields: a larger one shows defects whose places
+/// are not known.
+pub(crate) const MAX_SHARE_OF_LEAVING: f64 = 0.01;
 /// Residual of the balance, over the power given, that rounding leaves.
 const ROUNDING_OF_BALANCE: f64 = 1e-12;
 
@@ -76,6 +80,7 @@ pub(crate) fn widen_by_balance(zones: SharedZones, energy: &EnergyBalance, lost:
     let missing = (energy.residual * (energy.emitted + energy.incoming)).abs();
     let explained = absorbed_power(zones, |i| fields.total_error(i));
     let absorbed = absorbed_power(zones, |i| total_incident(fields, i));
+    let leaving = energy.escaped + energy.absorbed_backfaces;
     let fraction = Bands::from_fn(|b| {
         let given = energy.emitted[b] + energy.incoming[b];
         let excess = missing[b] - explained[b] - lost[b];
@@ -84,6 +89,7 @@ pub(crate) fn widen_by_balance(zones: SharedZones, energy: &EnergyBalance, lost:
             () if !missing[b].is_finite() => f64::INFINITY,
             () if excess <= ROUNDING_OF_BALANCE * given || explained[b].is_infinite() => 0.0,
             () if absorbed[b] > 0.0 => excess / absorbed[b],
+            () if excess <= MAX_SHARE_OF_LEAVING * leaving[b] => excess / leaving[b],
             () => f64::INFINITY,
         }
     });

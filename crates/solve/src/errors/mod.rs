@@ -6,6 +6,7 @@
 //! | `closure_error` | errors from rows that do not close |
 //! | `propagation` | errors of factors and rows propagated to the incident fields |
 //! | `consistency` | errors from negative fluxes, early termination and unbalanced power |
+//! | `random_signs` | reflected errors that are independent from zone to zone |
 //! | `estimate` | the relative error of a solution |
 //! | `finite` | refuses values that are not finite |
 //! | [`discretization`] | discretization error by a second solve |
@@ -17,3 +18,4 @@ pub(crate) mod estimate;
 pub(crate) mod finite;
 pub(crate) mod propagation;
 pub(crate) mod radii;
+pub(crate) mod random_signs;

@@ -27,7 +27,7 @@ impl RayTracing<'_> {
     ) -> Result<SurroundingsExchange, SceneError> {
         let (scene, zones, transport) = (self.scene, self.zones, self.transport);
         let Some((m, rays)) = &self.mirrored else {
-            if !exact_rows::are_known_later(scene, zones) {
+            if !exact_rows::are_known_later(scene, zones, &settings.pair_settings) {
                 return measure_surroundings(scene, zones, transport, Engine::Dense, settings);
             }
             let pilot = stage::pilot(scene, zones, transport, settings);

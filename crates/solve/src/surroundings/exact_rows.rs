@@ -9,7 +9,7 @@ use super::surroundings_exchange::SurroundingsExchange;
 use crate::operator::AdjustableExchange;
 use crate::settings::SolveSettings;
 use rayon::prelude::*;
-use zonal_exchange::pair::{StripImages, closure_target, scaled_radiosity_coefficient};
+use zonal_exchange::pair::{PairSettings, StripImages, closure_target, scaled_radiosity_coefficient};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Plate, Scene, Sides, Zones};
 use zonal_transport::Transport;
@@ -25,9 +25,15 @@ const MAX_FACETS: usize = 1000;
 /// Height below the plane of a facet up to which a point counts as in the plane, over the diagonal of the scene.
 const IN_PLANE_HEIGHT: f64 = 1e-9;
 
-/// True if the dense engine traces pilot rays alone before it knows the exchange areas; not on an even extension, whose images share their rays.
-pub(crate) fn are_known_later(scene: &Scene, zones: &Zones) -> bool {
-    scene.restores_rows() && StripImages::of(scene, zones).is_none()
+/// Whether the dense engine restores the closure of its rows: as the scene sets, else yes unless formulas of the paper, whose defects are kept for comparison, replace exact factors.
+pub(crate) fn are_restored(scene: &Scene, settings: &PairSettings) -> bool {
+    scene.restores_rows() && (scene.options().restore_closure.is_some() || settings.volume_factors.is_none())
+}
+
+/// True if the dense engine traces pilot rays alone before it knows the exchange areas: where rows are restored, but not on an even extension, whose images
+/// share their rays.
+pub(crate) fn are_known_later(scene: &Scene, zones: &Zones, settings: &PairSettings) -> bool {
+    are_restored(scene, settings) && StripImages::of(scene, zones).is_none()
 }
 
 /// Completes the exchange with the surroundings, of which pilot rays are known, by the rays of all zones that need them.

@@ -216,6 +216,15 @@ fn thermal_fields(found: &[(f64, f64)], errors: &[[f64; 2]]) -> ThermalFields {
     }
 }
 
+/// Power that leaves the scene or ends on black backs, W.
+fn leaving_power(balances: &SpectralBalances, triples: &[SolvedTriple]) -> f64 {
+    let of = |g: usize| {
+        balances
+            .total(|t| triples[t].groups[g].energy.escaped + triples[t].groups[g].energy.absorbed_backfaces)
+    };
+    (0..triples[0].groups.len()).map(of).sum()
+}
+
 /// Sum of the net powers of all zones (found: E, q), of the surroundings, of emitters and of black backs, which is 0 in an exact balance, W.
 fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[SolvedTriple]) -> f64 {
     let zones: f64 = found.iter().enumerate().map(|(i, x)| balances.first(i).measure * x.1).sum();
@@ -229,8 +238,8 @@ fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[Solve
     (zones + emitters + (0..triples[0].groups.len()).map(outside).sum::<f64>()).abs()
 }
 
-/// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature. Returns the
-/// residual that the stated errors explain, W.
+/// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature, or to the power
+/// that leaves the scene if there are none. Returns the residual that the stated errors explain, W.
 fn widen_by_heat_balance(
     balances: &SpectralBalances,
     found: &[(f64, f64)],
@@ -256,7 +265,13 @@ fn widen_by_heat_balance(
             let l = balances.first(i);
             l.measure * balances.weighted_total(i, |t| l.incident_flux(triples[t].fields, i).abs())
         };
-        let all: f64 = (0..balances.len()).filter(is_free).map(absorbed).sum();
+        let all = match (0..balances.len()).filter(is_free).map(absorbed).sum() {
+            none if none == 0.0 => match leaving_power(balances, triples) {
+                leaving if excess <= consistency::MAX_SHARE_OF_LEAVING * leaving => leaving,
+                _ => 0.0,
+            },
+            all => all,
+        };
         let net = |i: usize| balances.first(i).measure * found[i].1.abs();
         let exchanged: f64 = (0..balances.len()).map(|i| absorbed(i) + net(i)).sum();
         // An excess that is NaN gives an unknown error.
