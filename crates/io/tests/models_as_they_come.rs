@@ -252,6 +252,17 @@ fn properties_that_are_not_read_have_notes_with_their_materials() {
 }
 
 #[test]
+fn extensions_that_are_not_read_have_notes() {
+    let used = r#","extensionsUsed":["EXT_mesh_gpu_instancing","KHR_texture_transform","KHR_materials_ior","VENDOR_other"]"#;
+    let s = quad_with(PLAIN_WALL, used).scene(&mesh("q.glb", ""));
+    assert!(has_note(&s, &["EXT_mesh_gpu_instancing is not read", "instances"]), "{:?}", s.notes());
+    assert!(has_note(&s, &["VENDOR_other is not read"]));
+    assert!(
+        notes(&s).iter().all(|n| !n.contains("KHR_texture_transform") && !n.contains("KHR_materials_ior is"))
+    );
+}
+
+#[test]
 fn white_walls_around_a_space_give_a_warning() {
     let folder = Folder::new();
     let has_warning = |text: &str| {

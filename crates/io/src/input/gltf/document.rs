@@ -20,8 +20,37 @@ const CONVERSIONS: [(&str, &str); 4] = [
     ("KHR_texture_basisu", "npx @gltf-transform/cli ktxdecompress in.glb out.glb (with ktx of KTX-Software)"),
 ];
 
+/// What a file loses whose extension is not read.
+const LOSSES: [(&str, &str); 2] = [
+    (
+        "EXT_mesh_gpu_instancing",
+        "each mesh stands once in place of its instances; write an object for each instance",
+    ),
+    ("KHR_node_visibility", "hidden nodes are read too; delete them from the file"),
+];
+/// Most extensions that have notes, and the longest name of one, characters.
+const MAX_NOTED_EXTENSIONS: usize = 16;
+const MAX_EXTENSION_NAME: usize = 48;
 /// Most broken references that have notes of their own.
 const MAX_NOTED_DEFECTS: usize = 16;
+
+/// True for an extension that is read, or whose materials have notes of their own.
+fn is_read(extension: &str) -> bool {
+    extension.starts_with("KHR_materials_") || READ_EXTENSIONS.contains(&extension)
+}
+
+/// Notes of extensions that a document uses without need, and that are not read. Those of materials have notes with their materials.
+pub(super) fn unread_extensions(file: &str, document: &Document) -> Vec<String> {
+    let of_material = |e: &str| document.materials().any(|m| m.extension_value(e).is_some());
+    let unread = document.extensions_used().filter(|e| !is_read(e) && !of_material(e));
+    let unread = unread.take(MAX_NOTED_EXTENSIONS);
+    let note = |extension: &str| {
+        let loss = LOSSES.iter().find(|(name, _)| *name == extension).map(|(_, loss)| format!(": {loss}"));
+        let name: String = extension.chars().take(MAX_EXTENSION_NAME).collect();
+        format!("{file}: the extension {name} is not read{}", loss.unwrap_or_default())
+    };
+    unread.map(note).collect()
+}
 
 /// Parses and validates the JSON of a document. Broken references of textures do not make it invalid; they are returned as notes.
 pub(super) fn parse_document(file: &str, json: &[u8]) -> Result<(Document, Vec<String>), FileFault> {
@@ -62,8 +91,7 @@ fn json_fault(file: &str, e: &serde_json::Error) -> FileFault {
 
 /// The validated document of a parsed JSON.
 fn validated(file: &str, mut root: Root) -> Result<Document, FileFault> {
-    let readable = |e: &str| e.starts_with("KHR_materials_") || READ_EXTENSIONS.contains(&e);
-    if let Some(e) = root.extensions_required.iter().find(|e| !readable(e)) {
+    if let Some(e) = root.extensions_required.iter().find(|e| !is_read(e)) {
         let command = CONVERSIONS.iter().find(|(name, _)| name == e).map(|(_, command)| *command);
         let remedy = command.map_or("export it without".to_string(), |c| format!("convert it: {c}"));
         let message = format!("this file needs the extension {e}, which is not read; {remedy}");

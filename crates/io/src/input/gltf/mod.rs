@@ -47,6 +47,7 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     let buffers = Buffers::open(files, file, path, document.as_json(), json.len(), binary)?;
     let mut mesh = MeshData { notes, ..MeshData::default() };
     mesh.notes.extend(container::trailing_note(file, &bytes));
+    mesh.notes.extend(document::unread_extensions(file, &document));
     let instances = nodes::node_instances(file, &document)?;
     let materials = materials::read_materials(&document, &instances, (files, path), &buffers, &mut mesh)?;
     let mut reader = PrimitiveReader {
