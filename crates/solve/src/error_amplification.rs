@@ -151,7 +151,8 @@ fn reflected(
     let reflection = ErrorReflection { zones, unknowns: operator.len(), error: &errors, reflect: &reflect };
     let mut more = reflection.of_draw(0);
     let matters = largest(&|i| more[i]);
-    if Band::all().any(|b| !(matters[b] <= NEGLIGIBLE_ERROR * field[b])) && !sums.is_divided() {
+    let is_negligible = Band::all().all(|b| matters[b] <= NEGLIGIBLE_ERROR * field[b]);
+    if !is_negligible && !sums.is_divided() {
         reflection.limit_by_random_signs(&mut more);
     }
     ReflectedErrors::OfZone(more.into_iter().map(or_unknown).collect())

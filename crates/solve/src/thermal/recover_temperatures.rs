@@ -266,7 +266,7 @@ fn widen_by_heat_balance(
             l.measure * balances.weighted_total(i, |t| l.incident_flux(triples[t].fields, i).abs())
         };
         let all = match (0..balances.len()).filter(is_free).map(absorbed).sum() {
-            none if none == 0.0 => match leaving_power(balances, triples) {
+            0.0 => match leaving_power(balances, triples) {
                 leaving if excess <= consistency::MAX_SHARE_OF_LEAVING * leaving => leaving,
                 _ => 0.0,
             },
