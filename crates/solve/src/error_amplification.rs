@@ -24,12 +24,10 @@ use crate::errors::closure_error::{error_of_fraction, missing_fraction};
 use crate::errors::propagation::errors_like;
 use crate::errors::random_signs::ErrorReflection;
 use crate::group_solve;
-use crate::iteration::multivector::times;
 use crate::operator::ErrorModel;
 use crate::report::closure::RowClosure;
 use crate::solve_context::SolveContext;
 use crate::zone_power::reflected_fraction;
-use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::{Band, Bands, Fields, LightGroup};
 
 /// Defect of a row up to which amplification does not matter.
@@ -67,13 +65,10 @@ pub(crate) fn widen_by_defects(
     let (zones, n) = (context.zones, context.zones.len());
     let own = |i: usize| finite(fractions[i].abs().zip_map(fields.incident[i], error_of_fraction));
     let errors: Vec<Bands> = (0..n).map(own).collect();
-    let coefficients: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
-    let scattered: Vec<Bands> = (0..n).map(|i| zones.scattered(i, |k| errors[k])).collect();
-    let sources = times(&coefficients, &scattered);
-    let mut more = operator.apply(&group_solve::respond(context, operator, sources, RESIDUAL));
-    more.truncate(n);
-    for (i, (e, power)) in fields.error.iter_mut().zip(more).enumerate() {
-        *e += or_unknown((power / zones.response(i).1).abs());
+    let reflect = |sources: Vec<Bands>| all_reflections(context, operator, sources);
+    let reflection = ErrorReflection { zones, unknowns: operator.len(), error: &errors, reflect: &reflect };
+    for (e, more) in fields.error.iter_mut().zip(reflection.of_draw(0)) {
+        *e += or_unknown(more);
     }
 }
 
@@ -146,8 +141,7 @@ fn reflected(
     // An unknown error of a zone stays there: it has no amount that others could receive.
     let errors: Vec<Bands> = own.iter().map(|e| finite(*e)).collect();
     // Reflect the errors with equal signs, and with random ones where they matter.
-    let reflect =
-        |sources: Vec<Bands>| operator.apply(&group_solve::respond(context, operator, sources, RESIDUAL));
+    let reflect = |sources: Vec<Bands>| all_reflections(context, operator, sources);
     let reflection = ErrorReflection { zones, unknowns: operator.len(), error: &errors, reflect: &reflect };
     let mut more = reflection.of_draw(0);
     let matters = largest(&|i| more[i]);
@@ -156,6 +150,11 @@ fn reflected(
         reflection.limit_by_random_signs(&mut more);
     }
     ReflectedErrors::OfZone(more.into_iter().map(or_unknown).collect())
+}
+
+/// Incident powers for the strengths `sources` after all reflections.
+fn all_reflections(context: &SolveContext, operator: &dyn ErrorModel, sources: Vec<Bands>) -> Vec<Bands> {
+    operator.apply(&group_solve::respond(context, operator, sources, RESIDUAL))
 }
 
 /// The amounts of an error that are known, else 0.

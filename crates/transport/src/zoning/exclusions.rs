@@ -7,6 +7,7 @@
 
 use super::coincident_surfaces::coincident_surfaces;
 use super::left_out_medium::left_out_media;
+use super::wall_splitting::contact_gap;
 use crate::transport::Transport;
 use zonal_scene::{Bands, Diagnostic, Scene, SceneError, Sides, ThermalCondition, Zones};
 
@@ -137,8 +138,7 @@ fn enclosing_solid<'a>(scene: &'a Scene, transport: &Transport, surface: usize) 
     let mut solid = None;
     for k in facets.into_iter().step_by(step) {
         let plate = &scene.facets()[k].plate;
-        // The same distance as in `wall_splitting`.
-        let point = plate.centre() + plate.normal() * (1e3 * transport.epsilon());
+        let point = plate.centre() + plate.normal() * contact_gap(transport);
         let facet = transport.enclosing_solid_facet(point)?;
         solid = solid.or(Some(scene.facets()[facet].surface));
     }

@@ -314,7 +314,7 @@ fn hides(transport: &Transport, own: usize, plate: &Plate) -> impl Fn(&[f64; 2])
 }
 
 /// The largest gap between a body and a surface that is a contact, m.
-fn contact_gap(transport: &Transport) -> f64 {
+pub(super) fn contact_gap(transport: &Transport) -> f64 {
     CONTACT_EPSILONS * transport.epsilon()
 }
 

@@ -2,6 +2,7 @@
 
 use super::broken_textures;
 use super::compression::{DRACO, MESHOPT, draco_extension, draco_view};
+use super::material_notes::{MAX_EXTENSION_NAME, MAX_EXTENSIONS};
 use crate::input::error::FileFault;
 use gltf::Document;
 use gltf::json::{Index, Root, mesh::Semantic, validation::Checked};
@@ -20,7 +21,7 @@ const CONVERSIONS: [(&str, &str); 4] = [
     ("KHR_texture_basisu", "npx @gltf-transform/cli ktxdecompress in.glb out.glb (with ktx of KTX-Software)"),
 ];
 
-/// What a file loses whose extension is not read.
+/// What a file with an extension that is not read loses.
 const LOSSES: [(&str, &str); 2] = [
     (
         "EXT_mesh_gpu_instancing",
@@ -28,9 +29,6 @@ const LOSSES: [(&str, &str); 2] = [
     ),
     ("KHR_node_visibility", "hidden nodes are read too; delete them from the file"),
 ];
-/// Most extensions that have notes, and the longest name of one, characters.
-const MAX_NOTED_EXTENSIONS: usize = 16;
-const MAX_EXTENSION_NAME: usize = 48;
 /// Most broken references that have notes of their own.
 const MAX_NOTED_DEFECTS: usize = 16;
 
@@ -43,7 +41,7 @@ fn is_read(extension: &str) -> bool {
 pub(super) fn unread_extensions(file: &str, document: &Document) -> Vec<String> {
     let of_material = |e: &str| document.materials().any(|m| m.extension_value(e).is_some());
     let unread = document.extensions_used().filter(|e| !is_read(e) && !of_material(e));
-    let unread = unread.take(MAX_NOTED_EXTENSIONS);
+    let unread = unread.take(MAX_EXTENSIONS);
     let note = |extension: &str| {
         let loss = LOSSES.iter().find(|(name, _)| *name == extension).map(|(_, loss)| format!(": {loss}"));
         let name: String = extension.chars().take(MAX_EXTENSION_NAME).collect();

@@ -4,9 +4,9 @@ use super::sheets::{DIFFUSE_TRANSMISSION, MIN_ROUGHNESS};
 use super::specular_glossiness::SPECULAR_GLOSSINESS;
 
 /// Longest name of an extension in a note, characters.
-const MAX_EXTENSION_NAME: usize = 48;
-/// Most extensions of a material that have notes.
-const MAX_EXTENSIONS: usize = 16;
+pub(super) const MAX_EXTENSION_NAME: usize = 48;
+/// Most extensions of a material, or of a file, that have notes.
+pub(super) const MAX_EXTENSIONS: usize = 16;
 
 /// The properties of a material that are not read.
 pub(super) fn ignored_properties(m: &gltf::Material<'_>) -> Vec<String> {
