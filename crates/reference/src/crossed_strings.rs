@@ -95,13 +95,23 @@ fn add_stretch(walls: &[Wall], ends: &[Point2], i: usize, [a, b]: [Point2; 2], o
     }
 }
 
+/// True if a wall lies in the line of another one, such as its other side: from there it is seen edge-on, also by grazing rays that rounding puts beside it.
+fn is_in_line([from, to]: Wall, ends: Wall) -> bool {
+    let d = minus(to, from);
+    let size = dot(d, d).sqrt();
+    ends.iter().all(|p| {
+        let v = minus(*p, from);
+        cross(d, v).abs() <= RELATIVE_TOLERANCE * size * (size + dot(v, v).sqrt())
+    })
+}
+
 /// The wall whose front is first on a ray; of two walls at one place the one that faces the ray.
 fn first_wall(walls: &[Wall], i: usize, x: Point2, ray: Point2) -> Option<usize> {
     let mut best: Option<(f64, usize, bool)> = None;
     for (j, [p, q]) in walls.iter().enumerate() {
         let (e, v) = (minus(*q, *p), minus(*p, x));
         let (sp, sq) = (cross(ray, v), cross(ray, minus(*q, x)));
-        if j == i || (sp > 0.0) == (sq > 0.0) {
+        if j == i || (sp > 0.0) == (sq > 0.0) || is_in_line(walls[i], [*p, *q]) {
             continue;
         }
         let denominator = cross(ray, e);
@@ -122,6 +132,21 @@ fn first_wall(walls: &[Wall], i: usize, x: Point2, ray: Point2) -> Option<usize>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A sheet with two sides in a duct; its extension meets the ceiling 2e-5 beside a corner, which it thus sees at grazing angles.
+    #[test]
+    fn grazing_factors_of_sheets_are_those_of_strings() {
+        let (top, bottom) = (
+            [0.779_628_237_008_578_3, 0.472_655_394_235_181_8],
+            [0.675_297_520_993_803, 0.153_733_168_917_554_73],
+        );
+        let corner = [0.876_487_604_969_015_2, 0.768_665_844_587_773_5];
+        let ceiling = [corner, [-0.123_512_395_030_984_75, corner[1]]];
+        let factors = view_factors(&[ceiling, [bottom, top], [top, bottom], [[1.0, 0.0], corner]]);
+        // The line of the sheet meets the ceiling: (L + |top − corner| − |bottom − corner|)/(2 L), in 50 digits.
+        let wanted = 6.402_601_339_605_149e-10;
+        assert!((factors[2][0] - wanted).abs() < 1e-15, "{:e}", factors[2][0]);
+    }
 
     #[test]
     fn square_duct_with_and_without_a_plate_matches_crossed_strings() {

@@ -24,11 +24,17 @@ pub const MESH_KINDS: [&str; 10] = [
 /// The kinds of cross-sections that repeat along y.
 pub const SECTION_KINDS: [&str; 4] = ["duct", "duct with bodies", "canyon", "sheds in a duct"];
 
+/// Distance of a cover from its floor, m: its effect on factors is of this order.
+const COVER_HEIGHT: f64 = 1e-8;
+
 /// Facets of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct RandomMesh {
     /// Corners of each facet, m.
     pub facets: Vec<Vec<Vec3>>,
+    /// Polygons within solids that stand on a floor, m, just above it. They only hide: what lies within a solid sees no floor, although the bottom
+    /// of the solid and the floor coincide.
+    pub covers: Vec<Vec<Vec3>>,
 }
 
 /// Walls in the x-z plane, fronts to the left, that extend along y without end.
@@ -101,6 +107,13 @@ impl RandomMesh {
             let mut lo = vec3(rng.uniform() * free.x, rng.uniform() * free.y, rng.uniform() * free.z);
             if rng.uniform() < 0.5 {
                 lo.z = 0.0;
+                let corner = |u: f64, v: f64| vec3(lo.x + u * size.x, lo.y + v * size.y, COVER_HEIGHT);
+                self.covers.push(vec![
+                    corner(0.0, 0.0),
+                    corner(1.0, 0.0),
+                    corner(1.0, 1.0),
+                    corner(0.0, 1.0),
+                ]);
             }
             self.cuboid(lo, size, false);
         }
@@ -190,7 +203,7 @@ impl RandomMesh {
         let z = rng.unit_vector();
         let (x, y) = z.frame();
         let at = rng.point_in_box(Vec3::splat(-3.0), Vec3::splat(3.0));
-        for c in self.facets.iter_mut().flatten() {
+        for c in self.facets.iter_mut().chain(&mut self.covers).flatten() {
             *c = at + x * c.x + y * c.y + z * c.z;
         }
     }

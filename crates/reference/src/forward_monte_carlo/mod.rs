@@ -19,7 +19,7 @@
 //!     Σ_b a_b (1 − ρ_b) ∫σT⁴ dA = absorbed + ∫q dA          Σ_b 4 κ_b (1 − Ω_b) a_b ∫σT⁴ dV = absorbed + ∫q dV
 //! ```
 //!
-//! The part of a surface that touching solids cover is excluded: a known power is that of the rest. Band fractions that depend on
+//! The part of a surface that solids touch or enclose is excluded: a known power is that of the rest. Band fractions that depend on
 //! the temperature are supported for scenes of given temperatures only.
 //!
 //! Every result is a mean over 32 independent batches, with their spread as standard error, and a function of

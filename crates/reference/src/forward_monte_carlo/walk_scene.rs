@@ -133,7 +133,17 @@ impl<'a> WalkScene<'a> {
         hit.is_some_and(|m| m.front)
     }
 
-    /// The area of each surface, both sides where both exchange, without the part that touching solids cover, m².
+    /// True where a front at this point exchanges with nothing: it is covered, or lies in a solid that crosses it.
+    pub(super) fn is_excluded(&self, at: Vec3, normal: Vec3, facet: u32) -> bool {
+        if self.closed.is_none() {
+            return false;
+        }
+        let p = at + normal * (COVER_SHARE_OF_DIAGONAL * self.size);
+        let seed = p.array().into_iter().fold(0u64, |s, x| s.rotate_left(21) ^ x.to_bits());
+        self.is_covered(at, normal, facet) || !self.is_free(p, &mut Rng::new(seed))
+    }
+
+    /// The area of each surface, both sides where both exchange, without the part that solids cover, m².
     pub(super) fn areas(&self, seed: u64) -> Vec<f64> {
         let mut rng = Rng::new(seed);
         let n = AREA_SAMPLES_PER_SIDE;
@@ -148,7 +158,7 @@ impl<'a> WalkScene<'a> {
                     free = (0..n * n)
                         .filter(|i| {
                             let [u, v] = f.plate.warp([at(i / n, &mut rng), at(i % n, &mut rng)]);
-                            !self.is_covered(f.plate.at(u, v), normal, k)
+                            !self.is_excluded(f.plate.at(u, v), normal, k)
                         })
                         .count();
                 }

@@ -204,7 +204,7 @@ impl<'a> Walker<'a> {
     fn starts_covered(&self, w: &WalkState) -> bool {
         w.start.facet.is_some_and(|f| {
             let side = w.start_normal(self.walk_scene.scene, f);
-            self.walk_scene.is_covered(w.start.at, side, f)
+            self.walk_scene.is_excluded(w.start.at, side, f)
         })
     }
 

@@ -146,7 +146,10 @@ impl SceneGenerator<'_> {
         if self.thermal {
             // A white medium has no temperature: of known heat it is white as well.
             whole.albedo = Bands::splat(self.between(0.0, 0.9));
-            whole.heat = HeatCondition::Flux(0.0);
+            // The reference has weights by temperature for given temperatures alone.
+            if !self.given {
+                whole.heat = HeatCondition::Flux(0.0);
+            }
         }
         m.medium = Some(ModelMedium { whole, cells, regions: Vec::new() });
         self.lights(&mut m, open, times(size, 0.5), size);

@@ -143,7 +143,7 @@ fn in_space(kind: usize, least: f64, rng: &mut Rng) -> Reference {
     let least_tolerance =
         if MESH_KINDS[kind] == "empty rooms" { LEAST_EMPTY_TOLERANCE } else { LEAST_SPATIAL_TOLERANCE };
     let least_tolerance = least_tolerance.max(least);
-    let scene = VisibleScene::new(&mesh.facets, &[]);
+    let scene = VisibleScene::new(&mesh.facets, &mesh.covers);
     let triangles = (MAX_TRIANGLE_VIEWS / (scene.len() * scene.len())).clamp(20, MAX_TRIANGLES);
     let step = scene.len().div_ceil(MAX_ROWS);
     let row = |i: usize| {
