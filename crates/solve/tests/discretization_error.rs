@@ -313,6 +313,27 @@ fn small_lamp_has_equal_errors_as_surface_and_direct_light() {
     assert!((light / surface - 1.0).abs() < 0.5, "{light} against {surface}");
 }
 
+/// A lamp that is smaller than its cells along two axes, larger along the third: cells of its size return three times the light.
+#[test]
+fn lamps_in_flat_cells_are_within_the_estimate() {
+    let by = |cells: &str, estimate: bool| {
+        let s = solved(&unit_room(
+            &format!("patch_size = 0.5\ndiscretization_error = {estimate}"),
+            "reflectance = 0",
+            &format!(
+                "[[surface]]\nname = \"lamp\"\nrectangle = {{ origin = [0.4,0.4,0.52], edge1 = [0.2,0,0], edge2 = [0,0.2,0] }}\nreflectance = 0\nemission = 100\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = {cells}\nextinction = 1\nalbedo = 0.95\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n"
+            ),
+        ));
+        let find = |list: &[(String, Bands)]| list.iter().find(|e| e.0 == "lamp").unwrap().1.first();
+        let error = s.report.discretization_error.as_ref().map(|z| find(&z.energy.absorbed_surfaces));
+        (find(&s.report.energy.absorbed_surfaces), error)
+    };
+    let (fine, _) = by("[16, 16, 16]", false);
+    let (flat, stated) = by("[2, 2, 8]", true);
+    assert!(fine > 1.5 * flat, "the scene is no good test: {flat} for {fine}");
+    assert!(fine - flat <= stated.unwrap(), "{flat} ± {stated:?}, not {fine}");
+}
+
 /// A flame in a black, cold box: cells of one extinction with different temperatures, divided by `split`.
 fn flame(cells: [usize; 3], split: usize, extinction: f64, albedo: f64, thick: &str) -> Scene {
     let dims = cells.map(|n| n * split);

@@ -1,4 +1,4 @@
-//! Light that a medium scatters back to a surface smaller than the cell around it.
+//! Light that a medium scatters back to a surface smaller than the cell around it along one axis at least.
 //!
 //! A disc of radius R and radiosity B sends radiance B/π; where it subtends a solid angle Ω the fluence is BΩ/π. A medium with the scattering
 //! coefficient σ_s (1/m) returns, in single scattering,
@@ -9,8 +9,13 @@
 //!
 //! nearly all of it from within a few R, where Ω is not small. A constant radiosity in a cell of edge h ≫ R distributes that light over h³ and returns
 //! almost nothing; so do cells of h/2, and two such solves agree on a wrong result. If H is incident from all directions, only B − H matters: a surface
-//! with the radiosity of its surroundings has no such error. The error of a surface with √A < h is increased by
-//! [`BACKSCATTERED_SHARE`] σ_s √A |B − H|. Volumes with prescribed heat emit the power that they absorb, which counts as scattering.
+//! with the radiosity of its surroundings has no such error. The error of a surface in cells of edges h_k is increased by
+//!
+//! ```text
+//!     BACKSCATTERED_SHARE σ_s √A |B − H| · min(1, 2 (1 − Π_k min(1, √A / h_k)))
+//! ```
+//!
+//! since a cell that is long along one axis spreads the light along it. Volumes with prescribed heat emit the power that they absorb, which counts as scattering.
 
 use super::prescribed_temperatures::{RowTemperature, row_temperatures};
 use zonal_scene::{
@@ -61,11 +66,12 @@ pub(super) fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -
     let Some(grid) = scene.voxel_grid() else { return out };
     let mut area = vec![0.0; out.len()];
     zones.patches.iter().for_each(|p| area[p.surface] += p.area);
-    let edge =
-        (0..3).filter(|&k| !scene.endless_axes()[k]).map(|k| grid.cell()[k]).fold(f64::INFINITY, f64::min);
+    let edges = || (0..3).filter(|&k| !scene.endless_axes()[k]).map(|k| grid.cell()[k]);
     for (i, p) in zones.patches.iter().enumerate() {
         let across = area[p.surface].sqrt();
-        if across >= edge {
+        let resolved: f64 = edges().map(|h| (across / h).min(1.0)).product();
+        let unresolved = (2.0 * (1.0 - resolved)).min(1.0);
+        if unresolved == 0.0 {
             continue;
         }
         let Some(cell) = grid.cell_at(p.plate.centre() + p.normal * (1e-6 * across)) else { continue };
@@ -73,7 +79,7 @@ pub(super) fn unresolved_powers(scene: &Scene, zones: &Zones, fields: &Fields) -
         let reemits = grid.heat(cell).is_some_and(|k| !matches!(k, ThermalCondition::Temperature(_)));
         let scattering = grid.extinction(cell) * if reemits { Bands::ONE } else { grid.albedo(cell) };
         let h = fields.incident[i] + fields.direct_light(i);
-        let share = (BACKSCATTERED_SHARE * scattering * across).min(Bands::ONE);
+        let share = unresolved * (BACKSCATTERED_SHARE * scattering * across).min(Bands::ONE);
         // The radiosity of a direct emitter does not include its emission.
         let surface = &scene.surfaces()[p.surface];
         let emission = if scene.is_direct_emitter(p.surface) { surface.emission } else { Bands::ZERO };
