@@ -21,6 +21,7 @@
 //! powers by itself (`thermal/error_propagation.rs`), and a final gather has errors that contain those of the powers.
 
 use crate::errors::closure_error::{error_of_fraction, missing_fraction};
+use crate::errors::empty_rows::EmptyRows;
 use crate::errors::propagation::errors_like;
 use crate::errors::random_signs::ErrorReflection;
 use crate::group_solve;
@@ -55,15 +56,18 @@ const NEGLIGIBLE_ERROR: f64 = 1e-6;
 /// The same for the bound that no solve needs.
 const ROUNDING_ERROR: f64 = 1e-8;
 
-/// Adds to the errors of the incident fields that of the defects `fractions` after all reflections.
+/// Adds to the errors of the incident fields that of the defects `fractions` after all reflections; that of rows which hold little is limited.
 pub(crate) fn widen_by_defects(
     context: &SolveContext,
     operator: &dyn ErrorModel,
-    fractions: &[Bands],
+    (fractions, empty_rows): (&[Bands], &EmptyRows),
     fields: &mut Fields,
 ) {
     let (zones, n) = (context.zones, context.zones.len());
-    let own = |i: usize| finite(fractions[i].abs().zip_map(fields.incident[i], error_of_fraction));
+    let own = |i: usize| {
+        let h = fields.incident[i];
+        finite(empty_rows.limited(zones, i, h, fractions[i].abs().zip_map(h, error_of_fraction)))
+    };
     let errors: Vec<Bands> = (0..n).map(own).collect();
     let reflect = |sources: Vec<Bands>| all_reflections(context, operator, sources);
     let reflection = ErrorReflection { zones, unknowns: operator.len(), error: &errors, reflect: &reflect };

@@ -4,6 +4,7 @@ use crate::direct_light::direct_error::{self, ErrorSum};
 use crate::error_amplification;
 use crate::errors::closure_error::take_unexplained_fractions;
 use crate::errors::consistency;
+use crate::errors::empty_rows::EmptyRows;
 use crate::errors::propagation::{errors_like, propagate_factor_errors};
 use crate::iteration::IterationResult;
 use crate::light_groups::SourceGroup;
@@ -88,10 +89,14 @@ pub(crate) fn assemble(
         &mut groups,
     );
     consistency::widen_by_closure(&fractions, &mut fields);
-    if let Some(unclosed) = unclosed {
-        error_amplification::widen_by_defects(context, built.operator.as_ref(), &unclosed, &mut fields);
-    }
+    let mut empty_rows = EmptyRows::of(context, &fractions);
     fields.radiosity = radiosity(zones, &fields, fractions);
+    let sky = context.scene.surroundings().radiosity();
+    empty_rows.limit((context.shared_zones(), sky), &mut fields, &mut groups);
+    if let Some(unclosed) = unclosed {
+        let defects = (unclosed.as_slice(), &empty_rows);
+        error_amplification::widen_by_defects(context, built.operator.as_ref(), defects, &mut fields);
+    }
     widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
     (fields, groups)
 }

@@ -21,8 +21,12 @@ pub(crate) fn absorption_area(zones: &Zones, i: usize) -> Bands {
 
 /// Fraction of the intercepted power of zone `i` that is not absorbed: ρ + τ of a patch, Ω of a volume zone, whose response is Ω/4.
 pub(crate) fn reflected_fraction(zones: &Zones, i: usize) -> Bands {
-    let fluence_factor = if i < zones.voxel_offset() { 1.0 } else { 4.0 };
-    fluence_factor * zones.response(i).0 + zones.sheets.transmittance(i)
+    fluence_factor(zones, i) * zones.response(i).0 + zones.sheets.transmittance(i)
+}
+
+/// Incident field over radiosity in a cavity without losses: H = B of patches, G = 4 B of volume zones.
+pub(crate) fn fluence_factor(zones: &Zones, i: usize) -> f64 {
+    if i < zones.voxel_offset() { 1.0 } else { 4.0 }
 }
 
 /// Absorbed power of all zones for an incident field (W/m²), W per band.

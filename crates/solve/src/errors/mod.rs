@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `radii` | error radii of all pairs of zones |
 //! | `closure_error` | errors from rows that do not close |
+//! | `empty_rows` | errors of rows that hold little or nothing |
 //! | `propagation` | errors of factors and rows propagated to the incident fields |
 //! | `consistency` | errors from negative fluxes, early termination and unbalanced power |
 //! | `random_signs` | reflected errors that are independent from zone to zone |
@@ -14,6 +15,7 @@
 pub(crate) mod closure_error;
 pub(crate) mod consistency;
 pub(crate) mod discretization;
+pub(crate) mod empty_rows;
 pub(crate) mod estimate;
 pub(crate) mod finite;
 pub(crate) mod propagation;

@@ -27,6 +27,8 @@ use zonal_scene::{Band, Bands, PerBand, Progress, SolveStatus};
 
 /// Maximum number of restarts.
 const MAX_RESTARTS: usize = 6;
+/// Products of one iteration and the check after it.
+const PRODUCTS_OF_ITERATION: usize = 3;
 /// Relaxation steps before a restart if the last one did not halve the residual.
 const RELAXATION_STEPS: usize = 4;
 /// Largest negative strength over the mean strength, in bands without negative sources.
@@ -124,7 +126,9 @@ impl<'a> BicgstabColumn<'a> {
     fn run(&mut self) {
         self.measure_residual();
         for _ in 0..MAX_RESTARTS {
-            if self.has_converged(RESIDUAL_DRIFT).all(|met| *met) && self.iterations > 0 || self.is_spent(3) {
+            if self.has_converged(RESIDUAL_DRIFT).all(|met| *met) && self.iterations > 0
+                || self.is_spent(PRODUCTS_OF_ITERATION)
+            {
                 break;
             }
             let before = self.best_residual;
@@ -217,7 +221,7 @@ impl<'a> BicgstabColumn<'a> {
         let mut direction = shadow.clone();
         let mut rho = product(&shadow, &shadow);
         let mut open = rho.map_to(|x| x > 0.0 && x.is_finite());
-        while open.any(|open| *open) && !self.is_spent(3) {
+        while open.any(|open| *open) && !self.is_spent(PRODUCTS_OF_ITERATION) {
             let v = self.apply_system(&direction);
             let alpha = ratio(rho, product(&shadow, &v));
             let alpha = Bands::from_fn(|b| if open[b] { alpha[b] } else { 0.0 });
@@ -249,10 +253,11 @@ impl<'a> BicgstabColumn<'a> {
 
     fn finish(self) -> IterationResult {
         let (met, sound) = (self.has_converged(RESIDUAL_DRIFT), self.is_physical());
+        let is_spent = self.is_spent(PRODUCTS_OF_ITERATION);
         let status = met.zip_map(sound, |met, sound| match (met, sound) {
-            (_, false) => SolveStatus::Stalled,
-            (true, _) => SolveStatus::Converged,
-            (false, _) => SolveStatus::MaxIterations,
+            (true, true) => SolveStatus::Converged,
+            (false, true) if is_spent => SolveStatus::MaxIterations,
+            _ => SolveStatus::Stalled,
         });
         IterationResult { strengths: self.strengths, status, residuals: self.residuals, power: self.power }
     }

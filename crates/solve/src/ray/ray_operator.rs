@@ -39,8 +39,6 @@ const INITIAL_SOLVE_DIVISOR: usize = 4;
 const SOLVE_ERROR_OVER_TOLERANCE: f64 = 2e-3;
 /// Smallest relative error of the strengths that is asked for.
 const MIN_SOLVE_ERROR: f64 = 2e-4;
-/// Most products of a column.
-const MAX_SOLVE_PRODUCTS: usize = 200;
 
 /// End of the iteration for the noise of the radiosities, of which the size matters only.
 const NOISE_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 0.05, max_iterations: 40 };
@@ -146,7 +144,7 @@ impl<'a> RayOperator<'a> {
         // Solve by a part of the rays, then by all.
         let stop = StoppingCriterion {
             residual: MIN_SOLVE_ERROR.max(SOLVE_ERROR_OVER_TOLERANCE * context.scene.options().tolerance),
-            max_iterations: MAX_SOLVE_PRODUCTS,
+            max_iterations: context.scene.options().max_iterations,
         };
         let solved = |divisor: usize, initial| {
             let operator = &ContinuedRays { rays: self, divisor };

@@ -19,16 +19,32 @@ const MAX_BALANCE_RESIDUAL: f64 = 1e-3;
 const NOTHING_ABSORBED: f64 = 1.0 - 1e-6;
 /// Residual over the emitted power that rounding and the default residual of the solver may leave.
 const ROUNDING_OF_EXCHANGE: f64 = 1e-9;
+/// The same for iterations on rays, over the tolerance: they end at an error that is relative to it. Such a residual widens the stated errors.
+const RESIDUAL_OF_RAYS: f64 = 1e-3;
 /// Largest negative flux, over the largest incident flux, that is not reported.
 const MAX_UNDERSHOOT: f64 = 1e-6;
 
-/// The diagnostic of a solver that reached its maximum of iterations; `imbalance` describes the residual of the balance if it is too large.
-fn not_converged(imbalance: Option<String>) -> Diagnostic {
+/// The diagnostic of a solver with `status`; `imbalance` describes the residual of the balance if it is too large, and whether the stated errors leave a part
+/// of it unexplained. None if the solver converged, or stalled without such a part.
+fn not_converged(
+    status: impl IntoIterator<Item = SolveStatus>,
+    (imbalance, is_unexplained): (Option<String>, bool),
+) -> Option<Diagnostic> {
+    let [mut is_spent, mut is_stalled] = [false; 2];
+    for s in status {
+        is_spent |= s == SolveStatus::MaxIterations;
+        is_stalled |= s == SolveStatus::Stalled;
+    }
+    let (what, advice) = match (is_spent, is_stalled && is_unexplained) {
+        (true, _) => ("reached the maximum number of iterations", "increase max_iterations"),
+        (_, true) => ("stalled", "lower a reflectance or the albedo, or use the engine dense or spectral"),
+        _ => return None,
+    };
     let imbalance = imbalance.map_or_else(String::new, |text| format!(", and {text}"));
     let text = format!(
-        "the solver reached the maximum number of iterations before the requested residual; the stated errors include the remainder{imbalance}: increase max_iterations"
+        "the solver {what} before the requested residual; the stated errors include the remainder{imbalance}: {advice}"
     );
-    Diagnostic::warning("not-converged", text)
+    Some(Diagnostic::warning("not-converged", text))
 }
 
 /// The advice for factors that lose or create power.
@@ -58,13 +74,14 @@ pub(crate) fn light_balance(
     let imbalance = |off: f64| format!("the energy balance is off by {off:.1e}");
     if is_poor(off) && off > NOTHING_ABSORBED {
         let text = format!(
-            "{}: nothing absorbs light and no light escapes; lower a reflectance or the albedo",
+            "{}: next to nothing absorbs light or lets it escape; lower a reflectance or the albedo, or use the engine dense or spectral",
             imbalance(off)
         );
         return Some(Diagnostic::warning("energy-balance", text));
     }
-    if { status }.any(|s| s == SolveStatus::MaxIterations) {
-        return Some(not_converged(is_poor(off).then(|| imbalance(off))));
+    let unfinished = not_converged(status, (is_poor(off).then(|| imbalance(off)), is_poor(unexplained)));
+    if unfinished.is_some() {
+        return unfinished;
     }
     is_poor(unexplained).then(|| {
         let text = format!("{}: {}", imbalance(unexplained), closure_advice(restores_closure));
@@ -92,11 +109,17 @@ pub(crate) fn heat_balance(
     let (balance, exchanged) = (table.balance().abs(), given.max(taken));
     let e = &report.energy;
     let emitted = (e.emitted + e.incoming).iter().fold(0.0f64, |m, x| m.max(*x));
-    let poor = balance > MAX_BALANCE_RESIDUAL * exchanged && balance > ROUNDING_OF_EXCHANGE * emitted;
+    let left_by_solver = match report.engine.as_str() {
+        "hierarchical" => RESIDUAL_OF_RAYS * scene.options().tolerance,
+        _ => ROUNDING_OF_EXCHANGE,
+    };
+    let poor = balance > MAX_BALANCE_RESIDUAL * exchanged && balance > left_by_solver * emitted;
     let imbalance =
         format!("the heat balance is off by {balance:.2e} W of {exchanged:.2e} W that are exchanged");
-    if report.status.any(|s| *s == SolveStatus::MaxIterations) {
-        return Some(not_converged(poor.then_some(imbalance)));
+    let about_balance = (poor.then(|| imbalance.clone()), poor && balance > explained);
+    let unfinished = not_converged(report.status.iter().copied(), about_balance);
+    if unfinished.is_some() {
+        return unfinished;
     }
     // Attribute the residual to the solver or to the factors.
     let left = report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
