@@ -9,7 +9,7 @@ use crate::errors::{of_failure, of_file, of_scene, refused};
 use crate::long_call::{self, CallSettings, Observer};
 use crate::scene::{Scene, SolveChanges};
 use crate::zone_arrays;
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -199,7 +199,13 @@ impl Solution {
             let Some(fields) = &self.band_fields else {
                 return self.with(py, |s| zone_arrays::field_of_triples(py, s, k)).map(Some);
             };
-            let array = fields[k].bind(py).as_any().clone();
+            let mut array = fields[k].bind(py).as_any().clone();
+            // Errors that no zone has are zero.
+            let zones = fields[0].bind(py).len() / 3;
+            if fields[k].bind(py).is_empty() && zones > 0 {
+                array = arrays::bands(py, vec![Bands::ZERO; zones])?.into_any();
+                arrays::read_only(&array)?;
+            }
             if self.bands == 3 {
                 return Ok(Some(array));
             }

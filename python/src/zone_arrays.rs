@@ -168,9 +168,6 @@ pub(crate) fn field_of_triples<'py>(
         let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
         if BAND_FIELDS[field] == "direct" { Some(f.direct_light(i)) } else { lists[field].get(i).copied() }
     };
-    if s.triples().all(|t| of(&t.fields, 0).is_none()) {
-        return Ok(arrays::rows(py, Vec::new(), s.scene.bands().count())?.into_any());
-    }
     band_rows(py, s, &|t: &Solution, i: usize| of(&t.fields, i).unwrap_or_default())
 }
 

@@ -101,6 +101,17 @@ def test_every_property_of_solutions_is_read(solutions):
     assert severities == {"note", "warning"}
 
 
+def test_fields_have_one_row_for_each_zone(solutions):
+    """Also those of errors that no zone has."""
+    fields = ("radiosity", "incident", "direct", "error", "direct_error", "surroundings_error")
+    without_errors = 0
+    for name, solution in solutions.items():
+        shapes = {f: getattr(solution, f).shape for f in fields}
+        assert len(set(shapes.values())) == 1 and shapes["incident"][0] > 0, (name, shapes)
+        without_errors += not solution.direct_error.any()
+    assert without_errors > 0
+
+
 def test_warnings_and_notes_are_those_of_the_report(solutions):
     of_discretization = 0
     for solution in solutions.values():

@@ -278,7 +278,12 @@ impl MaterialPart<'_, '_> {
     ) -> Result<(), InputError> {
         let plates: Vec<Plate> = faces.iter().map(|f| f.plate).collect();
         let shells = find_shells(&plates);
-        if (0..plates.len()).any(|i| shells.of(i) != ShellKind::Open) {
+        let absorbs = |f: &&MeshFace| -> Result<bool, InputError> {
+            let [extinction, ..] = self.glass_properties(Some(self.thickness(f.scale)?))?;
+            Ok(extinction.any(|k| k > 0.0))
+        };
+        let is_clear = !faces.first().map(absorbs).transpose()?.unwrap_or(false);
+        if !is_clear && (0..plates.len()).any(|i| shells.of(i) != ShellKind::Open) {
             let text = format!(
                 "pane '{}' is a closed slab: light goes through both its faces and the glass counts twice; give half the thickness, or region = true",
                 self.name
