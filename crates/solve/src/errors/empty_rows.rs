@@ -5,12 +5,12 @@
 //!
 //! ```text
 //!     H_i ≤ M,   G_i ≤ 4M,        M = max(B of the sky, max_j B_j + ρ_j e_j over the other zones,
-//!                                         (B_i − ρ_i H_i)/(1 − ρ_i) of the zones in question)   (the direct light stays in B_i)
+//!                                         (B_i − ρ_i H_i)/(1 − ρ_i) of the zones in question)
 //!     e_i ≤ max(H_i, M − H_i)
 //! ```
 //!
-//! with the stated errors e_j of the other zones, and 4Ω/4 in the place of ρ for volume zones. Sources of transparent zones and negative sources have no
-//! such bound.
+//! with the stated errors e_j of the other zones (of volume zones a quarter), and the albedo in the place of ρ for volume zones. H without direct light,
+//! whose reflection B holds. Sources of transparent zones and negative sources have no such bound.
 
 use crate::errors::propagation::errors_like;
 use crate::report::summary::has_negative_source;
