@@ -164,11 +164,13 @@ pub(crate) fn field_of_triples<'py>(
     s: &Solution,
     field: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let of = |f: &Fields, i: usize| -> Option<Bands> {
+    let of = |f: &Fields, i: usize| -> Bands {
         let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
-        if BAND_FIELDS[field] == "direct" { Some(f.direct_light(i)) } else { lists[field].get(i).copied() }
+        // Errors that no zone has are zero.
+        let listed = || lists[field].get(i).copied().unwrap_or_default();
+        if BAND_FIELDS[field] == "direct" { f.direct_light(i) } else { listed() }
     };
-    band_rows(py, s, &|t: &Solution, i: usize| of(&t.fields, i).unwrap_or_default())
+    band_rows(py, s, &|t: &Solution, i: usize| of(&t.fields, i))
 }
 
 /// A field of thermal mode of a solution of more than three bands.

@@ -21,7 +21,7 @@ const CONVERSIONS: [(&str, &str); 4] = [
     ("KHR_texture_basisu", "npx @gltf-transform/cli ktxdecompress in.glb out.glb (with ktx of KTX-Software)"),
 ];
 
-/// What a file with an extension that is not read loses.
+/// Consequences of extensions that are not read: the name and the text of the note.
 const LOSSES: [(&str, &str); 2] = [
     (
         "EXT_mesh_gpu_instancing",

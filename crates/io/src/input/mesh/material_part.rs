@@ -278,18 +278,8 @@ impl MaterialPart<'_, '_> {
     ) -> Result<(), InputError> {
         let plates: Vec<Plate> = faces.iter().map(|f| f.plate).collect();
         let shells = find_shells(&plates);
-        let absorbs = |f: &&MeshFace| -> Result<bool, InputError> {
-            let [extinction, ..] = self.glass_properties(Some(self.thickness(f.scale)?))?;
-            Ok(extinction.any(|k| k > 0.0))
-        };
-        let is_clear = !faces.first().map(absorbs).transpose()?.unwrap_or(false);
-        if !is_clear && (0..plates.len()).any(|i| shells.of(i) != ShellKind::Open) {
-            let text = format!(
-                "pane '{}' is a closed slab: light goes through both its faces and the glass counts twice; give half the thickness, or region = true",
-                self.name
-            );
-            reader.note(Diagnostic::warning("closed-pane", text));
-        }
+        let is_closed = (0..plates.len()).any(|i| shells.of(i) != ShellKind::Open);
+        let mut absorbs = false;
         let mut by_thickness: BTreeMap<u64, Vec<Plate>> = BTreeMap::new();
         for f in faces {
             let t = self.thickness(f.scale)?;
@@ -298,6 +288,7 @@ impl MaterialPart<'_, '_> {
         for (i, (bits, plates)) in by_thickness.into_iter().enumerate() {
             let thickness = f64::from_bits(bits);
             let [extinction, albedo, emission] = self.glass_properties(Some(thickness))?;
+            absorbs |= extinction.any(|k| k > 0.0);
             reader.add_pane_condition(self.pane_override().condition);
             reader.parts.panes.push(Pane {
                 name: match i {
@@ -310,6 +301,13 @@ impl MaterialPart<'_, '_> {
                 albedo,
                 emission,
             });
+        }
+        if is_closed && absorbs {
+            let text = format!(
+                "pane '{}' is a closed slab: light goes through both its faces and the glass counts twice; give half the thickness, or region = true",
+                self.name
+            );
+            reader.note(Diagnostic::warning("closed-pane", text));
         }
         Ok(())
     }
