@@ -110,17 +110,11 @@ impl<'a> CellZones<'a> {
         if table[subcell] & WALLED == 0 {
             return Some(zone + offset);
         }
-        // Part of the sub-cell may lie behind a wall: the zone holds the point whose sample there sees it.
-        let sees = |z: usize| {
-            let sample = (z < self.zones.voxels.len())
-                .then(|| self.zones.voxels.at(z).samples)
-                .and_then(|s| s.point_in(subcell as u8));
-            sample.is_some_and(|q| !self.transport.occluded(p, q))
-        };
-        let first = zone as usize;
-        let mut others = self.zones.voxel_zones_of_cell(cell).filter(|z| *z != first);
-        let holder = if sees(first) { Some(first) } else { others.find(|z| sees(*z)) };
-        if let Some(z) = holder {
+        // Part of the sub-cell may lie behind a wall: the nearest of the zones whose sample there sees the point holds it.
+        let sample = |z: usize| self.zones.voxels.at(z).samples.point_in(subcell as u8);
+        let seen = |z: usize| sample(z).filter(|q| !self.transport.occluded(p, *q)).map(|q| (q - p).length2());
+        let near = self.zones.voxel_zones_of_cell(cell).filter_map(|z| Some((seen(z)?, z)));
+        if let Some((_, z)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
             return Some(z as u32 + offset);
         }
         self.transport.visible_volume_zone(self.zones, cell, p).map(|z| z as u32 + offset)

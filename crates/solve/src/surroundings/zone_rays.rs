@@ -5,7 +5,7 @@
 
 use zonal_math::direction_sampling::{cosine_hemisphere, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
-use zonal_scene::{Bands, PaneZone, Plate, Scene, Sides, VoxelZone, Zones};
+use zonal_scene::{Bands, PaneZone, Plate, Scene, Sides, Zones};
 use zonal_transport::{Hit, Transport};
 
 /// Distance from its origin at which a ray begins to intersect, over the diagonal of the scene.
@@ -104,7 +104,7 @@ pub(crate) fn point_in_zone(zones: &Zones, transport: &Transport, i: usize, p: [
     }
     match i.checked_sub(zones.pane_offset()) {
         Some(k) => on(&zones.panes[k].plate),
-        None => voxel_point(transport, zones.voxels.at(i - zones.voxel_offset()), p),
+        None => voxel_point(transport, zones, i - zones.voxel_offset(), p),
     }
 }
 
@@ -113,12 +113,13 @@ pub(crate) fn pane_ray_weight(z: &PaneZone, dir: Vec3) -> Bands {
     z.effective_path(dir) / (2.0 * z.thickness)
 }
 
-/// A point of a voxel zone, uniform over it.
+/// A point of voxel zone `i`, an index into `zones.voxels`, uniform over it.
 ///
-/// A zone that walls cut has one stored point for each of its sub-cells; the points of the sub-cell that see it belong to the zone. A random one replaces the stored
-/// point, whose own radiation may be another where the part is narrow, such as between a beam and the edge of the medium. The stored point remains where
-/// no trial finds one.
-pub(crate) fn voxel_point(transport: &Transport, z: VoxelZone, u: [f64; 3]) -> Vec3 {
+/// A zone that walls cut has one stored point for each of its sub-cells; the points of the sub-cell that see it belong to the zone, where no other zone of the cell
+/// holds them. A random one replaces the stored point, whose own radiation may be another where the part is narrow, such as between a beam and the edge of the
+/// medium. The stored point remains where no trial finds one.
+pub(crate) fn voxel_point(transport: &Transport, zones: &Zones, i: usize, u: [f64; 3]) -> Vec3 {
+    let z = zones.voxels.at(i);
     let Some((stored, [lo, edges])) = z.samples.sample_at(u[0]) else {
         let cell = transport.scene().voxel_grid().map_or(Vec3::ZERO, |grid| grid.cell());
         return z.centre + cell.scale(Vec3::from_array(u) - Vec3::splat(0.5));
@@ -129,8 +130,11 @@ pub(crate) fn voxel_point(transport: &Transport, z: VoxelZone, u: [f64; 3]) -> V
         0 => [random(0), u[1], u[2]],
         _ => [0, 1, 2].map(|k| random(3 * t + k)),
     };
+    let is_inside = |x: Vec3| {
+        !transport.occluded_inside(stored, x) && transport.volume_zone_at(zones, z.cell, x) == Some(i)
+    };
     let mut points = (0..MAX_TRIALS).map(|t| lo + edges.scale(Vec3::from_array(trial(t))));
-    points.find(|x| !transport.occluded_inside(stored, *x)).unwrap_or(stored)
+    points.find(|x| is_inside(*x)).unwrap_or(stored)
 }
 
 #[cfg(test)]
@@ -150,11 +154,11 @@ mod tests {
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
         assert_eq!(zones.voxels.len(), 2);
-        for z in (0..2).map(|z| zones.voxels.at(z)) {
-            let (lo, hi) = if z.centre.x < 1.93 { (0.0, 1.93) } else { (1.93, 2.0) };
+        for z in 0..2 {
+            let (lo, hi) = if zones.voxels.at(z).centre.x < 1.93 { (0.0, 1.93) } else { (1.93, 2.0) };
             let n = 4000;
             let x: Vec<f64> = (0..n)
-                .map(|k| voxel_point(&transport, z, low_discrepancy::r3(k, [0.3, 0.1, 0.7])).x)
+                .map(|k| voxel_point(&transport, &zones, z, low_discrepancy::r3(k, [0.3, 0.1, 0.7])).x)
                 .collect();
             assert!(x.iter().all(|x| (lo..hi).contains(x)));
             let mean = x.iter().sum::<f64>() / n as f64;

@@ -52,7 +52,7 @@ enum ZonePoints<'a> {
     /// In the cell of a voxel zone, along the beam.
     VoxelInBeam { view: BoxView, zone: (usize, VoxelZone<'a>), weight: f64, diagonal: f64 },
     /// In a far voxel zone, uniform.
-    FarVoxel { zone: VoxelZone<'a> },
+    FarVoxel { zone: usize },
 }
 
 /// A point light as seen from one zone.
@@ -107,7 +107,7 @@ impl<'a> PointLightOnZone<'a> {
                 Some(PointLightSample { at, weight: *weight, share })
             }
             ZonePoints::FarVoxel { zone } => {
-                let at = voxel_point(self.scene.transport, *zone, s);
+                let at = voxel_point(self.scene.transport, self.scene.zones, *zone, s);
                 Some(self.towards(at, self.bound / (at - self.position).length2()))
             }
         }
@@ -204,7 +204,7 @@ fn voxel_points<'a>(
     let beam = distribution.solid_angle_integral();
     let is_far = (centre - position).length() > FAR_HALF_DIAGONALS * radius;
     if is_far && beam >= bound * ball {
-        return Some((bound, ZonePoints::FarVoxel { zone: zone.1 }));
+        return Some((bound, ZonePoints::FarVoxel { zone: zone.0 }));
     }
     let view = BoxView::new(lo, hi, position);
     let volume = zone.1.volume;

@@ -74,8 +74,8 @@ fn brute_force(g: &ZoneLightSampler, i: usize, n: usize) -> [f64; 2] {
                 let z = 1.0 - 2.0 * a;
                 let (sin, cos) = (2.0 * PI * b).sin_cos();
                 let dir = vec3(cos, sin, 0.0) * (1.0 - z * z).sqrt() + vec3(0.0, 0.0, z);
-                let zone = g.zones.voxels.at(i - g.zones.voxel_offset());
-                (voxel_point(g.transport, zone, [u, v, w]), dir, 4.0 * PI)
+                let zone = i - g.zones.voxel_offset();
+                (voxel_point(g.transport, g.zones, zone, [u, v, w]), dir, 4.0 * PI)
             }
         };
         let lamp = |h: &Hit| {

@@ -168,10 +168,10 @@ impl<'a> ZoneLightSampler<'a> {
     /// Adds the samples of `range` of zone `i`.
     fn trace_shadow_rays(&self, t: &mut SampleTally, i: usize, range: std::ops::Range<usize>) {
         let Some(patch) = self.zones.patches.get(i) else {
-            let zone = self.zones.voxels.at(i - self.zones.voxel_offset());
+            let zone = i - self.zones.voxel_offset();
             for k in range {
                 let [p, q, u, v, w, r, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
-                let x = voxel_point(self.transport, zone, [u, v, w]);
+                let x = voxel_point(self.transport, self.zones, zone, [u, v, w]);
                 self.trace_shadow_ray(t, x, Receiver::Free, [p, q, r]);
             }
             return;
