@@ -33,8 +33,8 @@ pub struct VolumeSample {
 /// let unpacked: Vec<VolumeSample> = samples.iter().collect();
 /// assert!((unpacked[0].point - sample.point).length() < 1e-5);
 /// assert!((unpacked[0].volume - 0.01).abs() < 1e-12);
-/// assert_eq!(samples.point_in(0), Some(unpacked[0].point));
-/// assert_eq!(samples.point_in(1), None);
+/// assert_eq!(samples.sample_in(0), Some(unpacked[0]));
+/// assert_eq!(samples.sample_in(1), None);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VoxelSamples(Option<Box<PackedSamples>>);
@@ -57,6 +57,13 @@ struct PackedSamples {
 pub fn subcell_coordinates(subcell: u8) -> Vec3 {
     let (k, s) = (subcell as usize, SUBCELLS);
     vec3((k / (s * s)) as f64, (k / s % s) as f64, (k % s) as f64)
+}
+
+/// The sub-cell nearest to `point` in the voxel with lower corner `lo` and edges `cell`, m.
+pub fn subcell_at(lo: Vec3, cell: Vec3, point: Vec3) -> u8 {
+    let at = |k: usize| ((point[k] - lo[k]) / cell[k] * SUBCELLS as f64).max(0.0) as usize;
+    let [x, y, z] = [0, 1, 2].map(|k| at(k).min(SUBCELLS - 1));
+    ((x * SUBCELLS + y) * SUBCELLS + z) as u8
 }
 
 /// The lattice position of a fraction of an edge.
@@ -125,11 +132,12 @@ impl VoxelSamples {
         self.0.as_ref().map_or((0, &[]), |p| (p.mask, &p.samples))
     }
 
-    /// The point of the sample of a sub-cell, m; `None` without one.
-    pub fn point_in(&self, subcell: u8) -> Option<Vec3> {
+    /// The sample of a sub-cell; `None` without one.
+    pub fn sample_in(&self, subcell: u8) -> Option<VolumeSample> {
         let p = self.0.as_ref().filter(|p| p.mask >> subcell & 1 == 1)?;
-        let [x, y, z, _] = p.samples[(p.mask & ((1 << subcell) - 1)).count_ones() as usize];
-        Some(unpack_point(p.lo, p.edges, subcell, [x, y, z]))
+        let [x, y, z, weight] = p.samples[(p.mask & ((1 << subcell) - 1)).count_ones() as usize];
+        let point = unpack_point(p.lo, p.edges, subcell, [x, y, z]);
+        Some(VolumeSample { point, volume: weight as f64 * p.unit, subcell })
     }
 
     /// The samples reflected across some axes, in a cell with lower corner `lo` and edges `cell` (m) and the free volume `volume` (m³).

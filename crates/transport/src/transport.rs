@@ -12,6 +12,7 @@ use crate::solids::Solids;
 use crate::uniform_blocks::UniformBlocks;
 use crate::{grid_traversal, occluder_culling};
 use zonal_math::Vec3;
+use zonal_scene::voxel_samples::subcell_at;
 use zonal_scene::{Bands, Plate, Scene, Zones};
 
 /// The first facet on a ray.
@@ -202,22 +203,42 @@ impl<'a> Transport<'a> {
         }
     }
 
-    /// The volume zone, an index into `zones.voxels`, that holds point `p` of a cell. Where walls divide the cell: the zone of the
-    /// nearest sample that `p` sees.
+    /// The volume zone, an index into `zones.voxels`, that holds point `p` of a cell. Where walls divide the cell: of the zones whose sample in the
+    /// sub-cell of `p` sees it, the one with the most volume there; without any, the zone of the nearest sample that sees it; without any, of the nearest sample.
+    ///
+    /// Behind the edge of a wall two zones of a sub-cell may see `p`. One may be a thin layer between the wall and the face of the cell; it ends at the edge.
     pub fn volume_zone_at(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
         let range = zones.voxel_zones_of_cell(cell);
         if range.len() <= 1 {
             return range.into_iter().next();
         }
-        let candidates = self.nearest_samples(zones, cell, p);
-        let visible = candidates.iter().find(|n| !self.occluded(p, n.2));
-        visible.or(candidates.first()).map(|n| n.1)
+        self.volume_zone_in_subcell(zones, cell, p).or_else(|| {
+            let candidates = self.nearest_samples(zones, cell, p);
+            let visible = candidates.iter().find(|n| !self.occluded(p, n.2));
+            visible.or(candidates.first()).map(|n| n.1)
+        })
     }
 
-    /// The volume zone of a divided cell, an index into `zones.voxels`, whose sample nearest to `p` sees `p`; `None` where none does.
+    /// As [`Transport::volume_zone_at`]; `None` where no sample tried sees `p`.
     pub fn visible_volume_zone(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
-        let candidates = self.nearest_samples(zones, cell, p);
-        candidates.iter().find(|n| !self.occluded(p, n.2)).map(|n| n.1)
+        self.volume_zone_in_subcell(zones, cell, p).or_else(|| {
+            let candidates = self.nearest_samples(zones, cell, p);
+            candidates.iter().find(|n| !self.occluded(p, n.2)).map(|n| n.1)
+        })
+    }
+
+    /// The zone with the most volume in the sub-cell of `p` among those whose sample there sees `p`.
+    fn volume_zone_in_subcell(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
+        let grid = self.scene.voxel_grid()?;
+        let subcell = subcell_at(grid.corner(grid.coordinates(cell)), grid.cell(), p);
+        let mut best: Option<(f64, usize)> = None;
+        for z in zones.voxel_zones_of_cell(cell) {
+            let Some(sample) = zones.voxels.at(z).samples.sample_in(subcell) else { continue };
+            if best.is_none_or(|(volume, _)| sample.volume > volume) && !self.occluded(p, sample.point) {
+                best = Some((sample.volume, z));
+            }
+        }
+        best.map(|(_, z)| z)
     }
 
     /// Squared distance, zone and position of the sample of each zone of a cell that is nearest to `p`, the nearest first.

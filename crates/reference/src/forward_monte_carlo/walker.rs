@@ -10,7 +10,7 @@ use crate::rng::{Rng, hash, select_band};
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_coordinates;
-use zonal_scene::{Band, Light, Plate, PlateKind, SUBCELLS, Scene, Sides, VoxelZone, Zones};
+use zonal_scene::{Band, Light, Plate, PlateKind, SUBCELLS, Scene, Sides, VolumeSample, VoxelZone, Zones};
 
 /// Independent batches of a mean.
 pub(super) const BATCH_COUNT: usize = 32;
@@ -173,12 +173,12 @@ impl<'a> Walker<'a> {
         let z = zones.voxels.at(i - zones.voxel_offset());
         let grid = self.walk_scene.scene.voxel_grid()?;
         let lo = grid.corner(grid.coordinates(z.cell));
-        let at = self.point_in_voxel_zone(z, lo, grid.cell(), rng);
+        let at = self.point_in_voxel_zone((i, z), lo, grid.cell(), rng);
         Some(WalkStart { at, facet: None, pane: None })
     }
 
-    /// A random point of a volume zone: a sub-cell by its volume, in it a point that its sample point sees.
-    fn point_in_voxel_zone(&self, z: VoxelZone, lo: Vec3, edge: Vec3, rng: &mut Rng) -> Vec3 {
+    /// A random point of volume zone `i`: a sub-cell by its volume, in it a point of the zone that its sample point sees.
+    fn point_in_voxel_zone(&self, (i, z): (usize, VoxelZone), lo: Vec3, edge: Vec3, rng: &mut Rng) -> Vec3 {
         if z.samples.is_empty() {
             return rng.point_in_box(lo, lo + edge);
         }
@@ -196,7 +196,7 @@ impl<'a> Walker<'a> {
         let lo = lo + small.scale(subcell_coordinates(s.subcell));
         (0..MAX_POINT_TRIALS)
             .map(|_| rng.point_in_box(lo, lo + small))
-            .find(|x| self.walk_scene.visible(s.point, *x))
+            .find(|x| self.walk_scene.visible(s.point, *x) && self.volume_zone_at(z.cell, *x) == Some(i))
             .unwrap_or(s.point)
     }
 
@@ -373,12 +373,25 @@ impl<'a> Walker<'a> {
         Some(zones.voxel_offset() + k)
     }
 
-    /// The part of a divided cell that holds a point: the one of the nearest sample that sees it.
+    /// The part of a divided cell that holds a point: among those with a sample in the sub-cell of the point that sees it, the one with the most volume there;
+    /// else that of the nearest sample that sees it.
     fn visible_part(&self, zones: &Zones, range: std::ops::Range<usize>, at: Vec3) -> Option<usize> {
-        let samples = range.flat_map(|k| zones.voxels.at(k).samples.iter().map(move |s| (k, s.point)));
-        let mut near: Vec<(usize, Vec3)> = samples.collect();
-        near.sort_by(|a, b| (a.1 - at).length2().total_cmp(&(b.1 - at).length2()));
-        near.iter().find(|(_, p)| self.walk_scene.visible(*p, at)).or(near.first()).map(|x| x.0)
+        let grid = self.walk_scene.scene.voxel_grid()?;
+        let lo = grid.corner(grid.coordinates(zones.voxels.at(range.start).cell));
+        let subcell = [0, 1, 2].map(|k| {
+            let share = (at[k] - lo[k]) / grid.cell()[k];
+            (share * SUBCELLS as f64).floor().clamp(0.0, SUBCELLS as f64 - 1.0)
+        });
+        let samples = range.flat_map(|k| zones.voxels.at(k).samples.iter().map(move |s| (k, s)));
+        let mut samples: Vec<(usize, VolumeSample)> = samples.collect();
+        samples.sort_by(|a, b| b.1.volume.total_cmp(&a.1.volume));
+        let sees = |s: &VolumeSample| self.walk_scene.visible(s.point, at);
+        let is_near = |s: &VolumeSample| subcell_coordinates(s.subcell) == Vec3::from_array(subcell);
+        if let Some(own) = samples.iter().find(|(_, s)| is_near(s) && sees(s)) {
+            return Some(own.0);
+        }
+        samples.sort_by(|a, b| (a.1.point - at).length2().total_cmp(&(b.1.point - at).length2()));
+        samples.iter().find(|(_, s)| sees(s)).or(samples.first()).map(|x| x.0)
     }
 
     /// The pane zone at a point of a pane.

@@ -17,6 +17,7 @@ use crate::ray::padded_bands::{LANES, PaddedBands};
 use crate::ray::ray_tracer::RayTracer;
 use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_scene::voxel_samples::subcell_at;
 use zonal_scene::{Band, Bands, SUBCELLS, VoxelGrid, Zones};
 use zonal_transport::zoning::{crossed_cells, crossed_subcells};
 use zonal_transport::{PaneHit, Transport};
@@ -101,22 +102,12 @@ impl<'a> CellZones<'a> {
         }
         let p = point();
         let lower = self.grid.corner(self.grid.coordinates(cell));
-        let edges = self.grid.cell();
-        let at = [0, 1, 2]
-            .map(|k| (((p[k] - lower[k]) / edges[k] * SUBCELLS as f64).max(0.0) as usize).min(SUBCELLS - 1));
-        let table = &self.divided[(entry & !DIVIDED) as usize];
-        let subcell = (at[0] * SUBCELLS + at[1]) * SUBCELLS + at[2];
-        let zone = table[subcell] & !WALLED;
-        if table[subcell] & WALLED == 0 {
-            return Some(zone + offset);
+        let subcell = subcell_at(lower, self.grid.cell(), p) as usize;
+        let known = self.divided[(entry & !DIVIDED) as usize][subcell];
+        if known & WALLED == 0 {
+            return Some(known + offset);
         }
-        // Part of the sub-cell may lie behind a wall: the nearest of the zones whose sample there sees the point holds it.
-        let sample = |z: usize| self.zones.voxels.at(z).samples.point_in(subcell as u8);
-        let seen = |z: usize| sample(z).filter(|q| !self.transport.occluded(p, *q)).map(|q| (q - p).length2());
-        let near = self.zones.voxel_zones_of_cell(cell).filter_map(|z| Some((seen(z)?, z)));
-        if let Some((_, z)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            return Some(z as u32 + offset);
-        }
+        // Part of the sub-cell may lie behind a wall.
         self.transport.visible_volume_zone(self.zones, cell, p).map(|z| z as u32 + offset)
     }
 

@@ -168,4 +168,34 @@ mod tests {
             assert!((variance.sqrt() / of_uniform - 1.0).abs() < 0.05, "{} {of_uniform}", variance.sqrt());
         }
     }
+
+    /// A lamp across a quarter of the voxel, 7 mm above its lower face.
+    const LAYER: &str = "name = \"layer\"\n[solve]\npatch_size = 1\n\
+        [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [0.6, 0.5, 0.4] }\n\
+        [[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.141, 0.1691, 0.007], edge1 = [0, 0.287, 0], edge2 = [0.3, 0, 0] }\n\
+        sides = \"both\"\n\
+        [medium]\nmin = [0, 0, 0]\nmax = [0.6, 0.5, 0.4]\ncells = [2, 1, 1]\nextinction = 0.4\nalbedo = 0\n";
+
+    #[test]
+    fn a_layer_behind_a_wall_ends_at_the_edge_of_the_wall() {
+        let scene = zonal_io::input::parse_scene(LAYER, None, "layer").unwrap();
+        let transport = Transport::new(&scene);
+        let zones = build_zones(&scene, &transport).unwrap();
+        let layers: Vec<usize> =
+            (0..zones.voxels.len()).filter(|z| zones.voxels.at(*z).volume < 1e-3).collect();
+        assert!(!layers.is_empty() && layers.len() < zones.voxels.len());
+        let is_behind =
+            |x: Vec3| x.z < 0.007 && (0.141..0.441).contains(&x.x) && (0.1691..0.4561).contains(&x.y);
+        for &z in &layers {
+            let n = 2000;
+            let point =
+                |k: usize| voxel_point(&transport, &zones, z, low_discrepancy::r3(k, [0.3, 0.1, 0.7]));
+            let outside = (0..n).filter(|k| !is_behind(point(*k))).count();
+            assert!(outside * 100 < n, "{outside} of {n} points beside the lamp");
+            assert!(
+                (0..n)
+                    .all(|k| transport.volume_zone_at(&zones, zones.voxels.at(z).cell, point(k)) == Some(z))
+            );
+        }
+    }
 }
