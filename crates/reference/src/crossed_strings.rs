@@ -118,10 +118,10 @@ fn first_wall(walls: &[Wall], i: usize, x: Point2, ray: Point2) -> Option<usize>
         let t = cross(v, e) / denominator;
         // The front is to the left of e: the ray comes from there if it turns clockwise to e.
         let front = denominator > 0.0;
+        // Rounding moves a point that a ray meets at a grazing angle by the reciprocal of the angle.
+        let equal = RELATIVE_TOLERANCE * (dot(e, e).sqrt() / denominator.abs()).max(1.0);
         if t > RELATIVE_TOLERANCE
-            && best.is_none_or(|(s, _, f)| {
-                t < s * (1.0 - RELATIVE_TOLERANCE) || (t < s * (1.0 + RELATIVE_TOLERANCE) && front && !f)
-            })
+            && best.is_none_or(|(s, _, f)| t < s * (1.0 - equal) || (t < s * (1.0 + equal) && front && !f))
         {
             best = Some((t, j, front));
         }
@@ -146,6 +146,39 @@ mod tests {
         // The line of the sheet meets the ceiling: (L + |top − corner| − |bottom − corner|)/(2 L), in 50 digits.
         let wanted = 6.402_601_339_605_149e-10;
         assert!((factors[2][0] - wanted).abs() < 1e-15, "{:e}", factors[2][0]);
+    }
+
+    /// Two sides of a sheet that some rays from the ceiling meet at grazing angles: no ray passes between the sides.
+    #[test]
+    fn rows_beside_sheets_in_a_closed_duct_sum_to_one() {
+        let ring = [
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [0.974_942_564_924_326_1, 0.467_762_844_856_164_76],
+            [-0.025_057_435_075_673_9, 0.467_762_844_856_164_76],
+        ];
+        let sheets = [
+            [
+                [0.094_988_512_984_865_23, 0.093_552_568_971_232_96],
+                [0.173_387_807_528_698_23, 0.235_258_275_046_378_72],
+            ],
+            [
+                [0.394_988_512_984_865_26, 0.093_552_568_971_232_96],
+                [0.454_006_514_044_284_16, 0.369_746_794_362_670_94],
+            ],
+            [
+                [0.694_988_512_984_865_2, 0.093_552_568_971_232_96],
+                [0.670_810_012_814_621_4, 0.243_877_131_070_560_36],
+            ],
+        ];
+        let mut walls: Vec<Wall> = [0, 1, 3, 2].map(|k| [ring[k], ring[(k + 1) % 4]]).to_vec();
+        sheets.iter().for_each(|[p, q]| walls.extend([[*p, *q], [*q, *p]]));
+        let factors = view_factors(&walls);
+        for row in &factors {
+            assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-13, "{row:?}");
+        }
+        // In 50 digits.
+        assert!((factors[3][6] - 0.104_429_594_797_786_27).abs() < 1e-14, "{:e}", factors[3][6]);
     }
 
     #[test]
