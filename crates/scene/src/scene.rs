@@ -203,6 +203,17 @@ impl Scene {
     pub fn surroundings(&self) -> &Surroundings {
         &self.parts.surroundings
     }
+    /// True if the temperatures of a solve couple its bands: the scene is not grey and some zone has a known net power, or bodies at one temperature or
+    /// convection leave temperatures unknown.
+    pub fn couples_bands(&self) -> bool {
+        let Some(thermal) = self.thermal() else { return false };
+        let open = |k: &ThermalCondition| !matches!(k, ThermalCondition::Temperature(_));
+        let cells =
+            || self.voxel_grid().is_some_and(|m| (0..m.len()).any(|i| m.heat(i).as_ref().is_some_and(open)));
+        !thermal.band_fractions.is_grey()
+            && (thermal.surfaces.iter().any(open) || thermal.panes.iter().any(open) || cells())
+            || thermal.has_unknown_nodes()
+    }
     /// True if the scene is periodic along any axis.
     pub fn is_periodic(&self) -> bool {
         self.periodic() != [false; 3]

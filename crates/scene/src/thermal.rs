@@ -411,6 +411,13 @@ impl Thermal {
     pub fn all_fractions(&self) -> impl Iterator<Item = &BandFractions> {
         std::iter::once(&self.band_fractions).chain(self.cell_fractions.iter().flat_map(|f| &f.kinds))
     }
+    /// True if the network has unknown temperatures, or convection at surfaces whose temperature is not given.
+    pub fn has_unknown_nodes(&self) -> bool {
+        let Some(network) = &self.network else { return false };
+        let is_free = |k: usize| !matches!(self.surfaces[k], ThermalCondition::Temperature(_));
+        (0..network.nodes.len()).any(|k| network.is_unknown(k))
+            || network.convection.iter().enumerate().any(|(k, c)| c.is_some() && is_free(k))
+    }
     /// True if some surface has an emissivity by temperature or by side.
     pub fn has_varied_emissivities(&self) -> bool {
         self.emissivities.iter().any(|e| *e != SurfaceEmissivity::default())

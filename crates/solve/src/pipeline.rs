@@ -262,7 +262,7 @@ fn solve_without_mirrors(
     triples: &[TripleInput],
     settings: &SolveSettings,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
-    if triples.len() == 1 || thermal::newton::is_needed(triples[0].scene) {
+    if triples.len() == 1 || triples[0].scene.couples_bands() {
         return solve_together(triples, settings);
     }
     let mut out = Vec::new();
@@ -527,7 +527,7 @@ fn solve_columns(
     let triples: Vec<TripleZones> =
         contexts.iter().map(|c| TripleZones { scene: c.scene, zones: c.zones }).collect();
     thermal::check_temperature_level(&triples, exterior)?;
-    if thermal::newton::is_needed(contexts[0].scene) {
+    if contexts[0].scene.couples_bands() {
         let coupled = thermal::newton::solve(&triple_engines(contexts, built, exterior))?;
         built[0].counts.push(("products with all bands".into(), coupled.products as u64));
         let columns = coupled.results.into_iter().map(|r| SolvedColumns {

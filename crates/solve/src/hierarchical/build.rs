@@ -18,7 +18,6 @@ use crate::settings::check_interrupted;
 use crate::solve_context::{BuiltEngine, SolveContext};
 use crate::sum_order::SharedZones;
 use crate::surroundings::SurroundingsExchange;
-use crate::thermal::newton;
 use std::cmp::Ordering;
 use zonal_exchange::pair::closure_target;
 use zonal_math::Grade;
@@ -115,7 +114,7 @@ fn solved_columns(
 /// Paths end at the first zone where a fixed scattering order counts exchanges between zones, and where temperatures couple the bands, so that the
 /// sources at path vertices are unknown.
 fn continuation_of(scene: &Scene) -> PathContinuation {
-    let continues = scene.options().scattering_orders.is_none() && !newton::is_needed(scene);
+    let continues = scene.options().scattering_orders.is_none() && !scene.couples_bands();
     if continues { PathContinuation::On } else { PathContinuation::Off }
 }
 
@@ -157,7 +156,7 @@ fn trace_and_solve<'a>(
     continuation: PathContinuation,
 ) -> Result<(RayOperator<'a>, Option<StoredSolution>), SceneError> {
     let mut operator = trace(context, surroundings, rays, continuation)?;
-    if newton::is_needed(context.scene) {
+    if context.scene.couples_bands() {
         return Ok((operator, None));
     }
     let mut solution = StoredSolution::new(context, surroundings, &mut operator)?;

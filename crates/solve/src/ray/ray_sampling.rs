@@ -10,7 +10,6 @@
 //! rays, and a volume zone a fixed fraction of that; more where a realization of the noise shows that too much of it reaches the result
 //! (`hierarchical/build.rs`).
 
-use crate::thermal::newton;
 use zonal_scene::{Scene, Zones};
 
 /// Rays of a patch, and of a volume zone.
@@ -56,7 +55,7 @@ pub(crate) fn is_large(zones: &Zones) -> bool {
 /// True where the rays of the zones measure the exchange with the surroundings: zones are many, and either nothing enters, or a gather measures again what
 /// enters.
 pub(crate) fn rays_measure_escape(scene: &Scene, zones: &Zones) -> bool {
-    is_large(zones) && (!scene.surroundings().has_radiance() || !newton::is_needed(scene))
+    is_large(zones) && (!scene.surroundings().has_radiance() || !scene.couples_bands())
 }
 
 /// Rays of a volume zone over those of a patch.

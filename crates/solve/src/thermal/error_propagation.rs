@@ -6,7 +6,7 @@
 
 use super::coupled_bicgstab::{self, IterationCheckpoint};
 use super::linearized_zone::{BandCoupling, Linearization, Place};
-use super::newton::{self, TripleEngine, coupled_operator};
+use super::newton::{TripleEngine, coupled_operator};
 use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use crate::iteration::StoppingCriterion;
@@ -26,7 +26,7 @@ impl TemperatureSolve {
     /// of the powers that zones send out.
     pub(crate) fn to_propagate(scene: &Scene, contain_sources: bool) -> Option<TemperatureSolve> {
         scene.thermal()?;
-        match newton::is_needed(scene) {
+        match scene.couples_bands() {
             true => Some(TemperatureSolve::Newton),
             false => (!contain_sources).then_some(TemperatureSolve::Direct),
         }

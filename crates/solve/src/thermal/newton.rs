@@ -24,7 +24,7 @@
 use super::boundary_conditions::set_emissive_powers;
 use super::coupled_bicgstab::{self, IterationCheckpoint};
 use super::linearized_zone::{BandCoupling, CoupledOperator, CoupledScaling, Linearization, PowerScaling};
-use super::nodes::{NodeZones, has_unknowns};
+use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use super::zone_balance::ZoneBalance;
 use crate::iteration::{IterationResult, StoppingCriterion, multivector};
@@ -35,7 +35,7 @@ use crate::stage_codec::{Decoder, Encoder};
 use crate::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_scene::{Bands, PerBand, Scene, SceneError, SolveStatus, ThermalCondition, Zones};
+use zonal_scene::{Bands, PerBand, SceneError, SolveStatus, ThermalCondition, Zones};
 
 /// Maximum number of steps.
 const MAX_STEPS: usize = 60;
@@ -70,17 +70,6 @@ pub(crate) struct TripleEngine<'a> {
     pub context: &'a SolveContext<'a>,
     pub built: &'a BuiltEngine<'a>,
     pub surroundings: &'a SurroundingsExchange,
-}
-
-/// True if some zone has a known net power and the scene is not grey.
-pub(crate) fn is_needed(scene: &Scene) -> bool {
-    let Some(thermal) = scene.thermal() else { return false };
-    let open = |k: &ThermalCondition| !matches!(k, ThermalCondition::Temperature(_));
-    let cells =
-        || scene.voxel_grid().is_some_and(|m| (0..m.len()).any(|i| m.heat(i).as_ref().is_some_and(open)));
-    !thermal.band_fractions.is_grey()
-        && (thermal.surfaces.iter().any(open) || thermal.panes.iter().any(open) || cells())
-        || has_unknowns(thermal)
 }
 
 /// Iterates over the temperatures of a scene, given as its triples of bands.

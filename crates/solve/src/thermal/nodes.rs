@@ -19,7 +19,7 @@ use super::spectral_balance::SpectralBalances;
 use super::zone_balance::temperature_slope;
 use rayon::prelude::*;
 use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
-use zonal_scene::{Bands, LinkLaw, NodeCondition, ThermalCondition, ThermalNetwork};
+use zonal_scene::{Bands, LinkLaw, NodeCondition, ThermalNetwork};
 
 /// Maximum number of Newton steps for given incident fluxes.
 const MAX_STEPS: usize = 100;
@@ -318,12 +318,4 @@ pub(super) fn fixes_level(network: &ThermalNetwork) -> bool {
         None => air.is_some_and(|c| c.coefficient > 0.0),
     };
     network.surface_nodes.iter().zip(&network.convection).any(of_surface)
-}
-
-/// True if the network has unknown temperatures or convection at surfaces whose temperature is not given.
-pub(crate) fn has_unknowns(thermal: &zonal_scene::Thermal) -> bool {
-    let Some(network) = &thermal.network else { return false };
-    let is_free = |k: usize| !matches!(thermal.surfaces[k], ThermalCondition::Temperature(_));
-    (0..network.nodes.len()).any(|k| network.is_unknown(k))
-        || network.convection.iter().enumerate().any(|(k, c)| c.is_some() && is_free(k))
 }

@@ -337,7 +337,7 @@ impl CostEstimate {
         let triples = scene.bands().triples();
         self.parts.iter_mut().for_each(|p| p.1 *= triples as f64);
         self.seconds = self.seconds.map(|s| s * triples as f64);
-        if crate::thermal::newton::is_needed(scene) {
+        if scene.couples_bands() {
             self.bytes = self.bytes.map(|b| b * triples as u64);
         }
         self
