@@ -2,7 +2,9 @@
 
 use std::path::Path;
 use zonal_reference::SampleEstimate;
-use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, HeatBalance, trace_forward};
+use zonal_reference::forward_monte_carlo::{
+    ClosedSurfaces, ForwardProblem, ForwardSolution, HeatBalance, trace_forward,
+};
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{Band, Bands, Patch, Scene, VoxelZones, Zones};
 
@@ -40,7 +42,8 @@ fn emissive_power(element: &HeatBalance) -> SampleEstimate {
 }
 
 fn solution(scene: &Scene, zones: Option<&Zones>) -> ForwardSolution {
-    trace_forward(scene, &ClosedSurfaces::default(), zones, WALK_COUNT, 7)
+    let problem = zones.map_or(ForwardProblem::Continuous, ForwardProblem::Zones);
+    trace_forward(scene, &ClosedSurfaces::default(), problem, WALK_COUNT, 7)
 }
 
 #[test]
@@ -88,17 +91,28 @@ fn equations_of_one_volume_zone_are_solved_exactly() {
     );
 }
 
+/// The front of a facet as a patch.
+fn patch_of(s: &Scene, k: usize) -> Patch {
+    let plate = s.facets()[k].plate;
+    let (surface, normal, area) = (s.facets()[k].surface, plate.normal(), plate.area());
+    Patch { facet: k, surface, plate, normal, area, reflectance: Bands::ZERO, emission: Bands::ZERO }
+}
+
+/// One patch for each facet of a scene in light mode.
+fn one_zone_a_facet(s: &Scene) -> Zones {
+    let patch = |k: usize| {
+        let surface = &s.surfaces()[s.facets()[k].surface];
+        Patch { reflectance: surface.reflectance, emission: surface.emission, ..patch_of(s, k) }
+    };
+    Zones { patches: (0..s.facets().len()).map(patch).collect(), ..Zones::default() }
+}
+
 /// The zones of a layer of one cell: two walls and the cell.
 fn three_zones(s: &Scene) -> Zones {
-    let patch = |k: usize| {
-        let plate = s.facets()[k].plate;
-        let (surface, normal, area) = (s.facets()[k].surface, plate.normal(), plate.area());
-        Patch { facet: k, surface, plate, normal, area, reflectance: Bands::ZERO, emission: Bands::ZERO }
-    };
     let mut voxels = VoxelZones::whole(s.voxel_grid().unwrap());
     assert_eq!((voxels.len(), voxels.at(0).volume), (1, 1.0));
     voxels.update_extinction(|_, _| Bands::ONE);
-    Zones { patches: vec![patch(0), patch(1)], voxels, ..Zones::default() }
+    Zones { patches: vec![patch_of(s, 0), patch_of(s, 1)], voxels, ..Zones::default() }
 }
 
 #[test]
@@ -148,4 +162,26 @@ fn a_level_plate_absorbs_the_irradiance_of_a_sky() {
     for (b, exact) in Band::all().zip([200.0, 100.0, 40.0]) {
         assert_near("plate", found.surfaces[0][b], exact);
     }
+}
+
+/// Two reflecting plates with a small lamp between them. All light between the plates goes less far than 1.5 √A, so that rays go on from it everywhere:
+/// zones of one patch a plate have the light of the continuous problem, which the equations of these zones miss.
+#[test]
+fn walks_that_go_on_from_close_patches_resolve_them() {
+    let plates = scene(
+        "[solve]\npatch_size = 2\n\
+         [[surface]]\nname = \"low\"\nrectangle = { origin = [0, 0, 0], edge1 = [1, 0, 0], edge2 = [0, 1, 0] }\nreflectance = 0.9\n\
+         [[surface]]\nname = \"high\"\nrectangle = { origin = [0, 0, 0.1], edge1 = [0, 1, 0], edge2 = [1, 0, 0] }\nreflectance = 0.9\n\
+         [[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.9, 0.4, 0.05], edge1 = [0.1, 0, 0], edge2 = [0, 0.1, 0] }\nreflectance = 0\nemission = 100\n",
+    );
+    let zones = one_zone_a_facet(&plates);
+    let high = |problem: ForwardProblem| {
+        trace_forward(&plates, &ClosedSurfaces::default(), problem, WALK_COUNT, 7).surfaces[1][Band::first()]
+    };
+    let continuous = high(ForwardProblem::Continuous);
+    let continued = high(ForwardProblem::ContinuedRays(&zones));
+    let zonal = high(ForwardProblem::Zones(&zones));
+    let apart = |a: SampleEstimate, b: SampleEstimate| (a.value - b.value).abs() / a.error.hypot(b.error);
+    assert!(apart(continued, continuous) < 4.0, "{continued:?} {continuous:?}");
+    assert!(apart(zonal, continuous) > 20.0, "{zonal:?} {continuous:?}");
 }

@@ -8,9 +8,13 @@
 //!     surface:  absorbed += w (1 − ρ)        A H += w          volume:  absorbed += w κ(1 − Ω) ℓ        V G += w ℓ     over lengths ℓ
 //! ```
 //!
-//! **Two problems.** For the *continuous* problem a walk continues from the point of its event. For the equations of the *zones* it
+//! **Three problems.** For the *continuous* problem a walk continues from the point of its event. For the equations of the *zones* it
 //! restarts at a uniformly random point of the zone that it hits: the mean score of these walks on the zones is the exact solution of
 //! the zonal equations with exact exchange areas. A pane has no depth in either: walks restart at any height in it.
+//!
+//! Rays of the hierarchical engine go on from the point x that they meet on a patch j nearer than R = 1.5 √A_j, which resolves the radiosity within j. So the light
+//! that j sends to patches nearer than R is that of x, and all other light is the mean over j. A walk that meets j divides: one part leaves from x and counts where it
+//! meets a patch within R, the other part leaves from a random point of j and counts elsewhere. The weight stays, as the two parts count once in the mean.
 //!
 //! **Heat.** An element of known temperature emits a_b(1 − ρ_b)σT⁴ in band b (4κ_b(1 − Ω_b) a_b σT⁴ for a volume). An element of known
 //! net power q re-emits its absorbed power in bands drawn by a_b(1 − ρ_b), and emits q, which may be negative: a weight below 0. Then
@@ -28,6 +32,7 @@
 //! | module | content |
 //! |---|---|
 //! | `walker` | random walks and their scores |
+//! | `problem` | the problem that walks solve |
 //! | `walk_scene` | flights through facets, cells, panes and periodic images |
 //! | `optics` | absorption and emission of surfaces, cells and panes |
 //! | `emission_sampling` | the sources of a band |
@@ -38,11 +43,13 @@
 mod emission_sampling;
 mod grazing_error;
 mod optics;
+mod problem;
 mod score;
 mod solution;
 mod walk_scene;
 mod walker;
 
+pub use problem::ForwardProblem;
 pub use solution::{ForwardSolution, HeatBalance};
 pub use walk_scene::ClosedSurfaces;
 
@@ -55,17 +62,18 @@ use walk_scene::WalkScene;
 use walker::{BATCH_COUNT, Walker};
 use zonal_scene::{Bands, Scene, Zones};
 
-/// Computes powers and temperatures by `walks` walks for each band: those of the continuous problem, or of the equations of `zones`.
+/// Computes powers and temperatures by `walks` walks for each band.
 ///
 /// # Panics
 /// If the scene has mirrors.
 pub fn trace_forward(
     scene: &Scene,
     closed: &ClosedSurfaces,
-    zones: Option<&Zones>,
+    problem: ForwardProblem,
     walks: usize,
     seed: u64,
 ) -> ForwardSolution {
+    let zones = problem.zones();
     assert!(!scene.has_mirrors(), "walks are not reflected by mirrors; trace the whole scene");
     // Measure areas and volumes, and collect the sources.
     let walk_scene = WalkScene::new(scene, closed);
@@ -78,7 +86,7 @@ pub fn trace_forward(
     let sources: Vec<EmissionTable> =
         optics.simulated_bands().map(|b| EmissionTable::new(&walk_scene, &optics, zones, b)).collect();
     // Run the batches.
-    let walker = Walker::new(walk_scene, optics, zones, layout);
+    let walker = Walker::new(walk_scene, optics, problem, layout);
     let sums: Vec<Vec<f64>> = (0..BATCH_COUNT)
         .into_par_iter()
         .map(|k| {

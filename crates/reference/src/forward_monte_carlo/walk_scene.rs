@@ -31,8 +31,8 @@ pub struct ClosedSurfaces {
 pub(super) enum WalkEnd {
     /// The ray leaves the scene.
     Escaped,
-    /// At a facet.
-    Facet(RayHit, Vec3),
+    /// At a facet: position, and the length of the flight, m.
+    Facet(RayHit, Vec3, f64),
     /// At a collision in a cell of the medium.
     Cell(usize, Vec3),
     /// At a collision in a pane: index of the pane, index of its plate among all pane plates, position.
@@ -201,6 +201,7 @@ impl<'a> WalkScene<'a> {
     ) -> WalkEnd {
         let (mut o, mut skip) = (start.at, start.facet);
         let mut tracker = FlightTracker { band, rest: tau, track };
+        let mut flown = 0.0;
         // Leave the pane that holds the start.
         if let Some((plate, height)) = start.pane {
             let (pane, q) = self.plates[plate];
@@ -222,9 +223,11 @@ impl<'a> WalkScene<'a> {
                     let Some(grid) = self.scene.voxel_grid() else { return WalkEnd::Escaped };
                     let mut p = (o + d * limit).array();
                     p[k] = if d[k] > 0.0 { grid.min()[k] } else { grid.max()[k] };
-                    (o, skip) = (Vec3::from_array(p), None);
+                    (o, skip, flown) = (Vec3::from_array(p), None, flown + limit);
                 }
-                (None, Some(hit)) if hit.t <= limit => return WalkEnd::Facet(hit, o + d * hit.t),
+                (None, Some(hit)) if hit.t <= limit => {
+                    return WalkEnd::Facet(hit, o + d * hit.t, flown + hit.t);
+                }
                 _ => return WalkEnd::Escaped,
             }
         }

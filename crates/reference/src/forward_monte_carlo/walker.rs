@@ -2,6 +2,7 @@
 
 use super::emission_sampling::{EmissionElement, EmissionTable};
 use super::optics::{ElementOptics, SceneOptics};
+use super::problem::ForwardProblem;
 use super::score::{ScoreLayout, band_score, reemission_score};
 use super::walk_scene::{TrackLocation, WalkEnd, WalkScene, WalkStart};
 use crate::path_tracer::bvh::RayHit;
@@ -10,7 +11,10 @@ use crate::rng::{Rng, hash, select_band};
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_coordinates;
-use zonal_scene::{Band, Light, Plate, PlateKind, SUBCELLS, Scene, Sides, VolumeSample, VoxelZone, Zones};
+use zonal_scene::{
+    Band, Light, MAX_CONTINUED_PATCH_SIZES, Plate, PlateKind, SUBCELLS, Scene, Sides, VolumeSample,
+    VoxelZone, Zones,
+};
 
 /// Independent batches of a mean.
 pub(super) const BATCH_COUNT: usize = 32;
@@ -28,14 +32,41 @@ pub(super) struct Walker<'a> {
     walk_scene: WalkScene<'a>,
     pub optics: SceneOptics,
     zones: Option<&'a Zones>,
+    /// True where light to patches close by leaves from the point met.
+    divides: bool,
     pub layout: ScoreLayout,
     /// The patches of each facet.
     patches: Option<Vec<Vec<usize>>>,
 }
 
+/// The ends of a flight that count.
+#[derive(Clone, Copy)]
+enum FlightEnds {
+    All,
+    /// Patches nearer than a distance, m.
+    PatchesWithin(f64),
+    /// All others.
+    OthersThanPatchesWithin(f64),
+}
+
+impl FlightEnds {
+    /// True where the end of a flight counts, `patch` being the length of the flight where it ends on a patch.
+    fn counts(self, patch: Option<f64>) -> bool {
+        let within = |r: f64| patch.is_some_and(|length| length < r);
+        match self {
+            FlightEnds::All => true,
+            FlightEnds::PatchesWithin(r) => within(r),
+            FlightEnds::OthersThanPatchesWithin(r) => !within(r),
+        }
+    }
+}
+
 /// The state of a walk.
+#[derive(Clone, Copy)]
 struct WalkState {
     start: WalkStart,
+    /// The ends of its next flight that count.
+    ends: FlightEnds,
     direction: Vec3,
     weight: f64,
     band: Band,
@@ -61,10 +92,11 @@ impl<'a> Walker<'a> {
     pub(super) fn new(
         walk_scene: WalkScene<'a>,
         optics: SceneOptics,
-        zones: Option<&'a Zones>,
+        problem: ForwardProblem<'a>,
         layout: ScoreLayout,
     ) -> Walker<'a> {
-        Walker { walk_scene, optics, zones, layout, patches: zones.map(patches_by_facet) }
+        let (zones, divides) = (problem.zones(), matches!(problem, ForwardProblem::ContinuedRays(_)));
+        Walker { walk_scene, optics, zones, divides, layout, patches: zones.map(patches_by_facet) }
     }
 
     /// Runs `walks` walks of a band and adds their scores to `sums`.
@@ -86,7 +118,8 @@ impl<'a> Walker<'a> {
             let (source, sign) = sources.at(u);
             let weight = sign * sources.power / walks as f64;
             if let Some((start, direction, counted)) = self.begin(source, &mut rng) {
-                self.run(WalkState { start, direction, weight, band, counted }, &mut rng, sums);
+                let ends = FlightEnds::All;
+                self.run(WalkState { start, ends, direction, weight, band, counted }, &mut rng, sums);
             }
         }
     }
@@ -208,9 +241,23 @@ impl<'a> Walker<'a> {
         })
     }
 
-    /// Follows a walk to its end.
-    fn run(&self, mut w: WalkState, rng: &mut Rng, sums: &mut [f64]) {
+    /// Follows a walk and its parts to their ends.
+    fn run(&self, w: WalkState, rng: &mut Rng, sums: &mut [f64]) {
         let initial = w.weight.abs();
+        let mut parts = vec![w];
+        while let Some(w) = parts.pop() {
+            self.follow((w, initial), &mut parts, rng, sums);
+        }
+    }
+
+    /// Follows a part of a walk to its end and appends the parts that leave it; `initial` is the weight of the walk.
+    fn follow(
+        &self,
+        (mut w, initial): (WalkState, f64),
+        parts: &mut Vec<WalkState>,
+        rng: &mut Rng,
+        sums: &mut [f64],
+    ) {
         if self.starts_covered(&w) {
             // A covered part is excluded; a patch that is covered in part loses its emission there.
             if self.zones.is_some() {
@@ -222,11 +269,17 @@ impl<'a> Walker<'a> {
             // Fly to the next event and score the lengths on the way.
             let tau = -(1.0 - rng.uniform()).ln();
             let (band, weight) = (w.band, w.weight);
+            let scores_lengths = w.ends.counts(None);
             let end = self.walk_scene.fly(&w.start, w.direction, band, tau, &mut |location, length| {
-                self.score_length(location, weight * length, band, sums);
+                if scores_lengths {
+                    self.score_length(location, weight * length, band, sums);
+                }
             });
             if !self.scatter(end, &mut w, rng, sums) {
                 return;
+            }
+            if let Some(part) = self.divide(end, &mut w, rng) {
+                parts.push(part);
             }
             w.counted = true;
             if self.zones.is_some() && self.starts_covered(&w) {
@@ -246,6 +299,10 @@ impl<'a> Walker<'a> {
 
     /// Scores the end of a flight and continues the walk from it; false where the walk ends.
     fn scatter(&self, end: WalkEnd, w: &mut WalkState, rng: &mut Rng, sums: &mut [f64]) -> bool {
+        if !matches!(end, WalkEnd::Facet(..)) && !std::mem::replace(&mut w.ends, FlightEnds::All).counts(None)
+        {
+            return false;
+        }
         match end {
             WalkEnd::Escaped => {
                 if w.counted {
@@ -253,7 +310,7 @@ impl<'a> Walker<'a> {
                 }
                 false
             }
-            WalkEnd::Facet(hit, at) => self.scatter_at_facet(hit, at, w, rng, sums),
+            WalkEnd::Facet(hit, at, length) => self.scatter_at_facet(hit, (at, length), w, rng, sums),
             WalkEnd::Cell(cell, at) => {
                 if !absorb(&self.optics.cells[cell], w, rng) {
                     return false;
@@ -283,7 +340,7 @@ impl<'a> Walker<'a> {
     fn scatter_at_facet(
         &self,
         hit: RayHit,
-        at: Vec3,
+        (at, length): (Vec3, f64),
         w: &mut WalkState,
         rng: &mut Rng,
         sums: &mut [f64],
@@ -292,7 +349,11 @@ impl<'a> Walker<'a> {
         let facet = &scene.facets()[hit.id as usize];
         let two_sided = scene.surfaces()[facet.surface].sides == Sides::Both;
         let normal = if hit.front { facet.plate.normal() } else { -facet.plate.normal() };
-        if (!hit.front && !two_sided) || self.walk_scene.is_covered(at, normal, hit.id) {
+        let is_lost = (!hit.front && !two_sided) || self.walk_scene.is_covered(at, normal, hit.id);
+        if !std::mem::replace(&mut w.ends, FlightEnds::All).counts((!is_lost).then_some(length)) {
+            return false;
+        }
+        if is_lost {
             sums[band_score(self.layout.backs, w.band)] += w.weight;
             return false;
         }
@@ -311,6 +372,28 @@ impl<'a> Walker<'a> {
         w.start = WalkStart { at, facet: Some(hit.id), pane: None };
         w.direction = rng.cosine_direction(normal);
         true
+    }
+
+    /// Divides a walk that leaves a patch: the part that is returned leaves from the point where its flight ended, and counts on patches close by; the other one
+    /// counts elsewhere. `None` where rays do not go on from the patch.
+    fn divide(&self, end: WalkEnd, w: &mut WalkState, rng: &mut Rng) -> Option<WalkState> {
+        let WalkEnd::Facet(hit, at, _) = end else { return None };
+        let zones = self.zones.filter(|_| self.divides)?;
+        let plate = &self.walk_scene.scene.facets()[hit.id as usize].plate;
+        let normal = if hit.front { plate.normal() } else { -plate.normal() };
+        let i = self.patch_at(hit.id, normal, at)?;
+        if zones.sheets.opposite(i).is_some() {
+            return None;
+        }
+        let reach = MAX_CONTINUED_PATCH_SIZES * zones.patches[i].area.sqrt();
+        w.ends = FlightEnds::OthersThanPatchesWithin(reach);
+        Some(WalkState {
+            start: WalkStart { at, facet: Some(hit.id), pane: None },
+            ends: FlightEnds::PatchesWithin(reach),
+            direction: rng.cosine_direction(normal),
+            counted: true,
+            ..*w
+        })
     }
 
     /// Scores a weighted length in the medium or in a pane.

@@ -3,12 +3,12 @@
 //! The command and Python must write solutions of the same bytes, and the same table. A model written as one OBJ file becomes a scene by
 //! `zonal init`, which is solved and compared with random walks as the other scenes are.
 
-use super::measure::{Quantity, names, zones};
+use super::measure::{Quantity, names, rays_go_on, zones};
 use super::model::{FACES, ModelShape, SceneModel, Triple, add, obj, wall};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use zonal_io::input;
-use zonal_reference::forward_monte_carlo::{ClosedSurfaces, trace_forward};
+use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardProblem, trace_forward};
 use zonal_scene::NoProgress;
 
 /// One scene in this number goes through the programs.
@@ -169,8 +169,12 @@ fn try_init(
     let scene = input::parse_scene(&text, Some(folder), "proposed.toml").map_err(|e| e.to_string())?;
     let s = zonal_solve::solve(scene, MAX_MEMORY, &NoProgress).map_err(|e| e.to_string())?;
     let open = ClosedSurfaces::default();
-    let mut list = names(&s, &trace_forward(&s.scene, &open, None, walks, 2 * index));
-    list.extend(zones(&s, &trace_forward(&s.scene, &open, Some(&s.zones), walks, 2 * index + 1)));
+    let mut list = names(&s, &trace_forward(&s.scene, &open, ForwardProblem::Continuous, walks, 2 * index));
+    let problem = match rays_go_on(&s) {
+        true => ForwardProblem::ContinuedRays(&s.zones),
+        false => ForwardProblem::Zones(&s.zones),
+    };
+    list.extend(zones(&s, &trace_forward(&s.scene, &open, problem, walks, 2 * index + 1)));
     let warned = super::stated::warned(&s.report);
     Ok(list.into_iter().map(|q| Quantity { scene: index, engine: "init, auto", warned, ..q }).collect())
 }

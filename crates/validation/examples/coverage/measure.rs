@@ -5,7 +5,7 @@ use super::stated;
 use std::path::Path;
 use zonal_io::input;
 use zonal_reference::SampleEstimate;
-use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardSolution, trace_forward};
+use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardProblem, ForwardSolution, trace_forward};
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{Band, Bands, NoProgress, Report, Scene, Severity, Solution};
 
@@ -172,6 +172,21 @@ impl SceneMeasurement {
 /// A Monte Carlo result, and whether it is the longer second run.
 type Walked = (ForwardSolution, bool);
 
+/// The Monte Carlo results of a scene, each run where it is needed.
+#[derive(Default)]
+struct Truths {
+    named: Option<Walked>,
+    /// On the zones of the first engine.
+    by_zone: Option<Walked>,
+    /// The same with rays that go on from patches close by.
+    by_ray: Option<Walked>,
+}
+
+/// True where the solution is that of rays that go on from patches close by.
+pub(crate) fn rays_go_on(s: &Solution) -> bool {
+    s.report.engine.starts_with("hierarchical") && !s.scene.couples_bands()
+}
+
 /// Quantities of a solution by name, and by zone without slopes; runs the reference where it is missing, and longer where it differs.
 fn compare_with_reference(
     model: &SceneModel,
@@ -179,14 +194,16 @@ fn compare_with_reference(
     basis: &str,
     (walks, seed): (usize, u64),
     truth: Option<&Scene>,
-    truths: &mut Option<(Walked, Option<Walked>)>,
+    truths: &mut Truths,
 ) -> Vec<Quantity> {
     let enclosing = closed(model, &s.scene);
     let traced = truth.unwrap_or(&s.scene);
     let traced_enclosing = closed(model.truth.as_deref().unwrap_or(model), traced);
-    let by_name = |walks: usize, seed: u64| trace_forward(traced, &traced_enclosing, None, walks, seed);
+    let by_name = |walks: usize, seed: u64| {
+        trace_forward(traced, &traced_enclosing, ForwardProblem::Continuous, walks, seed)
+    };
     // Walks on zones exclude slopes and use the zones of the first engine.
-    let (named, by_zone) = truths.get_or_insert_with(|| ((by_name(walks, 2 * seed), false), None));
+    let named = truths.named.get_or_insert_with(|| (by_name(walks, 2 * seed), false));
     let mut list = names(s, &named.0);
     if !named.1 && list.iter().any(|q| !q.is_unknown() && !q.is_covered()) {
         *named = (by_name(EXTRA_WALKS_FACTOR * walks, 2 * seed + EXTRA_WALKS_FACTOR as u64), true);
@@ -194,7 +211,11 @@ fn compare_with_reference(
     }
     // Walks are not reflected by symmetry planes, and the zones of another model are others.
     if basis == "constant" && !s.scene.has_mirrors() {
-        let walk = |walks: usize, seed: u64| trace_forward(&s.scene, &enclosing, Some(&s.zones), walks, seed);
+        let (by_zone, problem) = match rays_go_on(s) {
+            true => (&mut truths.by_ray, ForwardProblem::ContinuedRays(&s.zones)),
+            false => (&mut truths.by_zone, ForwardProblem::Zones(&s.zones)),
+        };
+        let walk = |walks: usize, seed: u64| trace_forward(&s.scene, &enclosing, problem, walks, seed);
         let by_zone = by_zone.get_or_insert_with(|| (walk(walks, 2 * seed + 1), false));
         if by_zone.0.zones.len() == s.zones.len() {
             let mut met = zones(s, &by_zone.0);
@@ -230,8 +251,7 @@ pub(crate) fn measure(
             return out;
         }
     };
-    // By name and by zone.
-    let mut truths: Option<(Walked, Option<Walked>)> = None;
+    let mut truths = Truths::default();
     let order = (0..VARIANTS.len()).map(|k| (k + first.unwrap_or(0)) % VARIANTS.len());
     for k in order {
         if first.is_some() && !out.solutions.is_empty() {

@@ -111,9 +111,9 @@ impl CampaignSummary {
             ),
             ("unknown errors: at most 2 %", format!("{unknown:.2} %"), unknown <= 2.0),
             (
-                "median of stated over true, where the difference shows: at most 6",
+                "median of stated over true, where the difference shows: at most 3",
                 format!("{:.2} ({} quantities)", self.median.0, self.median.1),
-                self.median.0.is_nan() || self.median.0 <= 6.0,
+                self.median.0.is_nan() || self.median.0 <= 3.0,
             ),
             (
                 "sums that an invariance changes by more than the stated errors: none",
