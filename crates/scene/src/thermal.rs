@@ -412,7 +412,7 @@ impl Thermal {
         std::iter::once(&self.band_fractions).chain(self.cell_fractions.iter().flat_map(|f| &f.kinds))
     }
     /// True if the network has unknown temperatures, or convection at surfaces whose temperature is not given.
-    pub fn has_unknown_nodes(&self) -> bool {
+    pub(crate) fn has_unknown_nodes(&self) -> bool {
         let Some(network) = &self.network else { return false };
         let is_free = |k: usize| !matches!(self.surfaces[k], ThermalCondition::Temperature(_));
         (0..network.nodes.len()).any(|k| network.is_unknown(k))
