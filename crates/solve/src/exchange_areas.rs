@@ -13,6 +13,7 @@ use crate::report::cost_estimate::problem_size;
 use crate::settings::check_interrupted;
 use crate::thermal::emissivity::set_known_reflectances;
 use crate::total_exchange_areas::{NUMBERS_PER_PAIR, sum_by_group, total_exchange_areas};
+use crate::zone_power::fluence_factor;
 use rayon::prelude::*;
 use zonal_exchange::pair::{
     Exchange, PairCounts, PairSettings, closure_target, scaled_radiosity_coefficient,
@@ -287,9 +288,8 @@ impl ExchangeAreas {
         for (b, band) in Band::all().enumerate().take(self.matrices) {
             let (rows, pairs) = (b * n..(b + 1) * n, b * n * n..(b + 1) * n * n);
             // ρ of a patch; the response of a volume is Ω/4.
-            let reflected: Vec<f64> = (0..n)
-                .map(|i| zones.response(i).0[band] * if i < zones.voxel_offset() { 1.0 } else { 4.0 })
-                .collect();
+            let reflected: Vec<f64> =
+                (0..n).map(|i| zones.response(i).0[band] * fluence_factor(zones, i)).collect();
             let c = &self.direct.closure[rows];
             let t = total_exchange_areas(
                 &self.direct.areas[pairs.clone()],

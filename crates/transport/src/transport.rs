@@ -212,11 +212,8 @@ impl<'a> Transport<'a> {
         if range.len() <= 1 {
             return range.into_iter().next();
         }
-        self.volume_zone_in_subcell(zones, cell, p).or_else(|| {
-            let candidates = self.nearest_samples(zones, cell, p);
-            let visible = candidates.iter().find(|n| !self.occluded(p, n.2));
-            visible.or(candidates.first()).map(|n| n.1)
-        })
+        self.visible_volume_zone(zones, cell, p)
+            .or_else(|| self.nearest_samples(zones, cell, p).first().map(|n| n.1))
     }
 
     /// As [`Transport::volume_zone_at`]; `None` where no sample tried sees `p`.

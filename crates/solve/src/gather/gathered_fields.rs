@@ -10,6 +10,7 @@ use super::gather_task::{GatherTask, ranges_of_kinds};
 use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
 use super::single_precision::{SingleBands, to_single};
 use super::zone_groups::GROUPS_TOGETHER;
+use crate::zone_power::fluence_factor;
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_scene::{Band, Bands};
@@ -41,7 +42,7 @@ struct Means<'a> {
 impl Means<'_> {
     /// H or G over the mean of the samples of zone `i`.
     fn factor(&self, i: usize) -> f64 {
-        if i < self.task.zones.voxel_offset() { 1.0 } else { 4.0 }
+        fluence_factor(self.task.zones, i)
     }
 
     /// Mean of one half of column `c`.

@@ -3,7 +3,7 @@
 //! The command and Python must write solutions of the same bytes, and the same table. A model written as one OBJ file becomes a scene by
 //! `zonal init`, which is solved and compared with random walks as the other scenes are.
 
-use super::measure::{Quantity, names, rays_go_on, zones};
+use super::measure::{Quantity, names, zone_problem, zones};
 use super::model::{FACES, ModelShape, SceneModel, Triple, add, obj, wall};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -170,11 +170,7 @@ fn try_init(
     let s = zonal_solve::solve(scene, MAX_MEMORY, &NoProgress).map_err(|e| e.to_string())?;
     let open = ClosedSurfaces::default();
     let mut list = names(&s, &trace_forward(&s.scene, &open, ForwardProblem::Continuous, walks, 2 * index));
-    let problem = match rays_go_on(&s) {
-        true => ForwardProblem::ContinuedRays(&s.zones),
-        false => ForwardProblem::Zones(&s.zones),
-    };
-    list.extend(zones(&s, &trace_forward(&s.scene, &open, problem, walks, 2 * index + 1)));
+    list.extend(zones(&s, &trace_forward(&s.scene, &open, zone_problem(&s), walks, 2 * index + 1)));
     let warned = super::stated::warned(&s.report);
     Ok(list.into_iter().map(|q| Quantity { scene: index, engine: "init, auto", warned, ..q }).collect())
 }

@@ -182,9 +182,13 @@ struct Truths {
     by_ray: Option<Walked>,
 }
 
-/// True where the solution is that of rays that go on from patches close by.
-pub(crate) fn rays_go_on(s: &Solution) -> bool {
-    s.report.engine.starts_with("hierarchical") && !s.scene.couples_bands()
+/// The equations on its zones that a solution solves: those of rays that go on from patches close by, or those of the zones.
+pub(crate) fn zone_problem(s: &Solution) -> ForwardProblem<'_> {
+    if s.report.engine.starts_with("hierarchical") && !s.scene.couples_bands() {
+        ForwardProblem::ContinuedRays(&s.zones)
+    } else {
+        ForwardProblem::Zones(&s.zones)
+    }
 }
 
 /// Quantities of a solution by name, and by zone without slopes; runs the reference where it is missing, and longer where it differs.
@@ -211,9 +215,10 @@ fn compare_with_reference(
     }
     // Walks are not reflected by symmetry planes, and the zones of another model are others.
     if basis == "constant" && !s.scene.has_mirrors() {
-        let (by_zone, problem) = match rays_go_on(s) {
-            true => (&mut truths.by_ray, ForwardProblem::ContinuedRays(&s.zones)),
-            false => (&mut truths.by_zone, ForwardProblem::Zones(&s.zones)),
+        let problem = zone_problem(s);
+        let by_zone = match problem {
+            ForwardProblem::ContinuedRays(_) => &mut truths.by_ray,
+            _ => &mut truths.by_zone,
         };
         let walk = |walks: usize, seed: u64| trace_forward(&s.scene, &enclosing, problem, walks, seed);
         let by_zone = by_zone.get_or_insert_with(|| (walk(walks, 2 * seed + 1), false));
