@@ -16,12 +16,10 @@ const LEAST_EMPTY_TOLERANCE: f64 = 1e-7;
 const LEAST_COARSE_TOLERANCE: f64 = 1e-4;
 const TURNS_OF_FINE: u64 = 5;
 /// Error of the spatial reference relative to the least tolerance.
-const REFERENCE_SHARE: f64 = 0.02;
+const REFERENCE_SHARE: f64 = 0.01;
 /// Divided triangles of the spatial reference for a row, at most: fewer in meshes of many facets, whose views cost more.
 const MAX_TRIANGLES: usize = 800;
 const MAX_TRIANGLE_VIEWS: usize = 40_000;
-/// Rows of a mesh that are compared, at most.
-const MAX_ROWS: usize = 4;
 /// Share of the smaller area below which factors are left out, relative to the tolerance.
 const OMITTED: f64 = 1.0 / 500.0;
 /// Meshes of each turn: one of each kind in space, and this many cross-sections of each kind.
@@ -145,16 +143,8 @@ fn in_space(kind: usize, least: f64, rng: &mut Rng) -> Reference {
     let least_tolerance = least_tolerance.max(least);
     let scene = VisibleScene::new(&mesh.facets, &mesh.covers);
     let triangles = (MAX_TRIANGLE_VIEWS / (scene.len() * scene.len())).clamp(20, MAX_TRIANGLES);
-    let step = scene.len().div_ceil(MAX_ROWS);
-    let row = |i: usize| {
-        let area = scene.area(i);
-        if !i.is_multiple_of(step) {
-            return ReferenceRow { area, facets: Vec::new(), sky: None, ground: None };
-        }
-        let row = scene.row(i, REFERENCE_SHARE * least_tolerance, triangles);
-        ReferenceRow::in_space(area, row)
-    };
-    let rows = (0..scene.len()).map(row).collect();
+    let rows = scene.rows(REFERENCE_SHARE * least_tolerance, triangles).into_iter().enumerate();
+    let rows = rows.map(|(i, row)| ReferenceRow::in_space(scene.area(i), row)).collect();
     let mut set = FacetSet::new();
     mesh.facets.iter().for_each(|c| {
         set.add_surface(c);
