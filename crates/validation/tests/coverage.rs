@@ -43,7 +43,6 @@ fn stated_errors_cover_true_errors_in_random_scenes() {
         walks: WALKS,
         size: CampaignSize::Small,
         keep: None,
-        keep_all: false,
         entry_points: EntryPoints::default(),
     };
     let done = run::run(&plan, |_| {});

@@ -2,7 +2,7 @@
 //! errors are compared with the true ones.
 //!
 //! ```text
-//! coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--keep-all FOLDER] [--page docs/coverage.md]
+//! coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--write FOLDER] [--page docs/coverage.md]
 //!          [--command target/release/zonal] [--python PATH]
 //! ```
 //!
@@ -19,7 +19,7 @@
 //! With `--command`, one scene in five is solved by that program as well, with `--python` by the Python package too: the bytes of both must be equal. One in five
 //! becomes a mesh file, if it is one of surfaces alone, and goes through `zonal init`.
 //!
-//! `--keep` writes the scenes on which something fails, `--keep-all` all of them, `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each
+//! `--keep` writes the scenes on which something fails, `--write` writes all and solves none (for another program), `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each
 //! for one engine. Exit code 1 where a verdict fails.
 
 mod entry_points;
@@ -43,7 +43,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use summary::CampaignSummary;
 
-const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--keep-all FOLDER] \
+const USAGE: &str = "coverage --random N --seed S [--walks 40000] [--index K] [--small yes] [--keep FOLDER] [--write FOLDER] \
 [--page FILE.md] [--command ZONAL] [--python PYTHON], or coverage --view-factors N --seed S [--tolerance T]... [--index K] [--page FILE.md]; \
 described in crates/validation/examples/coverage/main.rs";
 
@@ -55,6 +55,8 @@ const SCENES_PER_PROGRESS: usize = 20;
 struct CampaignOptions {
     plan: CampaignPlan,
     page: Option<PathBuf>,
+    /// The folder of all scenes, none of which is solved.
+    write: Option<PathBuf>,
     all: bool,
     /// Meshes of a campaign of view factors in place of scenes.
     meshes: Option<u64>,
@@ -73,10 +75,9 @@ fn options() -> Result<CampaignOptions, String> {
         walks: 40_000,
         size: CampaignSize::Full,
         keep: None,
-        keep_all: false,
         entry_points: EntryPoints::default(),
     };
-    let (mut page, mut all, mut meshes, mut tolerances) = (None, false, None, Vec::new());
+    let (mut page, mut write, mut all, mut meshes, mut tolerances) = (None, None, false, None, Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(key) = args.next() {
         if key == "--help" || key == "-h" {
@@ -96,14 +97,14 @@ fn options() -> Result<CampaignOptions, String> {
                 let tolerance = value.parse::<f64>().ok().filter(|t| *t > 0.0 && *t < 1.0);
                 tolerances.push(tolerance.ok_or(format!("--tolerance: '{value}' is not between 0 and 1"))?);
             }
-            "--keep-all" => (plan.keep, plan.keep_all) = (Some(value.into()), true),
+            "--write" => write = Some(value.into()),
             "--command" => plan.entry_points.command = Some(absolute(&value)?),
             "--python" => plan.entry_points.python = Some(absolute(&value)?),
             "--page" => page = Some(value.into()),
             _ => return Err(format!("{key}: no such option; usage: {USAGE}")),
         }
     }
-    Ok(CampaignOptions { plan, page, all, meshes, tolerances })
+    Ok(CampaignOptions { plan, page, write, all, meshes, tolerances })
 }
 
 /// Failures of a scene, a line each.
@@ -176,6 +177,15 @@ fn main() -> ExitCode {
     };
     if let Some(meshes) = options.meshes {
         return view_factor_campaign(&options, meshes);
+    }
+    if let Some(folder) = &options.write {
+        return match run::write_scenes(&options.plan, folder) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(e) => {
+                eprintln!("error: {}: {e}", folder.display());
+                ExitCode::from(2)
+            }
+        };
     }
     let finished = AtomicUsize::new(0);
     let done = run::run(&options.plan, |d| {

@@ -19,8 +19,6 @@ pub(crate) struct CampaignPlan {
     pub size: CampaignSize,
     /// Where scenes that fail are written.
     pub keep: Option<PathBuf>,
-    /// True where all scenes are written.
-    pub keep_all: bool,
     /// Programs that some of the scenes go through.
     pub entry_points: EntryPoints,
 }
@@ -99,12 +97,25 @@ fn run_scene(plan: &CampaignPlan, index: u64, folder: &Path) -> SceneResult {
     done.quantities.extend(trial.quantities);
     done.failures.extend(trial.failures);
     if let Some(keep) = &plan.keep
-        && (done.failed() || plan.keep_all || plan.scenes.len() == 1)
-        && let Err(e) = write(&model, &keep.join(format!("{}-{index}", plan.seed)))
+        && (done.failed() || plan.scenes.len() == 1)
+        && let Err(e) = write(&model, &scene_folder(keep, plan.seed, index))
     {
         done.failures.push(format!("the scene could not be kept: {e}"));
     }
     done
+}
+
+/// The folder of a scene that is written.
+fn scene_folder(parent: &Path, seed: u64, index: u64) -> PathBuf {
+    parent.join(format!("{seed}-{index}"))
+}
+
+/// Writes all scenes.
+pub(crate) fn write_scenes(plan: &CampaignPlan, folder: &Path) -> std::io::Result<()> {
+    plan.scenes.iter().try_for_each(|index| {
+        let (model, _) = generate::model(plan.seed, *index, plan.size);
+        write(&model, &scene_folder(folder, plan.seed, *index))
+    })
 }
 
 /// Writes a scene with its meshes.
