@@ -222,21 +222,10 @@ impl VisibleScene {
         let count = self.facets + 3;
         let mut errors = vec![0.0; count];
         let add = |t: [Vec3; 3], whole: Option<[Vec<f64>; 2]>, errors: &mut Vec<f64>| {
-            let whole = whole.unwrap_or_else(|| self.integral(i, &t));
-            let quarters = quarters(&t);
-            let sums: Vec<[Vec<f64>; 2]> = quarters.iter().map(|q| self.integral(i, q)).collect();
-            let total = |rule: usize, k: usize| sums.iter().map(|s| s[rule][k]).sum::<f64>();
-            let value: Vec<f64> = (0..count).map(|k| total(0, k)).collect();
-            let error = |k: usize| {
-                let of_whole = (value[k] - whole[0][k]).abs().max((whole[0][k] - whole[1][k]).abs());
-                of_whole.max((value[k] - total(1, k)).abs())
-            };
-            let error: Vec<f64> = (0..count).map(error).collect();
-            errors.iter_mut().zip(&error).for_each(|(s, e)| *s += e);
-            let area = 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
-            let is_coarse = area > LARGEST_PART * self.polygons[i].area;
-            let worst = if is_coarse { f64::INFINITY } else { error.iter().fold(0.0f64, |s, e| s.max(*e)) };
-            Largest { key: worst, item: DividedTriangle { quarters, sums, value, error } }
+            let (is_coarse, item) = self.divided(i, t, whole);
+            errors.iter_mut().zip(&item.error).for_each(|(s, e)| *s += e);
+            let worst = item.error.iter().fold(0.0f64, |s, e| s.max(*e));
+            Largest { key: if is_coarse { f64::INFINITY } else { worst }, item }
         };
         for t in self.smooth_parts(i) {
             parts.push(add(t, None, &mut errors));
@@ -267,6 +256,22 @@ impl VisibleScene {
             ground: factor(self.facets + 1),
             unresolved: factor(self.facets + 2),
         }
+    }
+
+    /// A triangle of facet `i` with its integrals, and whether it is larger than those whose error is trusted; `whole` holds the integrals of both rules.
+    fn divided(&self, i: usize, t: [Vec3; 3], whole: Option<[Vec<f64>; 2]>) -> (bool, DividedTriangle) {
+        let whole = whole.unwrap_or_else(|| self.integral(i, &t));
+        let quarters = quarters(&t);
+        let sums: Vec<[Vec<f64>; 2]> = quarters.iter().map(|q| self.integral(i, q)).collect();
+        let total = |rule: usize, k: usize| sums.iter().map(|s| s[rule][k]).sum::<f64>();
+        let value: Vec<f64> = (0..self.facets + 3).map(|k| total(0, k)).collect();
+        let error = |k: usize| {
+            let of_whole = (value[k] - whole[0][k]).abs().max((whole[0][k] - whole[1][k]).abs());
+            of_whole.max((value[k] - total(1, k)).abs())
+        };
+        let error = (0..value.len()).map(error).collect();
+        let area = 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
+        (area > LARGEST_PART * self.polygons[i].area, DividedTriangle { quarters, sums, value, error })
     }
 
     /// Facet `i` in triangles, cut along the polygons that touch or cross it, then along the planes of others, which are seen edge-on from there.
