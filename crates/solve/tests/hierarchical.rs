@@ -220,3 +220,50 @@ fn rays_follow_a_fixed_scattering_order() {
         }
     }
 }
+
+/// A square on the floor below a screen, over which a lamp shines, and perhaps a small lamp beside it.
+fn beside_a_hidden_lamp(small_lamp: &str) -> Scene {
+    read(&format!(
+        "[solve]\npatch_size = 0.25\ndiscretization_error = false\n\
+         [[surface]]\nname = 'floor'\nrectangle = {{ origin = [0,0,0], edge1 = [0.5,0,0], edge2 = [0,0.5,0] }}\nreflectance = 0\nsides = 'front'\n\
+         [[surface]]\nname = 'screen'\nrectangle = {{ origin = [-3,-3,1], edge1 = [0,6,0], edge2 = [6,0,0] }}\nreflectance = 0\npatch_size = 9\nsides = 'both'\n\
+         [[surface]]\nname = 'lamp'\nrectangle = {{ origin = [-1,-1,2], edge1 = [0,2,0], edge2 = [2,0,0] }}\nreflectance = 0\nemission = 100\nsides = 'front'\n\
+         {small_lamp}"
+    ))
+}
+
+#[test]
+fn gathered_samples_that_meet_no_light_are_no_proof_of_darkness() {
+    let small = "[[surface]]\nname = 'small'\nrectangle = { origin = [2,0,0.2], edge1 = [0,0.15,0], edge2 = [0,0,0.15] }\nreflectance = 0\nemission = 100\nsides = 'both'\n";
+    let scene = beside_a_hidden_lamp(small);
+    let dense = solved(&scene, Engine::Dense, 0.001, false);
+    for tolerance in [0.5, 0.2, 0.05] {
+        let ours = solved(&scene, Engine::Hierarchical, tolerance, false);
+        for i in 0..4 {
+            let (h, e, t) = (
+                ours.fields.incident[i].first(),
+                ours.fields.error[i].first(),
+                dense.fields.incident[i].first(),
+            );
+            // Few samples of a zone meet the lamp: its error is uncertain, but none is missing.
+            assert!(t > 0.01 && (h - t).abs() <= 6.0 * e, "{tolerance}, {i}: {h} ± {e} of {t}");
+        }
+    }
+    // Nothing is visible: the error says so, and so does a warning.
+    let ours = solved(&beside_a_hidden_lamp(""), Engine::Hierarchical, 0.05, false);
+    let floor = (0..4).map(|i| (ours.fields.incident[i].first(), ours.fields.error[i].first()));
+    for (h, e) in floor {
+        assert!(h == 0.0 && e > 0.0 && e < 0.5, "{h} ± {e}");
+    }
+}
+
+#[test]
+fn a_convex_body_in_the_open_has_no_field_and_no_error() {
+    let body = "[solve]\npatch_size = 0.5\n[[surface]]\nname = 'body'\nbox = { min = [0,0,0], max = [1,1,1] }\nreflectance = 0.5\nemission = 3\n";
+    let s = solved(&read(body), Engine::Hierarchical, 0.05, false);
+    assert!(
+        s.fields.incident.iter().chain(&s.fields.error).all(|h| h.first() == 0.0),
+        "{:?}",
+        s.fields.error
+    );
+}

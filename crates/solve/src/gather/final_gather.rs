@@ -15,7 +15,7 @@ use super::gather_sums::GatherSums;
 use super::gather_task::{GatherTask, ranges_of_kinds};
 use super::gathered_fields::GatheredFields;
 use super::zone_gather::{GatherScratch, GatheredSky, Gatherer, SampleRange, SampleSums};
-use crate::ray::padded_bands::{LANES, without_padding};
+use crate::ray::padded_bands::widened;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -146,7 +146,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
     let mut fields = GatheredFields::new(task);
     let mut changed = [true; 2];
     let goal = loop {
-        fields.update(task, &sums, changed);
+        fields.update(gatherer, task, &sums, changed);
         sums.escape.set_ratios(std::mem::take(&mut fields.escape_ratios));
         let goal = Goal::of(task, &fields);
         let more = goal.samples(task, &sums, &fields);
@@ -283,10 +283,6 @@ fn add_samples(
     escapes
 }
 
-fn widened(v: [f32; LANES]) -> Bands {
-    without_padding(v.map(f64::from))
-}
-
 /// The errors of a round and what they should become, of patches and of volume zones.
 struct Goal {
     /// Relative error by the noise of the gather: of the sum, and of an equally weighted sum over its multiple, the larger.
@@ -314,7 +310,9 @@ impl Goal {
                 let count = r.len().max(1) as f64;
                 let with_known =
                     |i: usize| fields.values[q][i] + if q == task.groups { known(i)[0] } else { Bands::ZERO };
-                (square(&mut r.map(with_known)) / count).sqrt()
+                let of_samples = (square(&mut r.clone().map(with_known)) / count).sqrt();
+                let unmet = (square(&mut r.map(|i| fields.unmet_level(q, i))) / count).sqrt();
+                of_samples.zip_map(unmet, |met, unmet| if met > 0.0 { met } else { unmet })
             })
         };
         let levels: Vec<[Bands; 2]> = (0..task.groups + 1).map(level).collect();

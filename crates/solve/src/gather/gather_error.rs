@@ -11,10 +11,17 @@
 //! The gain is much the same in neighbouring zones. Over a group of these (`zone_groups`), with c zones' worth of the ratio of all zones of a kind,
 //!
 //! ```text
-//! q = (Σ d² + c q_all s̄²)/(Σ s² + c s̄²)          e_i² = q ((1 − w) s_i² + w s̄²)
+//! q = (Σ d² + c q_all ŝ²)/(Σ s² + c ŝ²)          ŝ² = Σ s⁴/Σ s²          e_i² = (1 − w) q_i s_i² + w q s̄²
 //! ```
 //!
-//! with s̄² the mean of s² over the group: a zone whose few samples all agree has a share w of the group's variance.
+//! with s̄² the mean of s² over the group, and ŝ² that of the zones that hold most of it: a zone whose few samples all agree has a share w of the
+//! group's variance. q_i is q but for dim zones, those of s_i² < ŝ²/10, of which the group has k: their samples meet light seldom, and gain less.
+//! The halves of few zones may agree by chance: of m zones that hold the variance of a kind,
+//!
+//! ```text
+//! q_all = (m Σ d²/Σ s² + 1)/(m + 1)          m = (Σ s²)²/Σ s⁴
+//! q_i   = (Σ_dim d²/s² + 2)/(k + 2)          for dim zones
+//! ```
 
 use super::zone_groups::{ZONES_PER_GROUP, ZoneGroups};
 use rayon::prelude::*;
@@ -29,9 +36,14 @@ struct PoolingParams {
     prior_zones: f64,
     /// w: share of the group's variance in that of a zone.
     group_share: f64,
+    /// s²/ŝ² below which a zone is dim.
+    dim: f64,
+    /// Dim zones' worth of a ratio of one.
+    prior_dim_zones: f64,
 }
 
-const POOLING_PARAMS: PoolingParams = PoolingParams { prior_zones: 8.0, group_share: 0.1 };
+const POOLING_PARAMS: PoolingParams =
+    PoolingParams { prior_zones: 8.0, group_share: 0.1, dim: 0.1, prior_dim_zones: 2.0 };
 
 /// Share of the group's variance in that of a zone by few rays.
 const GROUP_SHARE_OF_FEW_RAYS: f64 = 0.6;
@@ -48,11 +60,24 @@ pub(crate) struct ZoneVariances {
 /// Standard errors of the zones of a kind, in the order of their groups.
 pub(crate) fn standard_errors(variances: &[ZoneVariances]) -> Vec<Bands> {
     let mut out = vec![Bands::ZERO; variances.len()];
-    let all = sums(variances);
-    let ratio_of_all = all.of_halves.zip_map(all.of_samples, ratio);
+    let ratio_of_all = ratio_of_all(variances);
     let groups = variances.par_chunks(ZONES_PER_GROUP).zip(out.par_chunks_mut(ZONES_PER_GROUP));
     groups.for_each(|(group, errors)| pool(group, ratio_of_all, errors));
     out
+}
+
+/// ŝ²: the variance of the zones that hold most of it.
+fn typical_variance(zones: &[ZoneVariances]) -> Bands {
+    let sum = |power: fn(Bands) -> Bands| zones.iter().fold(Bands::ZERO, |s, z| s + power(z.of_samples));
+    sum(|s| s * s).zip_map(sum(|s| s), ratio)
+}
+
+/// q_all; 1 without a variance.
+fn ratio_of_all(variances: &[ZoneVariances]) -> Bands {
+    let all = sums(variances);
+    let effective = all.of_samples.zip_map(typical_variance(variances), ratio);
+    (effective * all.of_halves.zip_map(all.of_samples, ratio) + Bands::ONE)
+        .zip_map(effective + Bands::ONE, ratio)
 }
 
 /// `a`/`b`; 0 where b is not positive.
@@ -71,11 +96,22 @@ fn pool(group: &[ZoneVariances], ratio_of_all: Bands, errors: &mut [Bands]) {
     let p = &POOLING_PARAMS;
     let all = sums(group);
     let mean = all.of_samples / group.len() as f64;
-    let prior = p.prior_zones * mean;
+    let typical = typical_variance(group);
+    let prior = p.prior_zones * typical;
     let gain = (all.of_halves + prior * ratio_of_all).zip_map(all.of_samples + prior, ratio);
+    let is_dim = |zone: &ZoneVariances| {
+        zone.of_samples.zip_map(typical, |s, typical| if s < p.dim * typical { 1.0 } else { 0.0 })
+    };
+    let dim = group.iter().fold([Bands::splat(p.prior_dim_zones); 2], |[sum, count], zone| {
+        let has_variance = zone.of_samples.map(|s| if s > 0.0 { 1.0 } else { 0.0 });
+        let counted = is_dim(zone) * has_variance;
+        [sum + counted * zone.of_halves.zip_map(zone.of_samples, ratio), count + counted]
+    });
+    let gain_of_dim = dim[0].zip_map(dim[1], ratio);
     for (zone, error) in group.iter().zip(errors) {
-        let variance = (1.0 - p.group_share) * zone.of_samples + p.group_share * mean;
-        *error = (gain * variance).sqrt();
+        let own_gain = gain + is_dim(zone) * (gain_of_dim - gain);
+        let variance = (1.0 - p.group_share) * own_gain * zone.of_samples + p.group_share * gain * mean;
+        *error = variance.sqrt();
     }
 }
 
@@ -146,6 +182,25 @@ mod tests {
             let expected = 0.1 * s(i);
             assert!((e.first() / expected - 1.0).abs() < 0.35, "{i}: {} {expected}", e.first());
         }
+    }
+
+    #[test]
+    fn dim_zones_have_a_gain_of_their_own() {
+        let bright = ZoneVariances { of_halves: Bands::splat(1e-4), of_samples: Bands::ONE };
+        let dim = ZoneVariances { of_halves: Bands::splat(1e-4), of_samples: Bands::splat(1e-4) };
+        let mut variances = vec![bright; 64];
+        variances[..8].fill(dim);
+        let errors = standard_errors(&variances);
+        let (dim, bright) = (errors[3].first(), errors[40].first());
+        assert!(dim > 0.009 && dim < 0.02 && bright > 0.01 && bright < 0.2, "{dim} {bright}");
+    }
+
+    #[test]
+    fn halves_of_one_zone_that_agree_by_chance_do_not_hide_its_variance() {
+        let mut variances = vec![ZoneVariances::default(); 64];
+        variances[5] = ZoneVariances { of_halves: Bands::splat(1e-6), of_samples: Bands::ONE };
+        let errors = standard_errors(&variances);
+        assert!(errors[5].first() > 0.5 && errors[5].first() < 1.0, "{:?}", errors[5]);
     }
 
     #[test]

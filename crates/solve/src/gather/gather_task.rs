@@ -25,6 +25,10 @@ pub(crate) struct GatherTask<'a> {
     pub known: &'a [[Bands; 2]],
     /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
     pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
+    /// H or G of every group by the stored rays, W/m².
+    pub stored: &'a (dyn Fn() -> Vec<Vec<Bands>> + Sync),
+    /// Stored rays of a patch, and of a volume zone or pane.
+    pub stored_rays: [usize; 2],
     /// Store of finished rounds.
     pub checkpoints: &'a dyn CheckpointStore,
     /// The processes that share the work, and the observer.

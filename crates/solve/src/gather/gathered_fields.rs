@@ -9,6 +9,8 @@ use super::gather_sums::GatherSums;
 use super::gather_task::{GatherTask, ranges_of_kinds};
 use super::half_smoothing::{self, HalfMeans, SmoothedGroup};
 use super::single_precision::{SingleBands, to_single};
+use super::unmet_light::UnmetLight;
+use super::zone_gather::Gatherer;
 use super::zone_groups::GROUPS_TOGETHER;
 use crate::zone_power::fluence_factor;
 use rayon::prelude::*;
@@ -30,6 +32,8 @@ pub(crate) struct GatheredFields {
     pub sky: Vec<Bands>,
     /// Escape rays for each sample in the next round ([`super::escape_rays::EscapeRays::ratios`]).
     pub escape_ratios: Vec<u8>,
+    /// Zones whose samples met no light.
+    unmet: UnmetLight,
 }
 
 /// The sums of the samples, with the corrections of their means by escape rays.
@@ -74,11 +78,24 @@ impl GatheredFields {
         let fields = || vec![vec![Bands::ZERO; n]; task.groups + 1];
         let sky = vec![Bands::ZERO; if task.sky.is_some() { n } else { 0 }];
         let inherited = vec![Bands::ZERO; n];
-        GatheredFields { values: fields(), errors: fields(), inherited, sky, escape_ratios: Vec::new() }
+        GatheredFields {
+            values: fields(),
+            errors: fields(),
+            inherited,
+            sky,
+            escape_ratios: Vec::new(),
+            unmet: UnmetLight::default(),
+        }
     }
 
     /// Determines the fields of the kinds of zones that have new samples: the patches, and the volume zones with the panes.
-    pub(crate) fn update(&mut self, task: &GatherTask, sums: &GatherSums, changed: [bool; 2]) {
+    pub(crate) fn update(
+        &mut self,
+        gatherer: &Gatherer,
+        task: &GatherTask,
+        sums: &GatherSums,
+        changed: [bool; 2],
+    ) {
         let mean = |i: usize, c: usize| sums.mean(i, c);
         let control = EscapeControl::new(&sums.escape, &sums.counts, task.zone_groups, mean);
         let means = Means { task, sums, control };
@@ -88,6 +105,8 @@ impl GatheredFields {
                 self.measure_errors(&means, kind);
                 self.smooth(task, &halves, kind);
                 self.measure_inherited_errors(&means, kind);
+                let fields = (self.values.as_slice(), self.errors.as_mut_slice());
+                self.unmet.contain((gatherer, task), sums, kind, fields);
             }
         }
         let moments = |i: usize| {
@@ -106,6 +125,11 @@ impl GatheredFields {
             let standard = standard_errors(&variances);
             order.iter().zip(standard).for_each(|(i, e)| errors[*i as usize] = e);
         }
+    }
+
+    /// What quantity `q` of zone `i` may be where no samples met light ([`UnmetLight::level`]); zero where light was met.
+    pub(crate) fn unmet_level(&self, q: usize, i: usize) -> Bands {
+        self.unmet.level(q, i)
     }
 
     /// The errors by the noise of the radiosities.

@@ -19,6 +19,7 @@
 //! | `half_smoothing` | smoothing over neighbouring zones, as far as the two halves show that it helps |
 //! | `regression_windows` | windows of neighbouring zones, and a linear fit over them |
 //! | `zone_groups` | groups of neighbouring zones |
+//! | `unmet_light` | errors of zones whose samples met no light |
 //! | `gather_error` | errors from two independent halves of the samples |
 
 mod escape_rays;
@@ -33,5 +34,6 @@ mod pane_openings;
 mod patch_lights;
 pub(crate) mod regression_windows;
 mod single_precision;
+mod unmet_light;
 pub(crate) mod zone_gather;
 pub(crate) mod zone_groups;

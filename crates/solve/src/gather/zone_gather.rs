@@ -27,7 +27,7 @@ use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
 use super::pane_openings::PaneOpenings;
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
 use super::single_precision::{self, SingleBands};
-use crate::ray::padded_bands::{LANES, PaddedBands, padded};
+use crate::ray::padded_bands::{LANES, PaddedBands, padded, widened};
 use crate::ray::path_continuation::{PathField, PathLights, PathVertex, VertexSource, vertex_index};
 use crate::ray::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayTracer};
 use crate::surroundings::zone_rays::{pane_ray_weight, point_in_zone, ray_from_point};
@@ -47,6 +47,9 @@ const GATHER_RAY: usize = 1 << 24;
 const CONNECTION: usize = 1 << 25;
 /// Smallest cosine at the end of a connection.
 const MIN_COSINE: f64 = 1e-6;
+/// Seed of the estimates of what nothing hides, and their number.
+const UNHIDDEN_SEED: u64 = 0x3c6e_f372_fe94_f82b;
+const UNHIDDEN_SAMPLES: usize = 32;
 /// Most nodes of the cut by which connections through panes are aimed.
 const NODES_OF_OPENINGS: usize = 32;
 
@@ -270,6 +273,64 @@ impl<'a> Gatherer<'a> {
             let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };
             each(&|c| self.value(c, scratch), sky);
         }
+    }
+
+    /// The largest radiosity of every one of the first `columns`, the surroundings included, W/m².
+    pub(crate) fn brightest(&self, columns: usize) -> Vec<Bands> {
+        let sky = |c: usize| self.field.sky.filter(|s| s.column == c).map_or(Bands::ZERO, |s| s.radiosity);
+        let of_column = |(c, b): (usize, &Vec<PaddedBands>)| {
+            let most = |m: PaddedBands, b: &PaddedBands| std::array::from_fn(|k| m[k].max(b[k]));
+            widened(b.iter().fold([0.0; LANES], most)).max(sky(c))
+        };
+        self.field.columns[..columns].iter().enumerate().map(of_column).collect()
+    }
+
+    /// The mean radiosity that zone `i` would meet in its directions if nothing hid anything, in every one of the first `columns`, W/m²: the larger of two
+    /// estimates, by patches as connections are aimed and by any zones; each is limited to the radiosity of the zone that it meets.
+    pub(crate) fn unhidden_light(&self, i: usize, columns: usize, scratch: &mut GatherScratch) -> Vec<Bands> {
+        let n = self.zones.len();
+        let seed = low_discrepancy::split_mix64((i as u64) << 1 ^ UNHIDDEN_SEED) as u32;
+        self.aim(i..i + 1, UNHIDDEN_SAMPLES, scratch);
+        let mut sums = [vec![Bands::ZERO; columns], vec![Bands::ZERO; columns]];
+        for k in 0..UNHIDDEN_SAMPLES {
+            let u = scrambled_sobol::point(k, seed);
+            let x = self.start(i, [u[2], u[3], u[7]]).0;
+            let any = ((u[6] * n as f64) as usize).min(n - 1);
+            let aimed = self.patch_lights.sample(&scratch.cut, u[0]);
+            for (sum, chosen) in sums.iter_mut().zip([aimed, Some((any as u32, 1.0 / n as f64))]) {
+                let Some((j, probability)) = chosen else { continue };
+                let share = (self.unhidden_share(i, x, j as usize, [u[1], u[4]]) / probability).min(1.0);
+                for (c, sum) in sum.iter_mut().enumerate() {
+                    *sum += share * widened(self.field.columns[c][j as usize]).map(|b| b.max(0.0));
+                }
+            }
+        }
+        let [aimed, any] = sums;
+        let sky =
+            |c: usize| self.field.sky.filter(|sky| sky.column == c).map_or(Bands::ZERO, |s| s.radiosity);
+        let larger = |(c, (a, b)): (usize, (Bands, Bands))| a.max(b) / UNHIDDEN_SAMPLES as f64 + sky(c);
+        aimed.into_iter().zip(any).enumerate().map(larger).collect()
+    }
+
+    /// Share of the directions of zone `i` at its point `x` in which a point of zone `j` stands for all of that, without what hides it.
+    fn unhidden_share(&self, i: usize, x: Vec3, j: usize, u: [f64; 2]) -> f64 {
+        let zones = self.zones;
+        let (y, normal, area) = if j < zones.voxel_offset() {
+            let p = &zones.patches[j];
+            let [s, t] = p.plate.warp(u);
+            (p.plate.at(s, t), Some(p.normal), p.area)
+        } else {
+            let ball = self.receiver(j);
+            (ball.centre, None, PI * ball.radius * ball.radius)
+        };
+        let distance = (y - x).length();
+        if j == i || distance <= self.tracer.transport.epsilon() {
+            return 0.0;
+        }
+        let dir = (y - x) / distance;
+        let towards = normal.map_or(1.0, |n| -n.dot(dir));
+        // Points of one plane are in front of each other by rounding alone.
+        if towards > MIN_COSINE { self.kernel(i, dir) * towards * area / (distance * distance) } else { 0.0 }
     }
 
     /// Sum over rays of a zone that [`Gatherer::aim`] has prepared of the weight with which they leave the scene.

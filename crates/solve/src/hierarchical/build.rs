@@ -252,6 +252,12 @@ fn relative_error(context: &SolveContext, gathered: &Gathered, known: &[[Bands; 
 
 /// The warning of a gather whose samples are at their maximum; `reported` has the earlier warnings of the engine.
 fn tolerance_missed(estimate: f64, tolerance: f64, reported: &[Diagnostic]) -> Diagnostic {
+    if estimate.is_infinite() {
+        return Diagnostic::warning(
+            "tolerance",
+            "no ray met light, though surfaces or media that send some lie in front of others: the errors are absolute; use a smaller tolerance for more rays",
+        );
+    }
     let is_memory = reported.iter().any(|d| d.code == "memory");
     let advice = match is_memory {
         true => tolerance_advice(Engine::Hierarchical, reported),

@@ -22,6 +22,12 @@ pub(crate) fn padded_f32(v: PerBand<f32>) -> PaddedBands {
     [a, b, c, 0.0]
 }
 
+/// The bands in double precision.
+#[inline]
+pub(crate) fn widened(v: PaddedBands) -> Bands {
+    without_padding(v.map(f64::from))
+}
+
 /// The bands of four lanes.
 #[inline]
 pub(crate) fn without_padding([a, b, c, _]: [f64; LANES]) -> Bands {

@@ -336,6 +336,7 @@ impl RayOperator<'_> {
             let fraction = i.checked_sub(self.zones.pane_offset()).map(|k| self.pane_self_exchange[k]);
             fraction.map_or(Bands::ZERO, |f| f * self.radiosity_of(i, columns[c][i]))
         };
+        let stored = || columns.iter().map(|s| self.stored_incident(s)).collect();
         let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect(), sky };
         let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
         let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
@@ -348,6 +349,8 @@ impl RayOperator<'_> {
             tolerance: self.scene.options().tolerance,
             known,
             own: &own,
+            stored: &stored,
+            stored_rays: self.table.rays_per_zone(),
             checkpoints,
             execution,
         };

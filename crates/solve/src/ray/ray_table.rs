@@ -359,6 +359,11 @@ impl<'a> RayTable<'a> {
         self.map_zones(one)
     }
 
+    /// Rays of a patch, and of a volume zone or pane.
+    pub(crate) fn rays_per_zone(&self) -> [usize; 2] {
+        self.rays_per_zone
+    }
+
     /// Mean radiosity that zone `i` receives from itself beside its rays; zero except for a pane zone.
     pub(crate) fn self_irradiation(&self, i: usize, b: &[PaddedBands]) -> Bands {
         let pane = (i + self.pane_self_exchange.len()).checked_sub(b.len());
