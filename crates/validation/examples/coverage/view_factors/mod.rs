@@ -5,7 +5,7 @@
 //! ```
 //!
 //! N random meshes in turn of every kind (`zonal_reference::random_meshes`), at each tolerance. Meshes in space have the reference
-//! `zonal_reference::visible_views` (exact views from points, integrated adaptively, with an error of its own), cross-sections that repeat along their
+//! `zonal_reference::visible_views` (exact views from points, integrated adaptively, with an error of its own; the rows of two facets check each other), cross-sections that repeat along their
 //! axis have crossed strings, exact to rounding. A factor **exceeds** its radius if |difference| > radius + error of the reference. A factor that
 //! is left out counts as zero with the radius that the documentation states. With `--index`, mesh K alone, each factor a line.
 //!
@@ -50,8 +50,8 @@ pub(crate) fn page(campaign: &FactorCampaign, tables: &str) -> String {
     format!(
         "# View factors: stated against true errors\n\n\
         Written by\n\n<!-- test: skip: it takes a quarter of an hour -->\n\n    cargo run --release -p zonal-validation --example coverage -- --view-factors {n} --seed {seed} --page docs/coverage-view-factors.md\n\n\
-        {n} random meshes, each at several tolerances. Meshes in space are compared with exact views from points, integrated adaptively over each facet; cross-sections\n\
-        that repeat along their axis with crossed strings. The reference of meshes in space serves down to 1e-4, that of empty rooms to 1e-7; cross-sections as triangles, which take long,\n\
+        {n} random meshes, each at several tolerances. Meshes in space are compared with exact views from points, integrated adaptively over each facet; where the integrals over two\n\
+        facets contradict each other, the errors of both contain the difference. Cross-sections that repeat along their axis are compared with crossed strings. The reference of meshes in space serves down to 1e-4, that of empty rooms to 1e-7; cross-sections as triangles, which take long,\n\
         are computed below 1e-4 in one turn of five. A radius is *exceeded* if the difference is larger than the radius and the error of the\n\
         reference together; *threefold* means three radii and that error. The reference is *sharp* if its error is at most the radius, or 2 % of the tolerance. A factor that is left out counts as zero\n\
         with the radius T/500 of the smaller facet.\n\n{tables}"
