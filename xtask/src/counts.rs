@@ -78,7 +78,7 @@ fn vague_words() -> BTreeSet<String> {
 #[must_use]
 pub fn count(root: &Path) -> Vec<Count> {
     let files = load(root);
-    let mut counts = vec![cycle_count(&files)];
+    let mut counts = Vec::from(cycle_counts(&files));
     counts.extend(surface_counts(&files));
     counts.extend(function_counts(&files));
     counts.push(constant_count(&files));
@@ -87,12 +87,18 @@ pub fn count(root: &Path) -> Vec<Count> {
     counts
 }
 
-fn cycle_count(files: &[SourceFile]) -> Count {
+fn cycle_counts(files: &[SourceFile]) -> [Count; 2] {
     let packages: BTreeSet<&str> = files.iter().map(|f| f.package.as_str()).collect();
-    let cycles: Vec<Vec<String>> = packages.iter().flat_map(|p| modules::cycles(files, p)).collect();
-    let places =
-        cycles.iter().map(|c| format!("cycle of {} edges:\n      {}", c.len(), c.join("\n      "))).collect();
-    Count::of("cycles of modules inside crates", 0, places)
+    let count = |name: &'static str, find: &dyn Fn(&[SourceFile], &str) -> Vec<Vec<String>>| {
+        let cycles = packages.iter().flat_map(|p| find(files, p));
+        let places =
+            cycles.map(|c| format!("cycle of {} edges:\n      {}", c.len(), c.join("\n      "))).collect();
+        Count::of(name, 0, places)
+    };
+    [
+        count("cycles of modules inside crates", &modules::cycles),
+        count("cycles of folders inside crates", &modules::folder_cycles),
+    ]
 }
 
 fn surface_counts(files: &[SourceFile]) -> [Count; 4] {

@@ -214,16 +214,37 @@ struct Place {
 /// The strongly connected components of more than one file, each as edges with the names taken.
 #[must_use]
 pub fn cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
+    cycles_of_parts(files, package, &|path| path.to_owned())
+}
+
+/// The strongly connected components of more than one folder, each as edges with the names taken. A file belongs to the first folder of its path below `src`; a
+/// file that lies in none is a folder of its own.
+#[must_use]
+pub fn folder_cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
+    let start = format!("crates/{package}/src/");
+    let first = |path: &str| {
+        let below = path.strip_prefix(&start).unwrap_or(path);
+        below.split(['/', '.']).next().unwrap_or(below).to_owned()
+    };
+    cycles_of_parts(files, package, &first)
+}
+
+/// The strongly connected components of the parts to which files belong, `part` being the part of a path.
+fn cycles_of_parts(files: &[SourceFile], package: &str, part: &dyn Fn(&str) -> String) -> Vec<Vec<String>> {
     let Some(tree) = ModuleTree::new(files, package) else { return Vec::new() };
     let edges = tree.edges();
-    let mut forward: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let part_of = |file: usize| part(&files[file].path);
+    let mut forward: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for &(a, b) in edges.keys() {
-        forward.entry(a).or_default().push(b);
+        let (a, b) = (part_of(a), part_of(b));
+        if a != b {
+            forward.entry(a).or_default().insert(b);
+        }
     }
-    let reach = |from: usize| {
+    let reach = |from: &String| {
         let (mut open, mut seen) = (vec![from], BTreeSet::new());
         while let Some(at) = open.pop() {
-            for &to in forward.get(&at).into_iter().flatten() {
+            for to in forward.get(at).into_iter().flatten() {
                 if seen.insert(to) {
                     open.push(to);
                 }
@@ -231,15 +252,18 @@ pub fn cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
         }
         seen
     };
-    let reached: BTreeMap<usize, BTreeSet<usize>> = forward.keys().map(|&a| (a, reach(a))).collect();
+    let reached: BTreeMap<&String, BTreeSet<&String>> = forward.keys().map(|a| (a, reach(a))).collect();
     let (mut found, mut placed) = (Vec::new(), BTreeSet::new());
     for (&a, from_a) in &reached {
-        if !from_a.contains(&a) || placed.contains(&a) {
+        if !from_a.contains(a) || placed.contains(a) {
             continue;
         }
-        let component: BTreeSet<usize> =
-            from_a.iter().copied().filter(|b| reached.get(b).is_some_and(|r| r.contains(&a))).collect();
-        let inner = edges.iter().filter(|((x, y), _)| component.contains(x) && component.contains(y));
+        let component: BTreeSet<&String> =
+            from_a.iter().copied().filter(|b| reached.get(b).is_some_and(|r| r.contains(a))).collect();
+        let inner = edges.iter().filter(|((x, y), _)| {
+            let (x, y) = (part_of(*x), part_of(*y));
+            x != y && component.contains(&x) && component.contains(&y)
+        });
         found.push(
             inner
                 .map(|((x, y), names)| {
