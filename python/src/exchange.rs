@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use zonal_cli::commands::exchange::{WriteFailure, write};
 use zonal_scene::SceneError;
-use zonal_solve::exchange_areas::{
+use zonal_solve::areas::exchange_areas::{
     AreaMatrices, ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas as Areas,
 };
 use zonal_solve::state::ExchangeData;

@@ -214,30 +214,46 @@ struct Place {
 /// The strongly connected components of more than one file, each as edges with the names taken.
 #[must_use]
 pub fn cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
-    cycles_of_parts(files, package, &|path| path.to_owned())
+    cycles_of_parts(files, package, &|path| Some(path.to_owned()))
 }
 
-/// The strongly connected components of more than one folder, each as edges with the names taken. A file belongs to the first folder of its path below `src`; a
-/// file that lies in none is a folder of its own.
+/// The strongly connected components among the entries of a folder, each as edges with the names taken, for every folder of the crate. A file belongs to the entry
+/// through which its path passes; a file `x.rs` and a folder `x` are one entry.
 #[must_use]
 pub fn folder_cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
     let start = format!("crates/{package}/src/");
-    let first = |path: &str| {
-        let below = path.strip_prefix(&start).unwrap_or(path);
-        below.split(['/', '.']).next().unwrap_or(below).to_owned()
+    let own = files.iter().filter(|f| f.path.starts_with(&start));
+    let above = |path: &str| {
+        path.match_indices('/')
+            .map(|(at, _)| path[..=at].to_owned())
+            .filter(|f| f.starts_with(&start))
+            .collect()
     };
-    cycles_of_parts(files, package, &first)
+    let folders: BTreeSet<String> = own.flat_map(|f| -> Vec<String> { above(&f.path) }).collect();
+    let among_entries = |folder: &String| {
+        let entry = |path: &str| {
+            let below = path.strip_prefix(folder.as_str())?;
+            Some(below.split(['/', '.']).next().unwrap_or(below).to_owned())
+        };
+        cycles_of_parts(files, package, &entry)
+    };
+    folders.iter().flat_map(among_entries).collect()
 }
 
-/// The strongly connected components of the parts to which files belong, `part` being the part of a path.
-fn cycles_of_parts(files: &[SourceFile], package: &str, part: &dyn Fn(&str) -> String) -> Vec<Vec<String>> {
+/// The strongly connected components of the parts to which files belong, `part` being the part of a path; files without one are left out.
+fn cycles_of_parts(
+    files: &[SourceFile],
+    package: &str,
+    part: &dyn Fn(&str) -> Option<String>,
+) -> Vec<Vec<String>> {
     let Some(tree) = ModuleTree::new(files, package) else { return Vec::new() };
     let edges = tree.edges();
     let part_of = |file: usize| part(&files[file].path);
     let mut forward: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for &(a, b) in edges.keys() {
-        let (a, b) = (part_of(a), part_of(b));
-        if a != b {
+        if let (Some(a), Some(b)) = (part_of(a), part_of(b))
+            && a != b
+        {
             forward.entry(a).or_default().insert(b);
         }
     }
@@ -262,7 +278,8 @@ fn cycles_of_parts(files: &[SourceFile], package: &str, part: &dyn Fn(&str) -> S
             from_a.iter().copied().filter(|b| reached.get(b).is_some_and(|r| r.contains(a))).collect();
         let inner = edges.iter().filter(|((x, y), _)| {
             let (x, y) = (part_of(*x), part_of(*y));
-            x != y && component.contains(&x) && component.contains(&y)
+            let inside = |p: &Option<String>| p.as_ref().is_some_and(|p| component.contains(p));
+            x != y && inside(&x) && inside(&y)
         });
         found.push(
             inner

@@ -310,6 +310,13 @@ impl VoxelZones {
     pub fn distinct_media(&self) -> impl Iterator<Item = VoxelZone<'_>> {
         self.iter().take(if self.is_uniform() { 1 } else { self.len })
     }
+    /// Largest optical depth across a zone, along the longest edge of a cell of `grid`; 0 without a grid.
+    pub fn max_thickness(&self, grid: Option<&VoxelGrid>) -> f64 {
+        let Some(grid) = grid else { return 0.0 };
+        let edge = grid.cell().max_abs();
+        let worst = |z: VoxelZone| z.extinction.iter().fold(0.0f64, |m, k| m.max(k * edge));
+        self.distinct_media().map(worst).fold(0.0, f64::max)
+    }
     /// Number of zones that are parts of cut voxels.
     pub fn cut_count(&self) -> usize {
         self.list.as_ref().map_or(0, |l| l.parts.iter().filter(|p| !p.2.is_empty()).count())

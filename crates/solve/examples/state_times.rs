@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 use zonal_scene::{Mesh, NoProgress, Scene, SceneError};
-use zonal_solve::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
+use zonal_solve::areas::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
 use zonal_solve::state::{ExchangeData, StateSolver};
 
 /// Repetitions of which the shortest and the median are printed.

@@ -11,72 +11,41 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `pipeline` | the phases of a solve, in their order |
-//! | `direct_solution` | direct light alone, before the exchange is known |
-//! | [`settings`] | memory limit, checkpoints, observer, warm start |
-//! | [`distribution`] | work shared by several processes |
+//! | `pipeline` | the phases of a solve in their order; symmetry planes of the boundary; groups of light and their fields |
+//! | [`engines`] | dense, spectral, layered, rays: selection, construction, and the operators |
+//! | [`right_hand_side`] | direct light, surroundings, light groups |
 //! | [`operator`] | the interface of the engines: [`ExchangeOperator`], `ErrorModel` |
-//! | [`engine`] | selection and construction of an engine |
-//! | [`dense`] | all pairs of zones |
-//! | [`spectral`] | box enclosures, where the exchange is a convolution |
-//! | `bordered_operator`, `merged_operator` | patches outside such a box; merged patches |
-//! | [`layered`] | slabs of layers of any extinction, periodic along two axes |
-//! | [`ray`], `gather`, [`hierarchical`] | stored rays from every zone, and a final gather from their solution |
-//! | [`direct_light`], [`surroundings`], [`light_groups`] | the right-hand sides |
 //! | `iteration` | conjugate gradients, stabilised bi-conjugate gradients, Neumann series |
-//! | `group_solve`, `solution_fields`, `error_amplification` | the solution of all light groups, its fields, and the reflection of errors |
-//! | [`thermal`] | boundary conditions, coupling of the bands, recovery of temperatures |
+//! | `balance` | closure of the rows, balance of power |
 //! | `errors` | error estimates of a solution |
-//! | [`report`] | closure, energy balance, diagnostics, cost estimates |
+//! | [`thermal`] | boundary conditions, coupling of the bands, recovery of temperatures |
+//! | [`forecast`] | counts, time and memory before a solve |
+//! | [`report`] | diagnostics and summary |
 //! | [`relight`] | scaled lights in a finished solution |
-//! | [`mirrors`] | scenes with mirrors on their even extensions |
-//! | [`exchange_areas`] | direct and total exchange areas of all pairs, as matrices |
-//! | [`total_exchange_areas`] | exchange areas with all reflections |
+//! | [`areas`] | direct and total exchange areas of all pairs, as matrices |
 //! | [`state`] | thermal states of one geometry from stored exchange areas |
-//! | `stage_codec`, [`solve_context`], `zone_power`, `unobstructed_cells` | shared data and helpers |
+//! | [`context`] | what the phases of a solve read in common, and their result |
+//! | [`settings`] | memory limit, checkpoints, observer, warm start |
+//! | [`distribution`] | work shared by several processes, sums in a fixed order |
 
-mod balanced_report;
-mod bordered_operator;
-pub mod dense;
-pub mod direct_light;
-mod direct_solution;
+pub mod areas;
+pub(crate) mod balance;
+pub mod context;
 pub mod distribution;
-pub mod engine;
-mod error_amplification;
+pub mod engines;
 mod errors;
-pub mod exchange_areas;
-mod fixed_tree;
-mod gather;
-mod group_solve;
-pub mod hierarchical;
+pub mod forecast;
 mod iteration;
-pub mod layered;
-pub mod light_groups;
-mod merged_operator;
-pub mod mirrors;
-mod mixed_sides;
 pub mod operator;
-mod pipeline;
-pub mod ray;
+pub mod pipeline;
 pub mod relight;
 pub mod report;
+pub mod right_hand_side;
 pub mod settings;
-mod solution_fields;
-pub mod solve_context;
-pub mod spectral;
-mod stage_codec;
 pub mod state;
-mod sum_order;
-pub mod surroundings;
 pub mod thermal;
-pub mod total_exchange_areas;
-mod triple_checkpoints;
-mod unobstructed_cells;
-mod zonal_solution;
-pub mod zone_division;
-mod zone_power;
 
-pub use direct_solution::{solve_direct_light, solve_without_light};
 pub use operator::ExchangeOperator;
+pub use pipeline::direct_solution::{solve_direct_light, solve_without_light};
 pub use pipeline::{solve, solve_with_settings, solve_zones};
 pub use settings::SolveSettings;

@@ -6,9 +6,9 @@
 //!
 //! A change of reflectance or albedo is not linear. [`with_surface_colors`] gives the scene for a new solve; no factor depends on either.
 
+use crate::distribution::sum_order::SharedZones;
 use crate::errors::consistency;
 use crate::errors::estimate::error_estimate;
-use crate::sum_order::SharedZones;
 use rayon::prelude::*;
 use zonal_scene::{
     Band, Bands, Diagnostic, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene, SceneError,

@@ -6,7 +6,7 @@ use common::{count, mean, patches_of, read, solve, solved, unit_room, unlevel, w
 use std::fmt::Write as _;
 use zonal_reference::{BruteForceScene, Rng, radiance};
 use zonal_scene::{Band, Bands, NoProgress, PerBand, Progress, SolveStatus};
-use zonal_solve::dense::band_groups;
+use zonal_solve::engines::dense::band_groups;
 
 /// A random closed clear box at one emissive power.
 fn isothermal(seed: u64, m: f64, extra: &str) -> String {

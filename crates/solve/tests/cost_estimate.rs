@@ -5,8 +5,8 @@ use crate::common;
 use common::{read, unit_room};
 use zonal_exchange::pair::PairSettings;
 use zonal_scene::{Engine, NoProgress, Scene, SceneError, Solution};
-use zonal_solve::report::cost_estimate::problem_size::ProblemSize;
-use zonal_solve::report::cost_estimate::time_and_memory::{CostEstimate, CostModelInput};
+use zonal_solve::engines::problem_size::ProblemSize;
+use zonal_solve::forecast::time_and_memory::{CostEstimate, CostModelInput};
 use zonal_solve::{SolveSettings, solve_with_settings};
 use zonal_transport::{Transport, build_zones};
 

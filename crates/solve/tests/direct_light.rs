@@ -5,10 +5,10 @@ use crate::common;
 use common::{count, mean, patches_of, read, sheet_over_floor, solved, unit_room, with_exchange};
 use zonal_reference::test_cases::sampled_cases;
 use zonal_scene::{Bands, NoProgress, Solution};
-use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
-use zonal_solve::direct_light::{DirectLight, LightField};
 use zonal_solve::distribution::Execution;
-use zonal_solve::surroundings::SurroundingsExchange;
+use zonal_solve::right_hand_side::direct_light::illumination::{PowerNormalization, illuminate};
+use zonal_solve::right_hand_side::direct_light::{DirectLight, LightField};
+use zonal_solve::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_transport::{Transport, build_zones};
 
 fn told(name: &str, s: &Solution) -> f64 {

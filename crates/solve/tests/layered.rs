@@ -8,7 +8,7 @@ use zonal_reference::slab::{BandEmission, BandSolution, Equilibrium, Slab, SlabB
 use zonal_scene::{
     Band, Bands, Engine, NoProgress, Scene, SceneError, Solution, ThermalCondition, VoxelGrid,
 };
-use zonal_solve::layered::{LayerStack, LayeredOperator};
+use zonal_solve::engines::layered::{LayerStack, LayeredOperator};
 use zonal_solve::operator::ExchangeOperator;
 use zonal_transport::{Transport, build_zones};
 

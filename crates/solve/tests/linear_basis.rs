@@ -9,7 +9,9 @@ use zonal_scene::{
     VoxelGrid, ZoneBasis, Zones,
 };
 use zonal_solve::distribution::Execution;
-use zonal_solve::spectral::{SpectralOperator, basis::BasisOrder, enclosure::BoxEnclosure};
+use zonal_solve::engines::spectral::SpectralOperator;
+use zonal_solve::engines::spectral::basis::BasisOrder;
+use zonal_solve::engines::spectral::enclosure::BoxEnclosure;
 use zonal_solve::{ExchangeOperator, SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
 

@@ -7,8 +7,8 @@ use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::{Band, Bands, NoProgress, Scene};
 use zonal_solve::ExchangeOperator;
 use zonal_solve::distribution::Execution;
-use zonal_solve::ray::ray_operator::{PathContinuation, RayOperator};
-use zonal_solve::surroundings::SurroundingsExchange;
+use zonal_solve::engines::rays::ray_operator::{PathContinuation, RayOperator};
+use zonal_solve::right_hand_side::surroundings::SurroundingsExchange;
 
 const GAS: &str = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [8,8,8]\nextinction = 1\nalbedo = 0.8\n";
 

@@ -7,8 +7,8 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use zonal_scene::{CheckpointStore, NoProgress, Progress, Scene, SceneError, SceneErrorKind, Solution};
-use zonal_solve::exchange_areas::{ExchangeAreaSettings, ExchangeAreas};
-use zonal_solve::report::cost_estimate::problem_size::ProblemSize;
+use zonal_solve::areas::exchange_areas::{ExchangeAreaSettings, ExchangeAreas};
+use zonal_solve::engines::problem_size::ProblemSize;
 use zonal_solve::{SolveSettings, solve_with_settings};
 use zonal_transport::{Transport, build_zones};
 

@@ -9,9 +9,11 @@ use zonal_scene::{
     Texture, VoxelGrid, ZoneBasis, Zones,
 };
 use zonal_solve::distribution::Execution;
-use zonal_solve::engine::selection::{EngineChoice, select_engine};
-use zonal_solve::report::cost_estimate::problem_size::{ProblemSize, is_open};
-use zonal_solve::spectral::{SpectralOperator, basis::BasisOrder, enclosure::BoxEnclosure};
+use zonal_solve::engines::problem_size::{ProblemSize, is_open};
+use zonal_solve::engines::selection::{EngineChoice, select_engine};
+use zonal_solve::engines::spectral::SpectralOperator;
+use zonal_solve::engines::spectral::basis::BasisOrder;
+use zonal_solve::engines::spectral::enclosure::BoxEnclosure;
 use zonal_solve::{ExchangeOperator, SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
 

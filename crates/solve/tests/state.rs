@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use zonal_scene::{NoProgress, Scene, Solution, ThermalCondition};
-use zonal_solve::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
+use zonal_solve::areas::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
 use zonal_solve::state::{ExchangeData, StateSolver, ThermalState};
 
 const HEAD: &str = "mode = 'thermal'\n[solve]\nengine = 'dense'\nresidual = 1e-14\ndiscretization_error = false\npatch_size = 0.5\nzone_basis = 'constant'\n";

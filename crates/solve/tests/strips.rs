@@ -7,7 +7,7 @@ use zonal_io::input::parse_scene;
 use zonal_reference::crossed_strings::{Wall, view_factors};
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{NoProgress, Solution};
-use zonal_solve::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
+use zonal_solve::areas::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
 
 /// The period along y, m.
 const LENGTH: f64 = 0.7;

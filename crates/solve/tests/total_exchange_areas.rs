@@ -8,7 +8,7 @@ mod view3d;
 use common::{read, solved};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_scene::thermal::blackbody_emissive_power;
-use zonal_solve::total_exchange_areas::{TotalExchangeAreas, total_exchange_areas};
+use zonal_solve::areas::total_exchange_areas::{TotalExchangeAreas, total_exchange_areas};
 
 const FURNACE: &str = "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nengine = \"dense\"\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [2,2,4] }\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = { temperature = 1200, emissivity = 0.85 }\nfaces.z1 = { temperature = 400 }\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [2, 2, 4]\nextinction = 0.5\nalbedo = 0.4\ntemperature = 1100\n";
 

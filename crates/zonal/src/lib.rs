@@ -60,7 +60,7 @@ pub mod prelude {
         PatchRule, Progress, Scene, SceneBuilder, Sides, Sky, Solution, SolveOptions, SolveStatus, Sun,
         SurfaceResult, ThermalCondition, VoxelValues, ZoneBasis,
     };
-    pub use zonal_solve::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
+    pub use zonal_solve::areas::exchange_areas::{ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
     pub use zonal_solve::state::{ExchangeData, StatePart, StateSolver, ThermalState};
 }
 

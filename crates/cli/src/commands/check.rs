@@ -8,10 +8,10 @@ use zonal_exchange::pair::PairSettings;
 use zonal_math::Vec3;
 use zonal_report::{Failure, say};
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages, Zones};
-use zonal_solve::mirrors::{self, MirroredSolve};
-use zonal_solve::report::cost_estimate::distribution_cost::Traffic;
-use zonal_solve::report::cost_estimate::problem_size::{self, ProblemSize};
-use zonal_solve::report::cost_estimate::time_and_memory::{self, CostEstimate, CostModelInput};
+use zonal_solve::engines::problem_size::{self, ProblemSize};
+use zonal_solve::forecast::distribution_cost::Traffic;
+use zonal_solve::forecast::time_and_memory::{self, CostEstimate, CostModelInput};
+use zonal_solve::pipeline::mirrors::{self, MirroredSolve};
 use zonal_transport::{Transport, build_zones};
 
 /// Validate a scene; count its zones; estimate time and memory of a solve.

@@ -13,7 +13,7 @@ use zonal_report::{Failure, check_output, note, say};
 use zonal_scene::{CheckpointStore, Engine, LightGrouping, NoCheckpoints, Scene, Solution, ZoneBasis};
 use zonal_solve::SolveSettings;
 use zonal_solve::distribution::{Communicator, SingleProcess};
-use zonal_solve::zone_division;
+use zonal_solve::pipeline::zone_division;
 
 /// Solve a scene and write the solution.
 ///

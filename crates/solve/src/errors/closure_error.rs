@@ -3,8 +3,8 @@
 //! A row with the relative defect −d sums to 1 − d and holds 1 − d of the incident power. If the missing part is like the rest, it is
 //! d/(1 − d) of the part that the row holds, and unknown (infinite) if the row holds nothing.
 
-use crate::report::closure::RowClosure;
-use crate::surroundings::SurroundingsExchange;
+use crate::balance::closure::RowClosure;
+use crate::right_hand_side::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::closure_target;
 use zonal_scene::{Bands, Zones};

@@ -17,8 +17,8 @@
 //! rest of the balance leaves open.
 
 use super::closure_error::error_of_fraction;
-use crate::sum_order::SharedZones;
-use crate::zone_power::{absorbed_power, absorption_area, interception_area};
+use crate::distribution::sum_order::SharedZones;
+use crate::settings::zone_power::{absorbed_power, absorption_area, interception_area};
 use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, SolveStatus};
 
 /// Assumed number of reflections of undistributed power at one zone, for the errors of a solve that has not converged.

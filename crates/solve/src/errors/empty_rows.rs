@@ -12,11 +12,10 @@
 //! with the stated errors e_j of the other zones (of volume zones a quarter), and the albedo in the place of ρ for volume zones. H without direct light,
 //! whose reflection B holds. Sources of transparent zones and negative sources have no such bound.
 
+use crate::context::SolveContext;
+use crate::distribution::sum_order::SharedZones;
 use crate::errors::propagation::errors_like;
-use crate::report::summary::has_negative_source;
-use crate::solve_context::SolveContext;
-use crate::sum_order::SharedZones;
-use crate::zone_power::{fluence_factor, reflected_fraction};
+use crate::settings::zone_power::{fluence_factor, reflected_fraction};
 use zonal_scene::{Bands, Fields, LightGroup, Zones};
 
 /// Missing fraction of the power that a row holds, above which the brightest zone bounds the error.
@@ -34,7 +33,7 @@ pub(crate) struct EmptyRows {
 impl EmptyRows {
     /// The zones of which more than half of the row is missing, for missing fractions relative to what the rows hold.
     pub(crate) fn of(context: &SolveContext, fractions: &[Bands]) -> EmptyRows {
-        let light = context.scene.thermal().is_none() && !has_negative_source(context.shared_zones());
+        let light = context.scene.thermal().is_none() && !context.shared_zones().has_negative_source();
         if !light || context.zones.has_transparent_sources() {
             return EmptyRows::default();
         }
@@ -113,7 +112,7 @@ mod tests {
     #[test]
     fn the_brightest_zone_bounds_an_empty_row() {
         for (emission, reflectance, most) in [(0.0, 0.9, 7.5), (3.0, 0.9, 30.0), (3.0, 1.0, f64::INFINITY)] {
-            let mut zones = crate::sum_order::tests::zones([1, 1, 1]);
+            let mut zones = crate::distribution::sum_order::tests::zones([1, 1, 1]);
             zones.patches[0].reflectance = Bands::splat(0.5);
             zones.patches[1].reflectance = Bands::splat(reflectance);
             zones.patches[1].emission = Bands::splat(emission);

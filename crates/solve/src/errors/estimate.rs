@@ -1,6 +1,6 @@
 //! The relative error of a solution: over patches, and over volume zones.
 
-use crate::sum_order::SharedZones;
+use crate::distribution::sum_order::SharedZones;
 use zonal_math::Grade;
 use zonal_scene::{Bands, ErrorEstimate, Fields, SquareSums};
 

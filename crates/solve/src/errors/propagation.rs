@@ -1,9 +1,10 @@
 //! Propagation of the errors of factors, rows and sampled surroundings to the incident fields and to the powers of a solution.
 
 use super::closure_error::error_of_fraction;
-use crate::iteration::{IterationResult, multivector};
+use crate::distribution::multivector;
+use crate::iteration::IterationResult;
 use crate::operator::ErrorModel;
-use crate::surroundings::SurroundingsExchange;
+use crate::right_hand_side::surroundings::SurroundingsExchange;
 use rayon::prelude::*;
 use zonal_exchange::pair::closure_target;
 use zonal_scene::{Bands, LightGroup, ZoneValues, Zones};

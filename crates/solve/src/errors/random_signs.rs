@@ -10,7 +10,7 @@
 //!
 //! Cost: one product for each draw.
 
-use crate::iteration::multivector;
+use crate::distribution::multivector;
 use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_math::low_discrepancy;

@@ -3,9 +3,9 @@
 //! A solve may resume on another number of processes: a process reads the stages that have planes of its own. Processes save one after the other, and a solve may
 //! be killed between; a state counts only if all of its stages are of one iteration.
 
-use super::multivector::VectorEntry;
-use crate::spectral::slabs::part_of;
-use crate::sum_order::SumOrder;
+use crate::distribution::multivector::VectorEntry;
+use crate::distribution::part_of;
+use crate::distribution::sum_order::SumOrder;
 use zonal_scene::CheckpointStore;
 
 /// Number of the processes whose stages a checkpoint has.
@@ -94,9 +94,9 @@ fn load_own<E: VectorEntry, S>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::distribution::sum_order::SharedZones;
+    use crate::distribution::sum_order::tests::{part_of_rank, zones};
     use crate::distribution::tests::on_ranks;
-    use crate::sum_order::SharedZones;
-    use crate::sum_order::tests::{part_of_rank, zones};
     use std::collections::HashMap;
     use std::sync::Mutex;
 

@@ -1,7 +1,7 @@
 //! The linear system s = s⁰ + w g s of the zonal equations, its stopping criterion, and the result of one right-hand side.
 
+use crate::distribution::sum_order::SumOrder;
 use crate::operator::ExchangeOperator;
-use crate::sum_order::SumOrder;
 use zonal_scene::{Bands, PerBand, SolveStatus};
 
 /// The equations without their sources.

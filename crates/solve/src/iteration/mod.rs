@@ -7,13 +7,11 @@
 //! | [`bicgstab`] | operators that are not symmetric |
 //! | [`neumann_series`] | a fixed number of scattering orders |
 //! | `divided_state` | states of an iteration in a checkpoint |
-//! | [`multivector`] | vectors over the zones, several side by side |
 
 pub(crate) mod bicgstab;
 pub(crate) mod conjugate_gradients;
 mod divided_state;
 pub(crate) mod linear_system;
-pub(crate) mod multivector;
 pub(crate) mod neumann_series;
 
 pub(crate) use linear_system::{IterationResult, LinearSystem, StoppingCriterion};

@@ -1,6 +1,6 @@
 //! Operators and a checkpoint store for the tests of the iterations.
 
-use crate::dense::packed_symmetric::PackedSymmetric;
+use crate::engines::dense::packed_symmetric::PackedSymmetric;
 use crate::operator::ExchangeOperator;
 use std::collections::HashMap;
 use std::sync::Mutex;

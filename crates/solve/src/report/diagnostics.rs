@@ -7,7 +7,8 @@
 //!     |Σ_i Q_i| / max(Σ_{Q_i > 0} Q_i, Σ_{Q_i < 0} −Q_i).
 //! ```
 
-use crate::sum_order::SumOrder;
+use crate::distribution::sum_order::SumOrder;
+use crate::engines::tolerance_advice;
 use zonal_scene::{
     Band, Bands, Diagnostic, EnergyBalance, Engine, ErrorEstimate, Fields, Report, Scene, SolveOptions,
     SolveStatus, Zones,
@@ -144,23 +145,6 @@ pub(crate) fn missed_tolerance(
             format!("the estimated error, {error:.2e}, misses the tolerance, {tolerance:.2e}: {advice}");
         Diagnostic::warning("tolerance", text)
     })
-}
-
-/// The advice for an error above the tolerance, by its cause: a smaller tolerance helps only where it leads to more rays.
-pub(crate) fn tolerance_advice(engine: Engine, reported: &[Diagnostic]) -> &'static str {
-    let has = |code: &str| reported.iter().any(|d| d.code == code);
-    match engine {
-        _ if has("memory") => {
-            "memory limits the rays; allow more (--max-memory) or use a larger tolerance, a smaller one has no effect"
-        }
-        _ if has("light-power") => {
-            "shadow rays are at their limit, see the warning of the light; use smaller patches at the edges of its shadows or a larger tolerance, a smaller one has no effect"
-        }
-        Engine::Dense | Engine::Spectral => {
-            "the rays for partly hidden pairs and for the surroundings are not sufficient in this scene"
-        }
-        _ => "use a smaller tolerance",
-    }
 }
 
 /// The diagnostic of negative fluxes, beyond their stated errors, in zones whose slopes are too steep. An error that is no larger than the amount of a negative

@@ -1,9 +1,6 @@
-//! Content of the report: closure of the rows, energy balance, diagnostics, summary, and cost estimates before a solve.
+//! Content of the report: diagnostics and summary, the report of a solution whose power is balanced, power that reaches black backs.
 
 pub(crate) mod back_faces;
-pub(crate) mod closure;
-pub mod cost_estimate;
+pub(crate) mod balanced_report;
 pub(crate) mod diagnostics;
-pub(crate) mod energy_balance;
-pub(crate) mod least_squares_closure;
 pub(crate) mod summary;

@@ -1,11 +1,10 @@
 //! Assembly of the report of a solve: status, counts, grade and diagnostics.
 
-use super::cost_estimate::problem_size::scene_diagnostics;
+use crate::context::{BuiltEngine, SolveContext};
+use crate::engines::problem_size::scene_diagnostics;
 use crate::errors::estimate::error_estimate;
 use crate::iteration::IterationResult;
-use crate::solve_context::{BuiltEngine, SolveContext};
-use crate::sum_order::SharedZones;
-use crate::surroundings::SurroundingsExchange;
+use crate::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_math::Grade;
 use zonal_scene::{Band, Diagnostic, EnergyBalance, Fields, PerBand, Report, SolveStatus, ZoneBasis, Zones};
 
@@ -24,11 +23,6 @@ fn combine_results(results: &[IterationResult]) -> (PerBand<SolveStatus>, PerBan
         (0..steps).map(|k| if power > 0.0 { left(k) / power } else { 0.0 }).collect()
     });
     (status, residuals)
-}
-
-/// True if some zone has a negative source, so that its incident flux may be negative.
-pub(crate) fn has_negative_source(zones: SharedZones) -> bool {
-    zones.any(|i| zones.emission(i).any(|e| e < 0.0))
 }
 
 /// The report of a solve, without engine, reason and power errors. `thickness` is the largest optical depth across a voxel.

@@ -6,8 +6,8 @@
 //! Closure is restored as by the dense engine, with radii in the same precision.
 
 use super::cholesky::{dot, dot_of_squares};
-use crate::errors::radii::{radius_code, squared_radii};
-use crate::exchange_areas::ExchangeAreas;
+use crate::areas::exchange_areas::ExchangeAreas;
+use crate::engines::dense::pair_radii::{radius_code, squared_radii};
 use crate::operator::{AdjustableExchange, ErrorModel, ExchangeOperator, adjusted_factor};
 use rayon::prelude::*;
 use std::ops::Range;

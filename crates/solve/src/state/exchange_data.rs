@@ -4,7 +4,7 @@ use super::light_data::{LightData, POWERS};
 use super::surroundings_data::SurroundingsData;
 use super::triple_data::TripleData;
 use super::zone_fractions::ZoneFractions;
-use crate::exchange_areas::{AreaMatrices, ExchangeAreas};
+use crate::areas::exchange_areas::{AreaMatrices, ExchangeAreas};
 use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
 
 use zonal_scene::{

@@ -3,10 +3,10 @@
 //! In the zonal equations it adds to the incident flux, h = h' + d, and its first reflection to the sources, B = s + r (h' + d).
 
 use super::ray_tracing::RayTracing;
-use crate::direct_light::LightField;
-use crate::direct_light::direct_error::light_power_errors;
-use crate::direct_light::emitter_exchange::{EmitterExchange, PatchExchange};
-use crate::direct_light::light_field::DirectLight;
+use crate::errors::direct_error::light_power_errors;
+use crate::pipeline::emitter_exchange::{EmitterExchange, PatchExchange};
+use crate::right_hand_side::direct_light::LightField;
+use crate::right_hand_side::direct_light::light_field::DirectLight;
 use crate::settings::SolveSettings;
 use zonal_scene::{Band, Engine, SceneError};
 

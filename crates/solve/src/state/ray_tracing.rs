@@ -1,11 +1,11 @@
 //! Rays of one triple of bands: surroundings and lights, in a scene with mirrors by its even extension.
 
 use super::area_operator::AreaOperator;
-use crate::direct_light::light_field::LightField;
-use crate::mirrors::MirroredSolve;
+use crate::pipeline::mirrors::MirroredSolve;
 use crate::pipeline::{illuminate_stage, measure_surroundings};
+use crate::right_hand_side::direct_light::light_field::LightField;
+use crate::right_hand_side::surroundings::{SurroundingsExchange, exact_rows, stage};
 use crate::settings::SolveSettings;
-use crate::surroundings::{SurroundingsExchange, exact_rows, stage};
 use zonal_scene::{Engine, Scene, SceneError, Zones};
 use zonal_transport::Transport;
 

@@ -21,7 +21,7 @@ const FIRST_EMISSIVE_POWER: f64 = 460.0;
 ///
 /// ```
 /// use zonal_scene::{Mesh, NoProgress, Scene, ThermalCondition};
-/// use zonal_solve::exchange_areas::{ExchangeAreaSettings, ExchangeAreas};
+/// use zonal_solve::areas::exchange_areas::{ExchangeAreaSettings, ExchangeAreas};
 /// use zonal_solve::state::{ExchangeData, StateSolver};
 /// let walls = Mesh::room_walls([0.0; 3], [1.0; 3]).map(|wall| wall.temperature(300.0).emissivity(0.5));
 /// let scene = Scene::builder().surfaces(walls).patch_size(1.0).build()?;

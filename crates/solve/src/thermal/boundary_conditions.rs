@@ -3,7 +3,7 @@
 use super::nodes::fixes_level;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use super::zone_balance::ZoneBalances;
-use crate::surroundings::SurroundingsExchange;
+use crate::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_scene::{Bands, Scene, SceneError, ThermalCondition, Zones};
 
 /// Sets the emission of zones with known temperature, and turns zones with known power into white zones with a source. `zones` are those of every

@@ -8,8 +8,9 @@
 //!
 //! The state is saved as a stage ([`IterationCheckpoint`]); a resumed solve ends with the same bits.
 
-use crate::iteration::{StoppingCriterion, multivector};
-use crate::stage_codec::{Decoder, Encoder};
+use crate::distribution::multivector;
+use crate::iteration::StoppingCriterion;
+use crate::settings::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use zonal_scene::{Bands, CheckpointStore, Progress};
 

@@ -12,8 +12,8 @@
 //! iteration does not converge, the errors are unknown.
 
 use super::spectral_balance::{SpectralBalances, TripleZones};
+use crate::context::zonal_solution::ZonalSolution;
 use crate::settings::{SolveSettings, check_interrupted};
-use crate::zonal_solution::ZonalSolution;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use zonal_scene::checkpoint_store::STATE_STAGE_PREFIX;

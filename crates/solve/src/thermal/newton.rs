@@ -27,12 +27,13 @@ use super::linearized_zone::{BandCoupling, CoupledOperator, CoupledScaling, Line
 use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
 use super::zone_balance::ZoneBalance;
-use crate::iteration::{IterationResult, StoppingCriterion, multivector};
+use crate::context::{BuiltEngine, SolveContext};
+use crate::distribution::multivector;
+use crate::iteration::{IterationResult, StoppingCriterion};
 use crate::operator::ExchangeOperator;
+use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::check_interrupted;
-use crate::solve_context::{BuiltEngine, SolveContext};
-use crate::stage_codec::{Decoder, Encoder};
-use crate::surroundings::SurroundingsExchange;
+use crate::settings::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{Bands, PerBand, SceneError, SolveStatus, ThermalCondition, Zones};

@@ -9,10 +9,10 @@ use super::boundary_conditions::set_emissive_powers;
 use super::heat_table::{self, ZoneSums};
 use super::nodes::NodeZones;
 use super::spectral_balance::{SpectralBalances, TripleZones};
+use crate::balance::energy_balance::balance_zones;
+use crate::distribution::sum_order::SharedZones;
 use crate::errors::consistency;
 use crate::errors::estimate::error_estimate;
-use crate::report::energy_balance::balance_zones;
-use crate::sum_order::SharedZones;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{

@@ -8,11 +8,11 @@ use zonal_scene::{
     BandFractions, Bands, Facet, Fields, NoCheckpoints, NoProgress, PerBand, Plate, Report, Scene,
     SceneParts, Sides, Solution, Surface, Zones,
 };
-use zonal_solve::direct_light::illumination::{PowerNormalization, illuminate};
+use zonal_solve::context::SolveContext;
 use zonal_solve::distribution::Execution;
-use zonal_solve::light_groups::{SourceGroup, select_groups};
-use zonal_solve::solve_context::SolveContext;
-use zonal_solve::surroundings::SurroundingsExchange;
+use zonal_solve::right_hand_side::direct_light::illumination::{PowerNormalization, illuminate};
+use zonal_solve::right_hand_side::light_groups::{SourceGroup, select_groups};
+use zonal_solve::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_solve::{SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
 

@@ -36,7 +36,9 @@ use std::path::{Path, PathBuf};
 use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::{Progress, Scene, SceneError, printable};
-use zonal_solve::exchange_areas::{AreaMatrices, ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas};
+use zonal_solve::areas::exchange_areas::{
+    AreaMatrices, ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas,
+};
 use zonal_solve::state::ExchangeData;
 
 /// Write the exchange areas of all pairs of zones of a scene.

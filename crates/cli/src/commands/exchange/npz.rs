@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 use zonal_io::output::{self, ArrayFile, FileError, NamedArray};
 use zonal_scene::{FaceMesh, MAX_BANDS, SceneError, ThermalCondition};
-use zonal_solve::exchange_areas::{AreaMatrices, ExchangeAreas};
+use zonal_solve::areas::exchange_areas::{AreaMatrices, ExchangeAreas};
 use zonal_solve::state::{ExchangeData, LightData, SurroundingsData, ZoneFractions};
 
 /// Writes the arrays.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use zonal_io::output::{self, PairColumn};
 use zonal_report::Failure;
-use zonal_solve::exchange_areas::ExchangeAreas;
+use zonal_solve::areas::exchange_areas::ExchangeAreas;
 
 /// Writes a line for each pair of zones that exchange.
 pub(super) fn write_csv(path: &Path, areas: &ExchangeAreas) -> Result<Vec<PathBuf>, Failure> {

@@ -4,10 +4,10 @@ use super::comparison::{SolveFn, compare};
 use super::near_surface_scattering;
 use super::prescribed_temperatures::{RowTemperature, row_temperatures, temperature_error};
 use super::thick_scattering;
+use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::Communicator;
+use crate::distribution::sum_order::SharedZones;
 use crate::settings::SolveSettings;
-use crate::sum_order::SharedZones;
-use crate::zonal_solution::ZonalSolution;
 use zonal_scene::{Diagnostic, DiscretizationError, Fields, Report, Scene, ZoneBasis, Zones};
 
 /// True if the discretization error is requested: by an option, else in thermal mode.

@@ -20,7 +20,7 @@
 //! `near_surface_scattering`. A second solve measures the error; this estimate states it where none was requested.
 
 use super::near_surface_scattering;
-use crate::sum_order::SharedZones;
+use crate::distribution::sum_order::SharedZones;
 use zonal_math::exponential_integral::e3;
 use zonal_scene::{
     Band, Bands, Diagnostic, DiscretizationError, EnergyBalance, Fields, Report, Scene, VoxelGrid,

@@ -4,7 +4,6 @@
 //! numbers. Parts that do not grow are equally coarse in both solves, and the difference of the solves does not show their error; they are reported. So are
 //! zones that are too coarse for the asymptotic range: few or thick cells, patches much wider than the gap in front of them.
 
-use crate::report::cost_estimate::problem_size::max_voxel_thickness;
 use rayon::prelude::*;
 use zonal_math::Vec3;
 use zonal_scene::{
@@ -346,7 +345,8 @@ fn few_cells(scene: &Scene, least: usize) -> Option<&'static str> {
 
 /// The reason if voxels without slopes are optically thick.
 fn thick_voxels(scene: &Scene, zones: &Zones, basis: ZoneBasis) -> Option<&'static str> {
-    let is_thick = basis != ZoneBasis::Linear && max_voxel_thickness(scene, zones) > MAX_CELL_THICKNESS;
+    let is_thick =
+        basis != ZoneBasis::Linear && zones.voxels.max_thickness(scene.voxel_grid()) > MAX_CELL_THICKNESS;
     is_thick.then_some("voxels are thick")
 }
 

@@ -1,6 +1,6 @@
 use super::*;
+use crate::distribution::sum_order::SumOrder;
 use crate::operator::ExchangeOperator;
-use crate::sum_order::SumOrder;
 use zonal_scene::{NoCheckpoints, NoProgress};
 
 /// Factors by rows, not necessarily symmetric.

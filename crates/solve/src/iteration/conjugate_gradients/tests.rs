@@ -1,6 +1,6 @@
 use super::*;
+use crate::distribution::sum_order::SumOrder;
 use crate::iteration::test_operators::{MemoryStore, PackedOperator, forty_zones, two_walls};
-use crate::sum_order::SumOrder;
 use zonal_scene::{NoCheckpoints, NoProgress};
 
 fn run(

@@ -1,7 +1,7 @@
 use super::*;
+use crate::distribution::sum_order::SumOrder;
 use crate::iteration::test_operators::{MemoryStore, forty_zones, two_walls};
 use crate::operator::ExchangeOperator;
-use crate::sum_order::SumOrder;
 use zonal_scene::{NoCheckpoints, NoProgress};
 
 #[test]

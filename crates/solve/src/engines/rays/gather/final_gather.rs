@@ -1,0 +1,460 @@
+//! The final gather: rounds of samples for every zone, until the estimated error meets the tolerance.
+//!
+//! The first round takes as many samples of every patch, and half as many of every volume zone. Each further round reduces the error by at most a given factor. Its samples go where they
+//! reduce the relative error of the field most: with the standard deviation σ_i of one sample of zone i,
+//!
+//! ```text
+//! Σ e_i² = Σ σ_i²/n_i → min at given Σ n_i        ⇒        n_i ∝ σ_i
+//! ```
+//!
+//! among the patches, and among the volume zones, each until they meet the tolerance; rounded to powers of two, since the sequences are balanced there, and never fewer than before.
+
+use super::escape_rays::{EscapeRays, EscapeSums};
+use super::gather_error::ratio;
+use super::gather_sums::GatherSums;
+use super::gather_task::{GatherTask, ranges_of_kinds};
+use super::gathered_fields::GatheredFields;
+use super::zone_gather::{GatherScratch, GatheredSky, Gatherer, SampleRange, SampleSums};
+use crate::engines::rays::stored_rays::padded_bands::widened;
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::ops::Range;
+use zonal_scene::{Band, Bands, Zones};
+
+/// Numbers of samples and the steps of their growth.
+struct GatherParams {
+    /// Samples of each half of a patch, of a volume zone in the medium, and of a pane, in the first round.
+    first_samples: [usize; 3],
+    /// Most samples of each half of a zone.
+    max_samples: usize,
+    /// Most rounds.
+    max_rounds: usize,
+    /// Variance falls as the number of samples to the power of this.
+    variance_exponent: f64,
+    /// Most samples of a zone over the mean number that a round would give every zone.
+    max_over_mean: f64,
+    /// Largest growth of the mean number of samples in a round.
+    max_growth: f64,
+    /// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
+    equal_weight_multiple: f64,
+    /// Share of the tolerance that the noise of the gather aims at.
+    noise_share: f64,
+    /// Least share that remains for the noise where other errors are large.
+    min_noise_share: f64,
+    /// Noise over the other errors where these alone exceed the tolerance: less noise would change little.
+    noise_over_large_errors: f64,
+    /// Samples of a zone for each node of its cut, and the least and most nodes.
+    samples_per_cut_node: usize,
+    cut_nodes: [usize; 2],
+}
+
+const GATHER_PARAMS: GatherParams = GatherParams {
+    first_samples: [8, 4, 32],
+    max_samples: 1 << 15,
+    max_rounds: 10,
+    variance_exponent: 1.15,
+    max_over_mean: 4.0,
+    max_growth: 8.0,
+    equal_weight_multiple: 2.0,
+    noise_share: 0.85,
+    min_noise_share: 0.4,
+    noise_over_large_errors: 0.6,
+    samples_per_cut_node: 1,
+    cut_nodes: [64, 256],
+};
+
+/// Expected samples of a zone for a tolerance: the geometric mean over rooms with and without obstacles, models, the small church and Sponza at
+/// tolerances of 0.01 to 0.1. Single scenes differ by a factor of five.
+pub(crate) fn expected_samples(tolerance: f64) -> f64 {
+    let p = &GATHER_PARAMS;
+    tolerance.powf(-1.6).clamp(2.0 * p.first_samples[1] as f64, 2.0 * p.max_samples as f64)
+}
+
+/// Zones of one task.
+const ZONES_PER_TASK: usize = 16;
+/// Tasks that one thread takes at a time: rounds may have samples in few places.
+const TASKS_AT_A_TIME: usize = 16;
+/// Volume zones in a row whose connections are aimed together.
+const VOXELS_AIMED_TOGETHER: usize = 8;
+
+/// The result of a gather.
+pub(crate) struct Gathered {
+    /// H or G of every light group without the surroundings themselves, W/m².
+    pub columns: Vec<Vec<Bands>>,
+    /// H or G of the surroundings themselves, where the gather samples them, W/m²; otherwise empty. Its error is in that of the groups.
+    pub sky: Vec<Bands>,
+    /// Stated error of each group, W/m².
+    pub column_errors: Vec<Vec<Bands>>,
+    /// Stated error of their sum, W/m².
+    pub error: Vec<Bands>,
+    /// Relative error of the sum, or of an equally weighted sum over its multiple, the larger; without the error of the surroundings.
+    pub relative_error: f64,
+    /// Samples of all zones.
+    pub samples: u64,
+    /// Rays that only found out whether they leave the scene.
+    escape_rays: u64,
+}
+
+impl Gathered {
+    /// The result of the last round.
+    fn new(task: &GatherTask, fields: GatheredFields, goal: &Goal, sums: &GatherSums) -> Gathered {
+        let GatheredFields { mut values, mut errors, inherited, mut sky, .. } = fields;
+        let mut error = errors.pop().unwrap_or_default();
+        let sum = values.pop().unwrap_or_default();
+        error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
+        // Each group inherits its share of the errors of the radiosities.
+        for (errors, column) in errors.iter_mut().zip(&values) {
+            let all = errors.par_iter_mut().zip(column).zip(inherited.par_iter().zip(&sum));
+            all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
+        }
+        if let Some(of_sky) = task.sky {
+            separate(&mut values[of_sky.column], &mut sky);
+        }
+        Gathered {
+            columns: values,
+            sky,
+            column_errors: errors,
+            error,
+            relative_error: [0, 1]
+                .map(|k| goal.noise[k].hypot(goal.inherited[k]))
+                .into_iter()
+                .fold(0.0, f64::max),
+            samples: 2 * sums.counts.iter().map(|c| *c as u64).sum::<u64>(),
+            escape_rays: sums.escape.total(),
+        }
+    }
+
+    /// Rays that may have left the scene.
+    pub(crate) fn rays(&self) -> u64 {
+        self.samples + self.escape_rays
+    }
+}
+
+/// Gathers until the tolerance is met, or the samples are at their maximum.
+pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
+    let n = task.zones.len();
+    // The groups, their sum, the noise of the radiosities, and the surroundings alone.
+    let quantities = task.groups + 2 + usize::from(task.sky.is_some());
+    let of_sky = |sky: &GatheredSky| EscapeRays::new(task.zone_groups, &sky.shares, task.groups);
+    let escape = task.sky.map(of_sky).unwrap_or_default();
+    let mut sums = GatherSums::load(task.checkpoints, (n, quantities), escape);
+    if sums.round == 0 {
+        let kind = |i: usize| kind_of(task.zones, i) + usize::from(i >= task.zones.pane_offset());
+        let first = |i: usize| GATHER_PARAMS.first_samples[kind(i)];
+        take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
+    }
+    let mut fields = GatheredFields::new(task);
+    let mut changed = [true; 2];
+    let goal = loop {
+        fields.update(gatherer, task, &sums, changed);
+        sums.escape.set_ratios(std::mem::take(&mut fields.escape_ratios));
+        let goal = Goal::of(task, &fields);
+        let more = goal.samples(task, &sums, &fields);
+        match more
+            .filter(|_| sums.round < GATHER_PARAMS.max_rounds && !task.execution.progress.is_interrupted())
+        {
+            Some(wanted) => {
+                changed = ranges_of_kinds(task.zones).map(|r| wanted[r.clone()] != sums.counts[r]);
+                take_samples(gatherer, task, &wanted, &mut sums);
+            }
+            None => break goal,
+        }
+    };
+    Gathered::new(task, fields, &goal, &sums)
+}
+
+/// Takes a part out of a field. Noise may raise the part over the whole.
+fn separate(whole: &mut [Bands], part: &mut [Bands]) {
+    whole.par_iter_mut().zip(part).for_each(|(whole, part)| {
+        *part = part.min(*whole);
+        *whole -= *part;
+    });
+}
+
+/// Takes samples of every zone up to the wanted number of each half, and saves them.
+fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut GatherSums) {
+    let quantities = sums.quantities;
+    let (progress, communicator) = (task.execution.progress, task.execution.communicator);
+    progress.begin("gather", task.zones.len() as u64);
+    let blocks = task.execution.blocks(task.zones.len(), ZONES_PER_TASK);
+    let before = sums.counts.clone();
+    let tasks = sums
+        .sums
+        .par_chunks_mut(2 * quantities * ZONES_PER_TASK)
+        .zip(sums.counts.par_chunks_mut(ZONES_PER_TASK))
+        .zip(sums.escape.by_tasks(task.zones.len(), ZONES_PER_TASK))
+        .enumerate()
+        .with_max_len(TASKS_AT_A_TIME);
+    let own = tasks.filter(|(number, _)| blocks.is_own_block(*number));
+    own.for_each_init(GatherScratch::default, |scratch, (number, ((sums, counts), mut escape))| {
+        if progress.is_interrupted() {
+            return;
+        }
+        let zones = counts.len() as u64;
+        let mut aimed = 0..0;
+        for (k, (sums, count)) in sums.chunks_mut(2 * quantities).zip(counts).enumerate() {
+            let zone = number * ZONES_PER_TASK + k;
+            let numbers = *count..wanted[zone].max(*count);
+            if numbers.is_empty() {
+                continue;
+            }
+            if !aimed.contains(&zone) {
+                aimed = aimed_together(task.zones, zone);
+                gatherer.aim(aimed.clone(), cut_nodes(numbers.len()), scratch);
+            }
+            let rays = escape.wanted(zone, numbers.end);
+            *count = numbers.end;
+            let mut of_zone = EscapeSums::new(task.groups);
+            add_samples_of_zone(gatherer, zone, (numbers, rays), scratch, (sums, &mut of_zone));
+            escape.add(zone, &of_zone);
+        }
+        progress.advance(zones);
+    });
+    sums.exchange(&blocks, communicator, (&before, wanted));
+    progress.end();
+    sums.round += 1;
+    // An interrupted round lacks samples.
+    if !progress.is_interrupted() {
+        sums.save(task.checkpoints);
+    }
+}
+
+/// Adds the samples of these numbers of both halves of a zone, and the rays that only find out whether they leave the scene.
+fn add_samples_of_zone(
+    gatherer: &Gatherer,
+    zone: usize,
+    (numbers, rays): (Range<usize>, Option<Range<usize>>),
+    scratch: &mut GatherScratch,
+    (sums, escape): (&mut [SampleSums], &mut EscapeSums),
+) {
+    let quantities = sums.len() / 2;
+    for (half, sums) in sums.chunks_mut(quantities).enumerate() {
+        let range = SampleRange { zone, half, numbers: numbers.clone() };
+        escape.by_samples[half] = add_samples(gatherer, range, scratch, (sums, &mut escape.products));
+        if let Some(numbers) = rays.clone() {
+            escape.rays = numbers.len();
+            escape.by_rays[half] = gatherer.escapes(SampleRange { zone, half, numbers }, scratch);
+        }
+    }
+}
+
+/// Nodes of the cut of a zone that is to take `samples` samples of each half.
+fn cut_nodes(samples: usize) -> usize {
+    let [least, most] = GATHER_PARAMS.cut_nodes;
+    (2 * samples / GATHER_PARAMS.samples_per_cut_node).clamp(least, most)
+}
+
+/// The zones whose connections are aimed with those of zone `i`, from it on. The result depends on the zones alone.
+fn aimed_together(zones: &Zones, i: usize) -> Range<usize> {
+    let volumes = zones.voxel_offset()..zones.pane_offset();
+    if !volumes.contains(&i) {
+        return i..i + 1;
+    }
+    let end = (i / VOXELS_AIMED_TOGETHER + 1) * VOXELS_AIMED_TOGETHER;
+    i..end.min(volumes.end)
+}
+
+/// Adds the samples of one half of a zone to its sums, and the products of every column with the escape of the rays to `products`; returns the sum of the
+/// latter.
+fn add_samples(
+    gatherer: &Gatherer,
+    range: SampleRange,
+    scratch: &mut GatherScratch,
+    (sums, products): (&mut [SampleSums], &mut [Bands]),
+) -> Bands {
+    let groups = products.len();
+    let (mut added, mut escapes) = (vec![[Bands::ZERO; 2]; sums.len()], Bands::ZERO);
+    gatherer.samples(range, scratch, |value, sky| {
+        let mut all = Bands::ZERO;
+        for (c, [sum, squares]) in added[..groups].iter_mut().enumerate() {
+            let v = widened(value(c));
+            *sum += v;
+            *squares += v * v;
+            all += v;
+            products[c] += v * sky.escaped;
+        }
+        added[groups][0] += all;
+        added[groups][1] += all * all;
+        added[groups + 1][0] += widened(value(groups));
+        added[groups + 2..].iter_mut().for_each(|a| a[0] += sky.radiosity);
+        escapes += sky.escaped;
+    });
+    sums.iter_mut().zip(added).for_each(|(s, a)| s.add(a));
+    escapes
+}
+
+/// The errors of a round and what they should become, of patches and of volume zones.
+struct Goal {
+    /// Relative error by the noise of the gather: of the sum, and of an equally weighted sum over its multiple, the larger.
+    noise: [f64; 2],
+    /// Relative error of the radiosities that were read.
+    inherited: [f64; 2],
+    /// The relative noise wanted.
+    wanted: [f64; 2],
+    /// Root mean square of each quantity and kind of zones, per band.
+    levels: Vec<[Bands; 2]>,
+}
+
+fn kind_of(zones: &Zones, i: usize) -> usize {
+    usize::from(i >= zones.voxel_offset())
+}
+
+impl Goal {
+    fn of(task: &GatherTask, fields: &GatheredFields) -> Goal {
+        let zones = task.zones;
+        let ranges = ranges_of_kinds(zones);
+        let square = |list: &mut dyn Iterator<Item = Bands>| list.fold(Bands::ZERO, |s, x| s + x * x);
+        let known = |i: usize| task.known.get(i).copied().unwrap_or_default();
+        let level = |q: usize| {
+            ranges.clone().map(|r| {
+                let count = r.len().max(1) as f64;
+                let with_known =
+                    |i: usize| fields.values[q][i] + if q == task.groups { known(i)[0] } else { Bands::ZERO };
+                let of_samples = (square(&mut r.clone().map(with_known)) / count).sqrt();
+                let unmet = (square(&mut r.map(|i| fields.unmet_level(q, i))) / count).sqrt();
+                of_samples.zip_map(unmet, |met, unmet| if met > 0.0 { met } else { unmet })
+            })
+        };
+        let levels: Vec<[Bands; 2]> = (0..task.groups + 1).map(level).collect();
+        let relative = |error: &dyn Fn(usize) -> Bands, level: [Bands; 2]| {
+            [0, 1].map(|kind| {
+                let r = ranges[kind].clone();
+                let count = r.len().max(1) as f64;
+                let rms = (square(&mut r.map(error)) / count).sqrt();
+                rms.zip_map(level[kind], ratio).max_element()
+            })
+        };
+        let all = levels[task.groups];
+        let sum = relative(&|i| fields.errors[task.groups][i], all);
+        let guide = match task.groups {
+            1 => [0.0; 2],
+            _ => equal_weight_error(task, fields, &levels).map(|e| e / GATHER_PARAMS.equal_weight_multiple),
+        };
+        let inherited = relative(&|i| fields.inherited[i], all);
+        let surroundings = relative(&|i| known(i)[1], all);
+        let p = &GATHER_PARAMS;
+        let wanted = |kind: usize| {
+            let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
+            let left = (1.0 - others * others).max(0.0).sqrt().max(p.min_noise_share);
+            let beside_others = if others > 1.0 { p.noise_over_large_errors * others } else { 0.0 };
+            (p.noise_share * left).max(beside_others) * task.tolerance
+        };
+        Goal {
+            noise: [0, 1].map(|kind| sum[kind].max(guide[kind])),
+            inherited,
+            wanted: [0, 1].map(wanted),
+            levels,
+        }
+    }
+
+    /// The samples of each half of every zone in the next round; `None` where the goal is met or nothing can be added.
+    fn samples(&self, task: &GatherTask, sums: &GatherSums, fields: &GatheredFields) -> Option<Vec<usize>> {
+        let p = &GATHER_PARAMS;
+        let zones = task.zones;
+        let n = zones.len();
+        // σ of one sample over the level, of the sum and of the equally weighted sum.
+        let deviation = |i: usize| {
+            let kind = kind_of(zones, i);
+            let relative = |q: usize| {
+                let (e, level) = (fields.errors[q][i], self.levels[q][kind]);
+                Band::all().filter(|&b| level[b] > 0.0).fold(0.0f64, |m, b| m.max(e[b] / level[b]))
+            };
+            let worst = match task.groups {
+                1 => relative(1),
+                g => (0..g).map(relative).sum::<f64>().max(relative(g)),
+            };
+            worst * (sums.counts[i] as f64).powf(0.5 * p.variance_exponent)
+        };
+        let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
+        let (mut wanted, mut added) = (sums.counts.clone(), 0);
+        for (kind, range) in ranges_of_kinds(zones).into_iter().enumerate() {
+            // A kind that meets its goal keeps its samples.
+            let over = self.noise[kind] / self.wanted[kind];
+            if over.partial_cmp(&1.0) != Some(Ordering::Greater) || over.is_infinite() {
+                continue;
+            }
+            let counts = &sums.counts[range.clone()];
+            let allocation = Allocation { deviations: &deviations[range.clone()], counts };
+            let numbers = allocation.reducing_error(1.0 / over);
+            added += numbers.iter().zip(counts).map(|(w, c)| w - c).sum::<usize>();
+            wanted[range].copy_from_slice(&numbers);
+        }
+        (added > 0).then_some(wanted)
+    }
+}
+
+/// Samples of the zones of one kind by their need.
+struct Allocation<'a> {
+    /// σ of one sample of each zone.
+    deviations: &'a [f64],
+    /// Samples of each half so far.
+    counts: &'a [usize],
+}
+
+impl Allocation<'_> {
+    /// Samples of each half with which the error falls to `wanted` of the present one, or comes as close to it as the limits of one round let it.
+    fn reducing_error(&self, wanted: f64) -> Vec<usize> {
+        let p = &GATHER_PARAMS;
+        let now = self.squared_error(self.counts);
+        // Growths in steps of an eighth of an octave, the least that suffices by bisection.
+        let numbers = |step: u32| self.grown((f64::from(step) / 8.0).exp2());
+        let suffices = |n: &[usize]| self.squared_error(n) <= wanted * wanted * now;
+        let (mut low, mut high) = (1, (8.0 * p.max_growth.log2()) as u32);
+        while high > low + 1 {
+            let middle = u32::midpoint(low, high);
+            if suffices(&numbers(middle)) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        numbers(high)
+    }
+
+    fn squared_error(&self, counts: &[usize]) -> f64 {
+        let of = |(s, c): (&f64, &usize)| s * s / (*c as f64).powf(GATHER_PARAMS.variance_exponent);
+        self.deviations.iter().zip(counts).map(of).sum()
+    }
+
+    /// Samples that are `growth` times as many in all, in proportion to the deviations.
+    fn grown(&self, growth: f64) -> Vec<usize> {
+        let p = &GATHER_PARAMS;
+        let all = growth * self.counts.iter().map(|c| *c as f64).sum::<f64>();
+        let (mean, sum) = (all / self.counts.len().max(1) as f64, self.deviations.iter().sum::<f64>());
+        let number = |(deviation, count): (&f64, &usize)| {
+            let share = if sum > 0.0 { all * deviation / sum } else { mean };
+            let share = share.min(p.max_over_mean * mean).clamp(2.0, p.max_samples as f64);
+            let power = 1usize << (share.log2().round() as u32);
+            power.min(p.max_samples).max(*count)
+        };
+        self.deviations.iter().zip(self.counts).map(number).collect()
+    }
+}
+
+/// Relative error of a combination of the groups in which all have the same weight, for patches and for volume zones.
+fn equal_weight_error(task: &GatherTask, fields: &GatheredFields, levels: &[[Bands; 2]]) -> [f64; 2] {
+    let zones = task.zones;
+    let ranges = ranges_of_kinds(zones);
+    let mut worst = [0.0f64; 2];
+    for (kind, range) in ranges.into_iter().enumerate() {
+        for b in Band::all() {
+            let weight = |q: usize| {
+                let level = levels[q][kind][b];
+                if level > 0.0 { 1.0 / level } else { 0.0 }
+            };
+            let weights: Vec<f64> = (0..task.groups).map(weight).collect();
+            let (mut errors, mut values) = (0.0, 0.0);
+            for i in range.clone() {
+                let combined = |list: &[Vec<Bands>]| {
+                    weights.iter().zip(list).map(|(w, column)| w * column[i][b]).sum::<f64>()
+                };
+                errors += combined(&fields.errors).powi(2);
+                values += combined(&fields.values).powi(2);
+            }
+            if values > 0.0 {
+                worst[kind] = worst[kind].max((errors / values).sqrt());
+            }
+        }
+    }
+    worst
+}

@@ -1,0 +1,139 @@
+//! Sums of the samples of all zones, and their checkpoint.
+
+use super::escape_rays::EscapeRays;
+use super::zone_gather::SampleSums;
+use crate::distribution::{Blocks, Communicator, Message};
+use crate::settings::stage_codec::{Decoder, Encoder};
+use zonal_scene::{Bands, CheckpointStore};
+
+/// The stage of the checkpoint.
+const STAGE: &str = "state-gather";
+
+/// Sums of all zones: of each zone, half and quantity.
+pub(crate) struct GatherSums {
+    /// Quantities of a sample.
+    pub quantities: usize,
+    /// Rounds so far.
+    pub round: usize,
+    /// Samples of each half of every zone so far.
+    pub counts: Vec<usize>,
+    /// Sums of every zone, half and quantity.
+    pub sums: Vec<SampleSums>,
+    /// Rays that only find out whether they leave the scene.
+    pub escape: EscapeRays,
+}
+
+impl GatherSums {
+    /// The sums of the rounds that an earlier run finished, or none, of `n` zones.
+    pub(crate) fn load(
+        checkpoints: &dyn CheckpointStore,
+        (n, quantities): (usize, usize),
+        escape: EscapeRays,
+    ) -> GatherSums {
+        let mut sums = GatherSums {
+            quantities,
+            round: 0,
+            counts: vec![0; n],
+            sums: vec![SampleSums::default(); 2 * n * quantities],
+            escape,
+        };
+        if let Some(bytes) = checkpoints.load(STAGE)
+            && sums.decode(&bytes).is_none()
+        {
+            sums.round = 0;
+            sums.counts.fill(0);
+            sums.sums.fill(SampleSums::default());
+            sums.escape.clear();
+        }
+        sums
+    }
+
+    /// Reads a stage; the sums are undefined where it is damaged.
+    fn decode(&mut self, bytes: &[u8]) -> Option<()> {
+        let mut decoder = Decoder::new(bytes);
+        self.round = decoder.int().filter(|r| *r > 0)?;
+        let counts = decoder.ints()?;
+        let words = decoder.words()?;
+        if counts.len() != self.counts.len() || words.len() != self.sums.len() * SampleSums::ENCODED_WORDS {
+            return None;
+        }
+        self.counts.iter_mut().zip(counts).for_each(|(own, c)| *own = c as usize);
+        let sum = |w: &[[u8; 4]]| SampleSums::from_words(std::array::from_fn(|k| u32::from_le_bytes(w[k])));
+        let sums = words.chunks_exact(SampleSums::ENCODED_WORDS);
+        self.sums.iter_mut().zip(sums).for_each(|(own, w)| *own = sum(w));
+        self.escape.decode(&mut decoder)?;
+        decoder.at_end().then_some(())
+    }
+
+    /// Sends the sums of the own zones that have more than `before` samples, and receives those of the other ranks, of `wanted` samples.
+    pub(crate) fn exchange(
+        &mut self,
+        blocks: &Blocks,
+        communicator: &dyn Communicator,
+        (before, wanted): (&[usize], &[usize]),
+    ) {
+        let (width, is_new) = (2 * self.quantities, |i: usize| wanted[i] > before[i]);
+        let (mut zones, mut received, escape) = (Vec::new(), Vec::new(), &self.escape);
+        let bytes_of_sums = 4 * width * SampleSums::ENCODED_WORDS;
+        let put = |i: usize, out: &mut Vec<u8>| {
+            if is_new(i) {
+                let sums = &self.sums[width * i..width * (i + 1)];
+                sums.iter().flat_map(SampleSums::words).for_each(|w| w.put(out));
+                escape.put_row(i, out);
+            }
+        };
+        let take = |i: usize, bytes: &[u8]| {
+            let length = if is_new(i) { bytes_of_sums + escape.row_bytes(i) } else { 0 };
+            if length > 0 {
+                zones.push((i, received.len()));
+                received.extend_from_slice(&bytes[..length]);
+            }
+            length
+        };
+        blocks.exchange(communicator, put, take);
+        for (i, first) in zones {
+            let (sums, row) = received[first..].split_at(bytes_of_sums);
+            let values = sums.chunks_exact(4 * SampleSums::ENCODED_WORDS).map(<[u32; 6]>::get);
+            let own = &mut self.sums[width * i..width * (i + 1)];
+            own.iter_mut().zip(values).for_each(|(own, w)| *own = SampleSums::from_words(w));
+            self.escape.take_row(i, row);
+            self.counts[i] = wanted[i];
+        }
+    }
+
+    /// Saves the sums of the rounds so far.
+    pub(crate) fn save(&self, checkpoints: &dyn CheckpointStore) {
+        if checkpoints.keeps() {
+            let mut encoder = Encoder::default();
+            encoder.int(self.round);
+            encoder.ints(&self.counts.iter().map(|c| *c as u64).collect::<Vec<_>>());
+            encoder.words(
+                self.sums.len() * SampleSums::ENCODED_WORDS,
+                self.sums.iter().flat_map(SampleSums::words),
+            );
+            self.escape.encode(&mut encoder);
+            checkpoints.save(STAGE, &encoder.bytes());
+        }
+    }
+
+    fn of(&self, i: usize, half: usize, q: usize) -> &SampleSums {
+        &self.sums[(2 * i + half) * self.quantities + q]
+    }
+
+    /// Mean of one half of quantity `q` of zone `i`.
+    pub(crate) fn half(&self, i: usize, half: usize, q: usize) -> Bands {
+        self.of(i, half, q).sum() / self.counts[i].max(1) as f64
+    }
+
+    /// Mean of both halves of quantity `q` of zone `i`.
+    pub(crate) fn mean(&self, i: usize, q: usize) -> Bands {
+        0.5 * (self.half(i, 0, q) + self.half(i, 1, q))
+    }
+
+    /// Variance of the samples of that quantity over their number.
+    pub(crate) fn variance(&self, i: usize, q: usize) -> Bands {
+        let n = 2.0 * self.counts[i].max(1) as f64;
+        let (mean, squares) = (self.mean(i, q), self.of(i, 0, q).squares() + self.of(i, 1, q).squares());
+        (squares / n - mean * mean).map(|v| v.max(0.0)) / n
+    }
+}

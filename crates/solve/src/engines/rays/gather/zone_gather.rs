@@ -1,0 +1,503 @@
+//! Samples of the incident radiation of one zone from known radiosities.
+//!
+//! The incident radiation is an integral over the points x of the zone and the directions ω of its kernel,
+//!
+//! ```text
+//! H_i = ⟨v(x, ω)⟩        v = Σ_k (l_k − l_{k+1}) B_k + l(T) B(y)          (`expected_path`; y the surface point at the end of the ray)
+//! ```
+//!
+//! and G_i = 4⟨v⟩. The surface at the end is sampled in two ways: by the ray itself, with the density p = ⟨kernel⟩ of its direction, and by a
+//! connection to a point y of a patch j chosen with the probability p_j (`patch_lights`). With K the density of the ray over the area at y,
+//!
+//! ```text
+//! K = cos θ_x cos θ_y/(π r²) on a patch      cos θ_y/(4π r²) in a volume      |cos θ_x| cos θ_y/(2π r²) in a pane
+//! ray: l (β + (B_j − β) K/(K + p_j/A_j))     connection: l V (B_j − β) K/(K + p_j/A_j)
+//! ```
+//!
+//! are the two samples joined by the balance heuristic (Veach 1997). Neither exceeds B_j, so nothing diverges where zones touch. β is a typical
+//! radiosity of the patches, which rays alone collect: in an enclosure of one radiosity every sample is exact. Only patches brighter than β have a
+//! probability.
+//!
+//! Where the result contains the radiation of the surroundings, rays that leave the scene bring it, joined with connections through panes
+//! (`pane_openings`).
+//!
+//! Where patch j is close to a patch, B_j is that of a path that continues from y (`ray::path_continuation`), as the radiosity varies within the patch.
+
+use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
+use super::pane_openings::PaneOpenings;
+use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
+use super::single_precision::{self, SingleBands};
+use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands, padded, widened};
+use crate::engines::rays::stored_rays::path_continuation::{
+    PathField, PathLights, PathVertex, VertexSource, vertex_index,
+};
+use crate::engines::rays::stored_rays::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayTracer};
+use crate::right_hand_side::surroundings::zone_rays::{pane_ray_weight, point_in_zone, ray_from_point};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use std::ops::Range;
+use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
+use zonal_scene::{Bands, PerBand, Zones};
+
+/// Seed that separates these samples from all other random numbers.
+const GATHER_SEED: u64 = 0x2d35_8dcc_aa6c_78a5;
+/// Seed of the rays that only find out whether they leave the scene.
+const ESCAPE_SEED: u64 = 0x6a09_e667_f3bc_c908;
+/// Bit of the number of a continued ray that separates it from the rays of the table.
+const GATHER_RAY: usize = 1 << 24;
+/// Bit that separates the path from the end of a connection from that of the ray.
+const CONNECTION: usize = 1 << 25;
+/// Smallest cosine at the end of a connection.
+const MIN_COSINE: f64 = 1e-6;
+/// Seed of the estimates of what nothing hides, and their number.
+const UNHIDDEN_SEED: u64 = 0x3c6e_f372_fe94_f82b;
+const UNHIDDEN_SAMPLES: usize = 32;
+/// Most nodes of the cut by which connections through panes are aimed.
+const NODES_OF_OPENINGS: usize = 32;
+
+/// The known radiation that a gather reads.
+pub(crate) struct GatherField<'a> {
+    /// Radiosities of the zones, one column for each quantity, W/m².
+    pub columns: Vec<Vec<PaddedBands>>,
+    /// β of every column, W/m².
+    pub typical: Vec<PaddedBands>,
+    /// Source terms at path vertices of every column; empty where paths do not continue.
+    pub sources: Vec<&'a VertexSource>,
+    /// The surroundings; `None` where the result does not contain them.
+    pub sky: Option<&'a GatheredSky>,
+}
+
+/// The surroundings of a gather.
+pub(crate) struct GatheredSky {
+    /// Radiosity, W/m².
+    pub radiosity: Bands,
+    /// The column of which they are a source.
+    pub column: usize,
+    /// Share of the rays of every zone that leave the scene.
+    pub shares: Vec<f64>,
+}
+
+/// The surroundings in a sample.
+pub(crate) struct SampledSky {
+    /// What they bring, W/m².
+    pub radiosity: Bands,
+    /// Weight of the ray of the sample that leaves the scene; 0 where it does not.
+    pub escaped: Bands,
+}
+
+/// Everything that a gather reads in common.
+pub(crate) struct Gatherer<'a> {
+    zones: &'a Zones,
+    tracer: &'a RayTracer<'a>,
+    path: ExpectedPath<'a>,
+    /// Lights at path vertices; `None` where paths do not continue.
+    lights: Option<PathLights<'a>>,
+    patch_lights: PatchLightTree,
+    openings: Option<PaneOpenings<'a>>,
+    /// ρ of the patches where paths continue; otherwise empty.
+    reflectance: Vec<PaddedBands>,
+    field: GatherField<'a>,
+}
+
+/// Sum and sum of squares of the samples of one quantity.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct SampleSums {
+    sum: SingleBands,
+    squares: SingleBands,
+}
+
+impl SampleSums {
+    /// Σ v.
+    pub(crate) fn sum(&self) -> Bands {
+        single_precision::to_double(self.sum)
+    }
+
+    /// Σ v².
+    pub(crate) fn squares(&self) -> Bands {
+        single_precision::to_double(self.squares)
+    }
+
+    /// Words of the sums in a checkpoint.
+    pub(crate) const ENCODED_WORDS: usize = 6;
+
+    /// The sums as words.
+    pub(crate) fn words(&self) -> [u32; 6] {
+        let [[a, b, c], [d, e, f]] = [self.sum, self.squares].map(single_precision::words);
+        [a, b, c, d, e, f]
+    }
+
+    /// The sums of these words.
+    pub(crate) fn from_words([a, b, c, d, e, f]: [u32; 6]) -> SampleSums {
+        let [sum, squares] = [[a, b, c], [d, e, f]].map(single_precision::from_words);
+        SampleSums { sum, squares }
+    }
+
+    /// Adds sums of further samples.
+    pub(crate) fn add(&mut self, [sum, squares]: [Bands; 2]) {
+        single_precision::add_to(&mut self.sum, sum);
+        single_precision::add_to(&mut self.squares, squares);
+    }
+}
+
+/// Memory of a task, used again from sample to sample.
+#[derive(Default)]
+pub(crate) struct GatherScratch {
+    cut: LightCut,
+    openings_cut: LightCut,
+    list: Vec<WeightedZone>,
+    vertices: Vec<PathVertex>,
+    paths: Vec<(u32, PaddedBands)>,
+    /// Weight of β.
+    typical: Bands,
+    /// Weight of the surroundings, and the part of it that the ray brings.
+    sky: Bands,
+    escaped: Bands,
+}
+
+/// The samples of a zone to take.
+#[derive(Clone)]
+pub(crate) struct SampleRange {
+    /// The zone.
+    pub zone: usize,
+    /// 0 or 1: the independent sequence.
+    pub half: usize,
+    /// Numbers of the samples.
+    pub numbers: Range<usize>,
+}
+
+/// The balance heuristic a/(a + b) of positive densities, of which a may be infinite.
+fn balance(a: f64, b: f64) -> f64 {
+    if b > 0.0 { 1.0 / (1.0 + b / a) } else { 1.0 }
+}
+
+/// The ball about the bounding box of the centres of zones that receive from all sides.
+fn enclosing_ball(balls: impl Iterator<Item = ReceiverBall>) -> ReceiverBall {
+    let infinite = Vec3::splat(f64::INFINITY);
+    let (lo, hi, radius) = balls.fold((infinite, -infinite, 0.0f64), |(lo, hi, radius), b| {
+        (lo.min(b.centre), hi.max(b.centre), radius.max(b.radius))
+    });
+    let centre = (lo + hi) * 0.5;
+    ReceiverBall { centre, radius: radius + (hi - centre).length(), normal: None }
+}
+
+impl<'a> Gatherer<'a> {
+    /// Prepares a gather. `power` holds the mean radiosity of every patch that connections are aimed by.
+    pub(crate) fn new(
+        tracer: &'a RayTracer<'a>,
+        lights: Option<PathLights<'a>>,
+        field: GatherField<'a>,
+        brightness: &[f64],
+    ) -> Gatherer<'a> {
+        let zones = tracer.zones;
+        let light = |(j, b): (usize, &f64)| {
+            let p = &zones.patches[j];
+            let centre = p.plate.centre();
+            PatchLight {
+                patch: j as u32,
+                centre,
+                radius: 0.5 * p.plate.diameter(),
+                normal: p.normal,
+                power: p.area * b,
+            }
+        };
+        let list = brightness.iter().take(zones.voxel_offset()).enumerate().map(light).collect();
+        let reflectance = match lights {
+            Some(_) => zones.patches.par_iter().map(|p| padded(p.reflectance)).collect(),
+            None => Vec::new(),
+        };
+        Gatherer {
+            zones,
+            tracer,
+            path: ExpectedPath::new(tracer),
+            lights,
+            patch_lights: PatchLightTree::new(list, zones.voxel_offset()),
+            openings: field.sky.map(|sky| PaneOpenings::new(tracer, &sky.shares[zones.pane_offset()..])),
+            reflectance,
+            field,
+        }
+    }
+
+    /// Prepares the connections of consecutive zones, with a cut of at most `nodes` nodes.
+    pub(crate) fn aim(&self, together: Range<usize>, nodes: usize, scratch: &mut GatherScratch) {
+        let receiver = match together.len() {
+            1 => self.receiver(together.start),
+            _ => enclosing_ball(together.map(|i| self.receiver(i))),
+        };
+        self.patch_lights.cut(&receiver, nodes, &mut scratch.cut);
+        if let Some(openings) = &self.openings {
+            openings.aim(&receiver, NODES_OF_OPENINGS.min(nodes), &mut scratch.openings_cut);
+        }
+    }
+
+    fn receiver(&self, i: usize) -> ReceiverBall {
+        let zones = self.zones;
+        if i < zones.voxel_offset() {
+            let p = &zones.patches[i];
+            ReceiverBall {
+                centre: p.plate.centre(),
+                radius: 0.5 * p.plate.diameter(),
+                normal: Some(p.normal),
+            }
+        } else if i < zones.pane_offset() {
+            let v = zones.voxels.at(i - zones.voxel_offset());
+            ReceiverBall { centre: v.centre, radius: 0.5 * v.volume.cbrt(), normal: None }
+        } else {
+            let p = &zones.panes[i - zones.pane_offset()];
+            ReceiverBall { centre: p.plate.centre(), radius: 0.5 * p.plate.diameter(), normal: None }
+        }
+    }
+
+    /// Takes samples of a zone that [`Gatherer::aim`] has prepared. `each` receives the value of every column for each sample, and the part of the
+    /// surroundings in it.
+    pub(crate) fn samples(
+        &self,
+        range: SampleRange,
+        scratch: &mut GatherScratch,
+        mut each: impl FnMut(&dyn Fn(usize) -> PaddedBands, SampledSky),
+    ) {
+        let i = range.zone;
+        let seeds = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ GATHER_SEED);
+        let [seed, seed_of_openings] = [seeds as u32, (seeds >> 32) as u32];
+        for k in range.numbers.clone() {
+            let u = scrambled_sobol::point(k, seed);
+            scratch.list.clear();
+            scratch.vertices.clear();
+            scratch.paths.clear();
+            (scratch.typical, scratch.sky, scratch.escaped) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
+            let from = self.start(i, [u[2], u[3], u[7]]);
+            let number = k | GATHER_RAY | range.half << 23;
+            self.follow_ray((i, number), from, [u[0], u[1], u[6]], scratch);
+            self.connect((i, number | CONNECTION), from.0, [u[4], u[5], u[6]], scratch);
+            if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
+                let [v0, v1, v2, ..] = scrambled_sobol::point(k, seed_of_openings);
+                self.connect_through(openings, (i, from.0), [v0, v1, v2], scratch);
+            }
+            let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };
+            each(&|c| self.value(c, scratch), sky);
+        }
+    }
+
+    /// The largest radiosity of every one of the first `columns`, the surroundings included, W/m².
+    pub(crate) fn brightest(&self, columns: usize) -> Vec<Bands> {
+        let sky = |c: usize| self.field.sky.filter(|s| s.column == c).map_or(Bands::ZERO, |s| s.radiosity);
+        let of_column = |(c, b): (usize, &Vec<PaddedBands>)| {
+            let most = |m: PaddedBands, b: &PaddedBands| std::array::from_fn(|k| m[k].max(b[k]));
+            widened(b.iter().fold([0.0; LANES], most)).max(sky(c))
+        };
+        self.field.columns[..columns].iter().enumerate().map(of_column).collect()
+    }
+
+    /// The mean radiosity that zone `i` would meet in its directions if nothing hid anything, in every one of the first `columns`, W/m²: the larger of two
+    /// estimates, by patches as connections are aimed and by any zones; each is limited to the radiosity of the zone that it meets.
+    pub(crate) fn unhidden_light(&self, i: usize, columns: usize, scratch: &mut GatherScratch) -> Vec<Bands> {
+        let n = self.zones.len();
+        let seed = low_discrepancy::split_mix64((i as u64) << 1 ^ UNHIDDEN_SEED) as u32;
+        self.aim(i..i + 1, UNHIDDEN_SAMPLES, scratch);
+        let mut sums = [vec![Bands::ZERO; columns], vec![Bands::ZERO; columns]];
+        for k in 0..UNHIDDEN_SAMPLES {
+            let u = scrambled_sobol::point(k, seed);
+            let x = self.start(i, [u[2], u[3], u[7]]).0;
+            let any = ((u[6] * n as f64) as usize).min(n - 1);
+            let aimed = self.patch_lights.sample(&scratch.cut, u[0]);
+            for (sum, chosen) in sums.iter_mut().zip([aimed, Some((any as u32, 1.0 / n as f64))]) {
+                let Some((j, probability)) = chosen else { continue };
+                let share = (self.unhidden_share(i, x, j as usize, [u[1], u[4]]) / probability).min(1.0);
+                for (c, sum) in sum.iter_mut().enumerate() {
+                    *sum += share * widened(self.field.columns[c][j as usize]).map(|b| b.max(0.0));
+                }
+            }
+        }
+        let [aimed, any] = sums;
+        let sky =
+            |c: usize| self.field.sky.filter(|sky| sky.column == c).map_or(Bands::ZERO, |s| s.radiosity);
+        let larger = |(c, (a, b)): (usize, (Bands, Bands))| a.max(b) / UNHIDDEN_SAMPLES as f64 + sky(c);
+        aimed.into_iter().zip(any).enumerate().map(larger).collect()
+    }
+
+    /// Share of the directions of zone `i` at its point `x` in which a point of zone `j` stands for all of that, without what hides it.
+    fn unhidden_share(&self, i: usize, x: Vec3, j: usize, u: [f64; 2]) -> f64 {
+        let zones = self.zones;
+        let (y, normal, area) = if j < zones.voxel_offset() {
+            let p = &zones.patches[j];
+            let [s, t] = p.plate.warp(u);
+            (p.plate.at(s, t), Some(p.normal), p.area)
+        } else {
+            let ball = self.receiver(j);
+            (ball.centre, None, PI * ball.radius * ball.radius)
+        };
+        let distance = (y - x).length();
+        if j == i || distance <= self.tracer.transport.epsilon() {
+            return 0.0;
+        }
+        let dir = (y - x) / distance;
+        let towards = normal.map_or(1.0, |n| -n.dot(dir));
+        // Points of one plane are in front of each other by rounding alone.
+        if towards > MIN_COSINE { self.kernel(i, dir) * towards * area / (distance * distance) } else { 0.0 }
+    }
+
+    /// Sum over rays of a zone that [`Gatherer::aim`] has prepared of the weight with which they leave the scene.
+    pub(crate) fn escapes(&self, range: SampleRange, scratch: &GatherScratch) -> Bands {
+        let (zones, transport, i) = (self.zones, self.tracer.transport, range.zone);
+        let mut sum = Bands::ZERO;
+        let Some(openings) = &self.openings else { return sum };
+        let seed = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ ESCAPE_SEED) as u32;
+        for k in range.numbers {
+            let u = scrambled_sobol::point(k, seed);
+            let from = self.start(i, [u[2], u[3], u[7]]);
+            let (origin, dir, weight) = ray_from_point(zones, i, from, [u[0], u[1]]);
+            if let Some(transmittance) =
+                transport.transmittance(origin, transport.exterior_point(origin, dir))
+            {
+                let density = openings.density(&scratch.openings_cut, (origin, dir));
+                sum += weight * transmittance * balance(self.kernel(i, dir), density);
+            }
+        }
+        sum
+    }
+
+    /// The sum of column `c` over the zones and paths of a sample.
+    #[inline]
+    fn value(&self, c: usize, scratch: &GatherScratch) -> PaddedBands {
+        let b = &self.field.columns[c];
+        let (typical, weight) = (self.field.typical[c], padded(scratch.typical));
+        let mut sum: PaddedBands = std::array::from_fn(|k| weight[k] * typical[k]);
+        if self.field.sky.is_some_and(|sky| sky.column == c) {
+            let sky = padded(self.sky_value(scratch));
+            (0..LANES).for_each(|k| sum[k] += sky[k]);
+        }
+        for z in &scratch.list {
+            let b = &b[z.zone as usize];
+            (0..LANES).for_each(|k| sum[k] += z.weight[k] * b[k]);
+        }
+        for (end, weight) in &scratch.paths {
+            let Some(first) = vertex_index(*end) else { continue };
+            let source = self.field.sources.get(c).copied();
+            let vertices = &scratch.vertices;
+            let field = PathField { vertices, reflectance: &self.reflectance, radiosity: b, source };
+            let v = field.transported(first, *weight);
+            (0..LANES).for_each(|k| sum[k] += v[k]);
+        }
+        sum
+    }
+
+    /// The point of zone `i` for a point of the unit cube, and the number of the side of a pane.
+    fn start(&self, i: usize, u: [f64; 3]) -> (Vec3, f64) {
+        (point_in_zone(self.zones, self.tracer.transport, i, u), u[2])
+    }
+
+    /// Follows one ray from a point of the zone, of a pane on the side of the number beside it, in the direction of the first two numbers; the third places points in
+    /// the medium.
+    fn follow_ray(
+        &self,
+        ray: (usize, usize),
+        from: (Vec3, f64),
+        [d0, d1, jitter]: [f64; 3],
+        scratch: &mut GatherScratch,
+    ) {
+        let (i, tracer) = (ray.0, self.tracer);
+        let (origin, dir, weight) = ray_from_point(self.zones, i, from, [d0, d1]);
+        let end = tracer.first_surface(origin, dir);
+        let left =
+            weight * self.path.collect((origin, dir), (end.distance, jitter), weight, &mut scratch.list);
+        if end.zone >= FIRST_CODE {
+            if let Some(openings) = self.openings.as_ref().filter(|_| end.zone == ESCAPED) {
+                let density = openings.density(&scratch.openings_cut, (origin, dir));
+                scratch.escaped = left * balance(self.kernel(i, dir), density);
+                scratch.sky += scratch.escaped;
+            }
+            return;
+        }
+        let j = end.zone as usize;
+        let towards = self.zones.patches[j].normal.dot(dir).abs().max(MIN_COSINE);
+        let density = self.kernel(i, dir) * towards / (end.distance * end.distance).max(f64::MIN_POSITIVE);
+        let share = balance(density, self.connection_density(&scratch.cut, i, j));
+        self.add_surface(ray, end, left * share, scratch);
+        scratch.typical += left * (1.0 - share);
+    }
+
+    /// Adds the surface at the end of a ray or connection; paths go on from patches close by.
+    fn add_surface(&self, ray: (usize, usize), end: RayEnd, weight: Bands, scratch: &mut GatherScratch) {
+        let continues = ray.0 < self.zones.voxel_offset()
+            && self.zones.patches[end.zone as usize].continues_rays(end.distance)
+            && self.zones.sheets.opposite(end.zone as usize).is_none();
+        match self.lights.as_ref().filter(|_| continues) {
+            Some(lights) => {
+                let last = self.tracer.continue_path(lights, ray, end, &mut scratch.vertices);
+                scratch.paths.push((last, padded(weight)));
+            }
+            None => scratch.list.push(weighted_zone(end.zone, weight)),
+        }
+    }
+
+    /// Connects the point `x` of zone `i` with the surroundings through a pane.
+    fn connect_through(
+        &self,
+        openings: &PaneOpenings,
+        (i, x): (usize, Vec3),
+        u: [f64; 3],
+        scratch: &mut GatherScratch,
+    ) {
+        let Some((dir, transmittance)) = openings.sample(&scratch.openings_cut, x, u) else { return };
+        let kernel = self.kernel(i, dir);
+        if kernel > 0.0 {
+            let density = openings.density(&scratch.openings_cut, (x, dir));
+            scratch.sky += self.ray_weight(i, dir) * transmittance * (kernel / (kernel + density));
+        }
+    }
+
+    /// Weight of a ray of zone `i`.
+    fn ray_weight(&self, i: usize, dir: Vec3) -> Bands {
+        match i.checked_sub(self.zones.pane_offset()) {
+            Some(k) => pane_ray_weight(&self.zones.panes[k], dir),
+            None => Bands::ONE,
+        }
+    }
+
+    /// The radiation of the surroundings of the present sample, W/m².
+    fn sky_value(&self, scratch: &GatherScratch) -> Bands {
+        self.field.sky.map_or(Bands::ZERO, |sky| scratch.sky * sky.radiosity)
+    }
+
+    /// Density of the directions of zone `i`, 1/sr.
+    fn kernel(&self, i: usize, dir: Vec3) -> f64 {
+        let zones = self.zones;
+        if i < zones.voxel_offset() {
+            zones.patches[i].normal.dot(dir).max(0.0) / PI
+        } else if i < zones.pane_offset() {
+            1.0 / (4.0 * PI)
+        } else {
+            zones.panes[i - zones.pane_offset()].normal.dot(dir).abs() / (2.0 * PI)
+        }
+    }
+
+    /// p_j/A_j of a connection of zone `i`, 1/m².
+    fn connection_density(&self, cut: &LightCut, i: usize, j: usize) -> f64 {
+        if i == j { 0.0 } else { self.patch_lights.probability(cut, j as u32) / self.zones.patches[j].area }
+    }
+
+    /// Connects the point `x` of zone `i` with a patch.
+    fn connect(&self, ray: (usize, usize), x: Vec3, u: [f64; 3], scratch: &mut GatherScratch) {
+        let (zones, i) = (self.zones, ray.0);
+        let Some((j, probability)) = self.patch_lights.sample(&scratch.cut, u[0]) else { return };
+        let patch = &zones.patches[j as usize];
+        if j as usize == i {
+            return;
+        }
+        let [s, t] = patch.plate.warp([u[1], u[2]]);
+        let y = patch.plate.at(s, t);
+        let distance = (y - x).length();
+        let dir = (y - x) / distance.max(f64::MIN_POSITIVE);
+        let towards = -patch.normal.dot(dir);
+        let kernel = self.kernel(i, dir);
+        if !(towards > MIN_COSINE && kernel > 0.0 && distance > self.tracer.transport.epsilon()) {
+            return;
+        }
+        let Some(transmittance) = self.tracer.transport.transmittance_inside(x, y) else { return };
+        let density = kernel * towards / (distance * distance);
+        let share = balance(density, probability / patch.area);
+        let weight = self.ray_weight(i, dir) * transmittance * share;
+        let end = RayEnd { zone: j, weight: PerBand::splat(1.0), distance, position: y };
+        self.add_surface(ray, end, weight, scratch);
+        scratch.typical -= weight;
+    }
+}

@@ -1,0 +1,460 @@
+//! The exchange operator of a ray table.
+//!
+//! The operator is not symmetric, as the exchange of i with j is sampled at i alone; its equations are solved by stabilised
+//! bi-conjugate gradients (`iteration::bicgstab`, van der Vorst). The incident radiation of the solution is sampled afresh by a final gather
+//! (`gather`), which gives its error. One product costs one read of every ray.
+
+use crate::context::SolveContext;
+use crate::distribution::Execution;
+use crate::distribution::multivector::{self, total};
+use crate::distribution::sum_order::SumOrder;
+use crate::engines::merged_operator::PatchGroups;
+use crate::engines::rays::gather::final_gather::{self, Gathered};
+use crate::engines::rays::gather::gather_error::stated_errors;
+use crate::engines::rays::gather::gather_task::GatherTask;
+use crate::engines::rays::gather::regression_windows::RegressionWindows;
+use crate::engines::rays::gather::zone_gather::{GatherField, GatheredSky, Gatherer};
+use crate::engines::rays::gather::zone_groups::ZoneGroups;
+use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands, padded};
+use crate::engines::rays::stored_rays::path_continuation::{PathLights, VertexSource};
+use crate::engines::rays::stored_rays::ray_sampling::{RaysPerZone, rays_measure_escape};
+use crate::engines::rays::stored_rays::ray_table::{PathExtent, RayTable};
+use crate::engines::rays::stored_rays::ray_tracer::RayTracer;
+use crate::iteration::{IterationResult, LinearSystem, StoppingCriterion, bicgstab, neumann_series};
+use crate::operator::mixed_sides::mix_sides;
+use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower};
+use crate::right_hand_side::direct_light::light_field::DirectLight;
+use crate::right_hand_side::light_groups::SourceGroup;
+use crate::right_hand_side::surroundings::SurroundingsExchange;
+use crate::settings::zone_power::{closure_targets, reflection_weights};
+use rayon::prelude::*;
+use zonal_exchange::pair::{pane_self_exchange, scaled_radiosity_coefficient};
+use zonal_math::{Grade, low_discrepancy};
+use zonal_scene::{Bands, CheckpointStore, NoCheckpoints, NoProgress, PaneZone, Progress, Scene, Zones};
+use zonal_transport::Transport;
+
+/// The equations are solved by the first 1/4 of the rays of every zone first; all rays start from that solution.
+const INITIAL_SOLVE_DIVISOR: usize = 4;
+/// Relative error of the strengths at which the iteration ends, over the tolerance.
+const SOLVE_ERROR_OVER_TOLERANCE: f64 = 2e-3;
+/// Smallest relative error of the strengths that is asked for.
+const MIN_SOLVE_ERROR: f64 = 2e-4;
+
+/// End of the iteration for the noise of the radiosities, of which the size matters only.
+const NOISE_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 0.05, max_iterations: 40 };
+/// Seed of the signs of that noise.
+const NOISE_SEED: u64 = 0x9d39_247e_3377_6d41;
+
+/// Whether rays continue from patches that they hit close by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathContinuation {
+    /// Rays end in the first zone.
+    Off,
+    /// Rays from patches continue (`path_continuation`).
+    On,
+}
+
+/// The exchange of all zones by the rays of a table.
+pub struct RayOperator<'a> {
+    scene: &'a Scene,
+    zones: &'a Zones,
+    transport: &'a Transport<'a>,
+    direct: &'a DirectLight,
+    table: RayTable<'a>,
+    continuation: PathContinuation,
+    /// c of every zone.
+    coefficients: Vec<Bands>,
+    /// Source terms at path vertices, a group; empty where paths do not continue.
+    sources: Vec<VertexSource>,
+    /// Fraction of its own emission that each pane zone absorbs.
+    pane_self_exchange: Vec<Bands>,
+    /// Patches that share one radiosity.
+    groups: Option<PatchGroups>,
+}
+
+impl<'a> RayOperator<'a> {
+    /// Traces `rays_per_zone` rays of every patch, and of every volume zone.
+    pub fn new(
+        context: &SolveContext<'a>,
+        rays_per_zone: RaysPerZone,
+        continuation: PathContinuation,
+    ) -> RayOperator<'a> {
+        let lights =
+            (continuation == PathContinuation::On).then(|| PathLights::new(context.scene, context.direct));
+        let zones = context.zones;
+        RayOperator {
+            scene: context.scene,
+            zones,
+            transport: context.transport,
+            direct: context.direct,
+            table: RayTable::trace(context, rays_per_zone, lights.as_ref()),
+            continuation,
+            coefficients: (0..zones.len())
+                .into_par_iter()
+                .map(|i| scaled_radiosity_coefficient(zones, i))
+                .collect(),
+            sources: Vec::new(),
+            pane_self_exchange: zones.panes.iter().map(self_absorbed_fraction).collect(),
+            groups: PatchGroups::of(zones),
+        }
+    }
+
+    /// Number of rays, and of path vertices.
+    pub(crate) fn rays_and_vertices(&self) -> [u64; 2] {
+        self.table.rays_and_vertices()
+    }
+
+    /// Writes into `surroundings` the exchange with the surroundings by the same rays.
+    pub(crate) fn measure_escape(&self, surroundings: &mut SurroundingsExchange) {
+        self.table.measure_escape(self.zones, surroundings);
+    }
+
+    /// Solves all groups by the rays, or follows the scattering orders that the scene fixes. Returns the strengths of every group.
+    pub fn solve(&mut self, context: &SolveContext, surroundings: &SurroundingsExchange) -> Vec<Vec<Bands>> {
+        self.solve_groups(context, surroundings).into_iter().map(|e| e.strengths).collect()
+    }
+
+    /// The results of the iteration of [`RayOperator::solve`] for all groups.
+    pub(crate) fn solve_groups(
+        &mut self,
+        context: &SolveContext,
+        surroundings: &SurroundingsExchange,
+    ) -> Vec<IterationResult> {
+        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
+        // Move the source terms at path vertices to the right-hand side.
+        let mut columns = context.source_strengths(surroundings);
+        if self.rays_and_vertices()[1] > 0 {
+            let sources = columns.iter().zip(context.sources).map(|(c, s)| self.vertex_source(context, s, c));
+            self.sources = sources.collect();
+            for (column, source) in columns.iter_mut().zip(&self.sources) {
+                let dark = vec![[0.0; LANES]; self.len()];
+                let mut lit =
+                    self.times_measure(self.table.incident(&dark, PathExtent::WithSource(source), 1));
+                mix_sides(self.zones, &mut lit);
+                let add = |i: usize, s: &mut Bands| *s += weights[i] * lit[i];
+                column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
+            }
+        }
+        if let Some(count) = context.scene.options().scattering_orders {
+            let operator = &ContinuedRays { rays: self, divisor: 1 };
+            let system =
+                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            return neumann_series::solve(&system, &columns, count, &NoCheckpoints, context.progress);
+        }
+        // Solve by a part of the rays, then by all.
+        let stop = StoppingCriterion {
+            residual: MIN_SOLVE_ERROR.max(SOLVE_ERROR_OVER_TOLERANCE * context.scene.options().tolerance),
+            max_iterations: context.scene.options().max_iterations,
+        };
+        let solved = |divisor: usize, initial| {
+            let operator = &ContinuedRays { rays: self, divisor };
+            let system =
+                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            bicgstab::solve(&system, &columns, initial, stop, context.progress)
+        };
+        let initial = solved(INITIAL_SOLVE_DIVISOR, None);
+        solved(1, Some(initial.into_iter().map(|e| e.strengths).collect()))
+    }
+
+    /// The source term of a group with source strengths `column` at path vertices: all of it except the lights sampled there.
+    fn vertex_source(&self, context: &SolveContext, group: &SourceGroup, column: &[Bands]) -> VertexSource {
+        let direct = group.direct(context.direct);
+        let one = |(i, s): (usize, &Bands)| {
+            let (c, p) = (self.coefficients[i], &self.zones.patches[i]);
+            let lit = direct.get(i).copied().unwrap_or_default();
+            let all = s.zip_map(c, |s, c| if c > 0.0 { s / c } else { 0.0 });
+            padded((all - p.reflectance * lit).map(|source| source.max(0.0)))
+        };
+        let factor = |l: usize| if group.has_light(l) { 1.0 } else { 0.0 };
+        VertexSource {
+            patches: column[..self.zones.voxel_offset()].par_iter().enumerate().map(one).collect(),
+            lights: (0..context.direct.lights.len()).map(factor).collect(),
+        }
+    }
+
+    /// Incident power of every column of strengths by a final gather, W.
+    pub fn gathered_power(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
+        self.incident_power_of(self.gather_alone(columns)).columns
+    }
+
+    /// The powers and errors of a gather.
+    pub(crate) fn incident_power_of(&self, gathered: Gathered) -> IncidentPower {
+        IncidentPower {
+            columns: gathered.columns.into_iter().map(|f| self.times_measure(f)).collect(),
+            error: Some(self.times_measure(gathered.error)),
+            column_errors: gathered.column_errors.into_iter().map(|e| self.times_measure(e)).collect(),
+        }
+    }
+
+    /// B of all zones by their strengths, W/m²; of merged patches the mean.
+    fn radiosities(&self, strengths: &[Bands]) -> Vec<PaddedBands> {
+        if let Some(groups) = &self.groups {
+            return self.single_radiosities(&groups.averaged(strengths));
+        }
+        self.single_radiosities(strengths)
+    }
+
+    fn single_radiosities(&self, strengths: &[Bands]) -> Vec<PaddedBands> {
+        let over = |s: f64, c: f64| if c > 0.0 { s / c } else { 0.0 };
+        let both = strengths.par_iter().zip(&self.coefficients);
+        both.map(|(s, c)| padded(s.zip_map(*c, over))).collect()
+    }
+
+    /// Multiplies H by areas and G by volumes.
+    fn times_measure(&self, v: Vec<Bands>) -> Vec<Bands> {
+        v.into_par_iter().enumerate().map(|(i, v)| v * self.zones.response(i).1).collect()
+    }
+}
+
+impl ExchangeOperator for RayOperator<'_> {
+    fn len(&self) -> usize {
+        self.zones.len()
+    }
+    fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
+        self.times_measure(self.stored_incident(strengths))
+    }
+    fn scale(&mut self, _: &[Bands]) {}
+}
+
+impl ErrorModel for RayOperator<'_> {
+    fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
+        self.incident_power_of(self.gather_alone(columns))
+    }
+    fn grade(&self) -> Grade {
+        Grade::Statistical
+    }
+}
+
+/// Optical depth below which a pane absorbs nothing of its own emission.
+const TRANSPARENT_DEPTH: f64 = 1e-9;
+
+/// Fraction of its own emission 4κt that a pane absorbs, of an area of 1.
+fn self_absorbed_fraction(pane: &PaneZone) -> Bands {
+    let t = pane.thickness;
+    let fraction = |k: f64| pane_self_exchange(k, t) * k / (4.0 * t);
+    pane.extinction.map(|k| if k * t > TRANSPARENT_DEPTH { fraction(k) } else { 0.0 })
+}
+
+/// A brightness of every zone in which each column has the same weight, as has their sum: radiosities above the typical ones over their mean.
+fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec<f64> {
+    let zones = columns.first().map_or(0, Vec::len);
+    let of = |b: &PaddedBands, typical: &PaddedBands| {
+        b.iter().zip(typical).map(|(x, t)| f64::from((x - t).max(0.0))).sum::<f64>()
+    };
+    let level = |list: &mut dyn Iterator<Item = f64>| list.sum::<f64>() / zones.max(1) as f64;
+    let mut out = vec![0.0; zones];
+    let mut add = |value: &dyn Fn(usize) -> f64| {
+        let level = level(&mut (0..zones).map(value));
+        if level > 0.0 {
+            out.iter_mut().enumerate().for_each(|(i, o)| *o += value(i) / level);
+        }
+    };
+    columns.iter().zip(typical).for_each(|(c, t)| add(&|i| of(&c[i], t)));
+    add(&|i| columns.iter().zip(typical).map(|(c, t)| of(&c[i], t)).sum());
+    out
+}
+
+/// True if the sum of squares of `a` exceeds that of `b` in some band.
+fn exceeds(a: &[PaddedBands], b: &[PaddedBands]) -> bool {
+    let [a, b] = [a, b].map(|list| {
+        multivector::sum(list.len(), |i| -> [f64; LANES] {
+            std::array::from_fn(|k| f64::from(list[i][k]).powi(2))
+        })
+    });
+    a.iter().zip(b).any(|(a, b)| *a > b)
+}
+
+/// The same exchange with continued paths, by the first 1/`divisor` of the rays of every zone, and the sides of transmitting sheets mixed.
+struct ContinuedRays<'a, 'b> {
+    rays: &'a RayOperator<'b>,
+    divisor: usize,
+}
+
+impl ExchangeOperator for ContinuedRays<'_, '_> {
+    fn len(&self) -> usize {
+        self.rays.len()
+    }
+    fn apply(&self, strengths: &[Bands]) -> Vec<Bands> {
+        let b = self.rays.radiosities(strengths);
+        let mut power =
+            self.rays.times_measure(self.rays.table.incident(&b, PathExtent::Continued, self.divisor));
+        mix_sides(self.rays.zones, &mut power);
+        power
+    }
+    fn scale(&mut self, _: &[Bands]) {}
+}
+
+impl RayOperator<'_> {
+    /// Standard error of the incident radiation of radiosities `b` with the source term `source` at path vertices, W/m²; with that of the surroundings where
+    /// these rays measure it.
+    fn standard_error(&self, b: &[PaddedBands], source: &VertexSource) -> Vec<Bands> {
+        let extent =
+            if self.sources.is_empty() { PathExtent::FirstZone } else { PathExtent::WithSource(source) };
+        let sky = match rays_measure_escape(self.scene, self.zones) {
+            true => padded(self.scene.surroundings().radiosity()),
+            false => [0.0; LANES],
+        };
+        self.table.standard_error(b, sky, extent)
+    }
+
+    /// H or G of every zone from the surroundings alone by a final gather, W/m²; `shares` holds the share of the rays of every zone that leave the
+    /// scene.
+    pub fn gathered_surroundings(&self, shares: Vec<f64>) -> Vec<Bands> {
+        let (n, radiosity) = (self.len(), self.scene.surroundings().radiosity());
+        let sky = GatheredSky { radiosity, column: 0, shares };
+        let dark = [vec![Bands::ZERO; n]];
+        let noise = vec![[0.0; LANES]; n];
+        self.gather_incident(&dark, noise, (&[], Some(sky)), (&NoCheckpoints, &NoProgress)).sky
+    }
+
+    /// A final gather of every column of strengths without further radiation.
+    fn gather_alone(&self, columns: &[Vec<Bands>]) -> Gathered {
+        let noise = self.radiosity_noise(columns, &NoProgress);
+        self.gather_incident(columns, noise, (&[], None), (&NoCheckpoints, &NoProgress))
+    }
+
+    /// Incident radiation of every column of strengths by a final gather, W/m². `noise` is that of the radiosities ([`RayOperator::radiosity_noise`]),
+    /// `known` incident radiation that the columns do not contain, with its error; the surroundings are sampled where they are given.
+    pub(crate) fn gather_incident(
+        &self,
+        columns: &[Vec<Bands>],
+        noise: Vec<PaddedBands>,
+        (known, sky): (&[[Bands; 2]], Option<GatheredSky>),
+        (checkpoints, progress): (&dyn CheckpointStore, &dyn Progress),
+    ) -> Gathered {
+        let execution = Execution { communicator: self.table.communicator(), progress };
+        let sky = sky.as_ref();
+        let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
+        let mut typical: Vec<PaddedBands> = radiosity.iter().map(|b| self.typical_radiosity(b)).collect();
+        let brightness = mean_brightness(&radiosity, &typical);
+        typical.push([0.0; LANES]);
+        radiosity.push(noise);
+        let tracer = RayTracer::new(self.scene, self.zones, self.transport);
+        let lights =
+            (self.continuation == PathContinuation::On).then(|| PathLights::new(self.scene, self.direct));
+        let own = |i: usize, c: usize| {
+            let fraction = i.checked_sub(self.zones.pane_offset()).map(|k| self.pane_self_exchange[k]);
+            fraction.map_or(Bands::ZERO, |f| f * self.radiosity_of(i, columns[c][i]))
+        };
+        let stored = || columns.iter().map(|s| self.stored_incident(s)).collect();
+        let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect(), sky };
+        let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
+        let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
+        let task = GatherTask {
+            zones: self.zones,
+            zone_groups: &ZoneGroups::new(self.scene, self.zones),
+            windows: &windows,
+            groups: columns.len(),
+            sky,
+            tolerance: self.scene.options().tolerance,
+            known,
+            own: &own,
+            stored: &stored,
+            stored_rays: self.table.rays_per_zone(),
+            checkpoints,
+            execution,
+        };
+        final_gather::gather(&gatherer, &task)
+    }
+
+    /// H or G of every zone by the stored rays, W/m².
+    pub(crate) fn stored_incident(&self, strengths: &[Bands]) -> Vec<Bands> {
+        self.table.incident(&self.radiosities(strengths), PathExtent::FirstZone, 1)
+    }
+
+    /// The incident powers of a solution by its stored rays alone, without a gather: `incident` is H or G of every column of strengths, W/m², and `noise` that of the
+    /// radiosities. The stated errors are those of the rays of each zone, and of the radiosities.
+    pub(crate) fn stored_power(
+        &self,
+        columns: &[Vec<Bands>],
+        incident: Vec<Vec<Bands>>,
+        noise: &[PaddedBands],
+    ) -> IncidentPower {
+        let groups = ZoneGroups::new(self.scene, self.zones);
+        let (sum, from_noise) = (total(self.len(), &incident), self.incident_noise(noise));
+        let stated = |strengths: &[Bands], source: &VertexSource, own: &[Bands]| {
+            let of_rays = self.standard_error(&self.radiosities(strengths), source);
+            self.times_measure(stated_errors(&groups, &of_rays, &from_noise, [own, &sum]))
+        };
+        // Where paths do not continue there are no sources at their vertices.
+        let mut all = VertexSource::default();
+        self.sources.iter().for_each(|source| all.add_scaled(source, 1.0));
+        let source = |c: usize| self.sources.get(c).unwrap_or(&all);
+        IncidentPower {
+            error: Some(stated(&total(self.len(), columns), &all, &sum)),
+            column_errors: (0..columns.len()).map(|c| stated(&columns[c], source(c), &incident[c])).collect(),
+            columns: incident.into_iter().map(|f| self.times_measure(f)).collect(),
+        }
+    }
+
+    /// Replaces what the pane zones send to themselves, in a gather of the solution whose rays give `stored` H or G, W/m², of every column.
+    ///
+    /// A gather G' reads the pane's own radiosity as the stored rays have it. With the share a = f Ω of G by which f of the own radiosity returns,
+    /// the value that is consistent with itself is G = G' + a (G − G_stored) = G' + (G' − G_stored) a/(1 − a).
+    pub(crate) fn solve_pane_self_exchange(&self, stored: &[Vec<Bands>], gathered: &mut Gathered) {
+        for (k, f) in self.pane_self_exchange.iter().enumerate() {
+            let i = self.zones.pane_offset() + k;
+            let share = 4.0 * *f * self.zones.response(i).0;
+            let gain = share.map(|a| 1.0 / (1.0 - a));
+            for (column, stored) in gathered.columns.iter_mut().zip(stored) {
+                let more = (column[i] - stored[i]) * share * gain;
+                column[i] += more;
+            }
+            gathered.column_errors.iter_mut().for_each(|e| e[i] *= gain);
+            gathered.error[i] *= gain;
+        }
+    }
+
+    /// The median radiosity of the patches by area in each band, W/m².
+    fn typical_radiosity(&self, b: &[PaddedBands]) -> PaddedBands {
+        let patches = &self.zones.patches;
+        let half = 0.5 * patches.iter().map(|p| p.area).sum::<f64>();
+        std::array::from_fn(|k| {
+            let mut order: Vec<usize> = (0..patches.len()).collect();
+            order.par_sort_unstable_by(|&i, &j| b[i][k].total_cmp(&b[j][k]).then(i.cmp(&j)));
+            let mut sum = 0.0;
+            let median = order.into_iter().find(|&i| {
+                sum += patches[i].area;
+                sum >= half
+            });
+            median.map_or(0.0, |i| b[i][k])
+        })
+    }
+
+    /// One realization of the noise of the radiosities of the sum of all columns, W/m²: the solution for sources ρ_i e_i of random sign, e_i the
+    /// standard error of the incident radiation by the rays of zone i.
+    pub(crate) fn radiosity_noise(
+        &self,
+        columns: &[Vec<Bands>],
+        progress: &dyn Progress,
+    ) -> Vec<PaddedBands> {
+        let b = self.radiosities(&total(self.len(), columns));
+        let mut source = VertexSource::default();
+        self.sources.iter().for_each(|o| source.add_scaled(o, 1.0));
+        let error = self.standard_error(&b, &source);
+        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
+        let sign =
+            |i: usize| if low_discrepancy::hash_to_unit(i as u64 ^ NOISE_SEED) < 0.5 { -1.0 } else { 1.0 };
+        let noise = |i: usize| sign(i) * weights[i] * error[i] * self.zones.response(i).1;
+        let column = [(0..self.len()).into_par_iter().map(noise).collect::<Vec<Bands>>()];
+        let solve = |divisor: usize| {
+            let operator = &ContinuedRays { rays: self, divisor };
+            let system =
+                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            let solved = bicgstab::solve(&system, &column, None, NOISE_SOLVE_STOP, progress);
+            self.radiosities(&solved[0].strengths)
+        };
+        // Among a few rays may be white zones whose rays all end on one another; what they hold back exceeds the light itself.
+        let few = solve(INITIAL_SOLVE_DIVISOR);
+        if exceeds(&few, &b) { solve(1) } else { few }
+    }
+
+    /// H or G of every zone from that noise by the stored rays, W/m².
+    pub(crate) fn incident_noise(&self, noise: &[PaddedBands]) -> Vec<Bands> {
+        self.table.incident(noise, PathExtent::Continued, 1)
+    }
+
+    fn radiosity_of(&self, i: usize, strength: Bands) -> Bands {
+        strength.zip_map(self.coefficients[i], |s, c| if c > 0.0 { s / c } else { 0.0 })
+    }
+}

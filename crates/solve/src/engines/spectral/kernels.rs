@@ -1,0 +1,555 @@
+//! The exchange factors of a grid for one extinction, by offset, and their spectra.
+//!
+//! | kernel | zones | stored as |
+//! |---|---|---|
+//! | V(d₀, d₁, d₂) | two voxels | one octant of its real, even spectrum |
+//! | S₀(d₀; d₁, d₂) | a voxel d₀ cells from a wall across the first axis | spectra along the wall, one for each d₀ |
+//! | S₁, S₂ | the same for walls across the other axes | one octant; extended as an even sequence across the wall, which is never read |
+//! | O(d_b, d_c) | opposite walls | one quadrant |
+//! | Q(i_a, i_b; d_c) | adjacent walls across a and b | spectra along their edge, a matrix for each frequency |
+//!
+//! All entries come from the lattice tables of `zonal_exchange`, with attenuation inside the integrals, each to a proven relative [`TOLERANCE`]
+//! (for a linear basis to an estimated [`LINEAR_TOLERANCE`], verified by closure);
+//! along periodic axes they are sums over images, each to 2e-13. The spectra include the scale 1/(N₀N₁N₂) of the transforms.
+//! A linear basis has a kernel for each pair of components (`basis.rs`), odd along some axes.
+
+use super::axes::OTHER_AXES;
+use super::basis::{BasisOrder, KernelLayout, KernelSet, KernelSpectrum};
+use super::grid::BoxGrid;
+use super::real_symmetric_fft::{Parity, RealSymmetricFft, permute_axes};
+use super::slabs::Slabs;
+use crate::distribution::part_of;
+use crate::distribution::{Blocks, Communicator, Message};
+use std::ops::Range;
+use std::sync::Arc;
+use zonal_exchange::aligned::lattice::{
+    AxisRelation, ChunkEvaluator, GridTables, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid,
+    WallTable,
+};
+
+/// Relative radius of every table entry.
+pub(crate) const TOLERANCE: f64 = 1e-12;
+/// Relative error of the tables of [`BasisOrder::Linear`]; the closure defect is added to it.
+pub(crate) const LINEAR_TOLERANCE: f64 = 1e-10;
+
+/// Spectra of all kernels of a grid: of those with an index f₁ the frequencies that this rank stores ([`Slabs::stored`]), of those with f_c its part.
+pub(crate) struct GridKernels {
+    /// The first stored frequency f₁.
+    pub first: usize,
+    /// V by `[f₁][f₂][f₀]`.
+    pub volume: KernelSet,
+    /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
+    pub walls: [KernelSet; 3],
+    /// O of the walls across each axis by `[f_c][f_b]`.
+    pub opposite: [KernelSet; 3],
+    /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2); pairs of equal axes share it with a constant basis.
+    pub adjacent: [Arc<KernelSet>; 3],
+    /// Entries of the tables by method.
+    pub tally: Vec<(&'static str, MethodCounts)>,
+    /// Largest relative radius of an entry.
+    pub radius: f64,
+}
+
+/// Cost of the sums over images along one axis, in offsets.
+const IMAGE_SUM_COST: f64 = 1000.0;
+
+/// Expected number of offsets in the tables of a grid.
+pub(crate) fn table_work(grid: &BoxGrid, kappa: f64, order: BasisOrder) -> f64 {
+    let images = images(grid, kappa);
+    if images.is_periodic() {
+        let layouts = order.volume_layout().densities.len() as f64;
+        let [all, lines] = [grid.distances().iter().product::<usize>(), grid.distances().iter().sum()];
+        let tables = (1 + 2 * grid.walled().count() + grid.corners().count()) as f64;
+        return tables * (layouts * all as f64 + IMAGE_SUM_COST * lines as f64);
+    }
+    if order == BasisOrder::Linear {
+        let of = |along| LinearBasisPairs { along, ..linear(grid, kappa, &images) }.cell_count();
+        let walls = grid.walled().map(|a| of(axis_relations(&[a]))).sum::<f64>();
+        return of(axis_relations(&[]))
+            + walls
+            + grid.corners().map(|pair| of(axis_relations(&pair))).sum::<f64>();
+    }
+    let one = grid.distances().iter().map(|n| *n as f64).product::<f64>();
+    let [x, y, z] = [0, 1, 2].map(|k| (grid.edges[k], grid.cells[k]));
+    if x == y && y == z {
+        // By symmetry a sixth of the offsets of voxels, and half of those of walls, which are equal for all axes.
+        return one * (1.0 / 6.0 + 0.5 + 0.5);
+    }
+    one * (1 + grid.walled().count() + grid.corners().count()) as f64
+}
+
+fn images(grid: &BoxGrid, kappa: f64) -> PeriodicGrid {
+    let period = [0, 1, 2].map(|k| grid.periodic[k].then_some(grid.cells[k]));
+    PeriodicGrid::new(period, grid.edges, kappa)
+}
+
+/// Relation of two zones along each axis; as many are patches as there are normals.
+fn axis_relations(normals: &[usize]) -> [AxisRelation; 3] {
+    [0, 1, 2].map(|k| match normals.iter().filter(|&&a| a == k).count() {
+        0 => AxisRelation::Extended,
+        1 => AxisRelation::OffWall,
+        _ => AxisRelation::OppositeWalls,
+    })
+}
+
+fn linear<'a>(grid: &BoxGrid, kappa: f64, images: &'a PeriodicGrid) -> LinearBasisPairs<'a> {
+    LinearBasisPairs {
+        edges: grid.edges,
+        counts: grid.distances(),
+        along: [AxisRelation::Extended; 3],
+        kappa,
+        images,
+    }
+}
+
+fn parity_of(is_odd: bool) -> Parity {
+    if is_odd { Parity::Odd } else { Parity::Even }
+}
+
+/// True if the kernels of two pairs of adjacent walls are equal.
+pub(super) fn shares_adjacent(
+    grid: &BoxGrid,
+    order: BasisOrder,
+    pair: [usize; 2],
+    other: [usize; 2],
+) -> bool {
+    order == BasisOrder::Constant && grid.permutation(&pair, &other).is_some()
+}
+
+/// The tables' chunks, shared by the processes.
+struct SharedChunks<'a>(&'a dyn Communicator);
+
+impl ChunkEvaluator for SharedChunks<'_> {
+    fn is_alone(&self) -> bool {
+        self.0.size() == 1
+    }
+    fn evaluate(&self, chunks: usize, chunk: &(dyn Fn(usize) -> Vec<f64> + Sync)) -> Vec<Vec<f64>> {
+        Blocks::new(self.0, chunks, 1).map_unequal_lists(self.0, chunk)
+    }
+}
+
+/// Computes the tables and transforms them to spectra.
+struct KernelBuilder<'a> {
+    slabs: Slabs<'a>,
+    grid: &'a BoxGrid,
+    kappa: f64,
+    order: BasisOrder,
+    images: PeriodicGrid,
+    transforms: [RealSymmetricFft; 3],
+    counts: [usize; 3],
+    /// Finished tables of walls, by the axes of their normals.
+    wall_tables: Vec<(Vec<usize>, Arc<WallTable>)>,
+    /// The same for a linear basis.
+    linear_tables: Vec<LinearBasisTables>,
+    /// A buffer for the next table: each kernel needs one beside its own spectrum.
+    spare: Vec<f64>,
+}
+
+/// The tables of walls for a linear basis.
+struct LinearBasisTables {
+    normals: Vec<usize>,
+    densities: Vec<[usize; 3]>,
+    /// One for each of the densities, by offset.
+    tables: Vec<Vec<f64>>,
+}
+
+/// A table for permuted axes: axis k of an offset is axis `permutation[k]` of the table.
+struct PermutedTable {
+    table: Arc<WallTable>,
+    permutation: [usize; 3],
+}
+
+impl PermutedTable {
+    fn value(&self, offset: [i64; 3]) -> f64 {
+        let mut at = [0; 3];
+        (0..3).for_each(|k| at[self.permutation[k]] = offset[k]);
+        self.table.get(at).value
+    }
+}
+
+impl GridKernels {
+    /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m). `spare` is a buffer, and is one of the size of a spectrum afterwards.
+    pub(crate) fn new(
+        grid: &BoxGrid,
+        kappa: f64,
+        order: BasisOrder,
+        slabs: Slabs,
+        spare: &mut Vec<f64>,
+    ) -> GridKernels {
+        let mut builder = KernelBuilder {
+            slabs,
+            grid,
+            kappa,
+            order,
+            images: images(grid, kappa),
+            transforms: grid.lengths().map(RealSymmetricFft::new),
+            counts: grid.distances(),
+            wall_tables: Vec::new(),
+            linear_tables: Vec::new(),
+            spare: std::mem::take(spare),
+        };
+        let mut out = GridKernels {
+            first: slabs.stored().start,
+            volume: KernelSet::default(),
+            walls: Default::default(),
+            opposite: Default::default(),
+            adjacent: Default::default(),
+            tally: Vec::new(),
+            radius: match order {
+                BasisOrder::Linear if builder.images.is_periodic() => TOLERANCE,
+                BasisOrder::Linear => LINEAR_TOLERANCE,
+                BasisOrder::Constant => 0.0,
+            },
+        };
+        out.volume = builder.volume(&mut out);
+        for a in grid.walled() {
+            out.walls[a] = builder.wall(a, &mut out);
+        }
+        builder.wall_tables.clear();
+        builder.linear_tables.clear();
+        for a in grid.walled() {
+            out.opposite[a] = builder.opposite(a, &mut out);
+        }
+        builder.all_adjacent(&mut out);
+        *spare = builder.spare;
+        out
+    }
+
+    fn note(&mut self, what: &'static str, tally: MethodCounts, radius: f64) {
+        self.tally.push((what, tally));
+        self.radius = self.radius.max(radius);
+    }
+}
+
+impl KernelBuilder<'_> {
+    /// A buffer of any length with the capacity of a spectrum.
+    fn buffer(&mut self) -> Vec<f64> {
+        let mut out = std::mem::take(&mut self.spare);
+        out.clear();
+        out.reserve_exact(self.grid.halves().iter().product::<usize>() / self.slabs.ranks());
+        out
+    }
+
+    /// Keeps one of two buffers for the next table, and returns the other one without what it has in excess.
+    fn keep_spare(&mut self, mut data: Vec<f64>, spare: Vec<f64>) -> Vec<f64> {
+        if spare.capacity() > self.spare.capacity() {
+            self.spare = spare;
+        }
+        data.shrink_to_fit();
+        data
+    }
+
+    /// Values at the offsets below `counts`, of which those of the first component are `rows`.
+    fn array(
+        &mut self,
+        [rows, m1, m2]: [Range<usize>; 3],
+        value: impl Fn([i64; 3]) -> f64 + Sync,
+    ) -> Vec<f64> {
+        use rayon::prelude::*;
+        let mut out = self.buffer();
+        let (first, [n0, n1, n2]) = ([rows.start, m1.start, m2.start], [rows, m1, m2].map(|r| r.len()));
+        out.resize(n0 * n1 * n2, 0.0);
+        out.par_chunks_mut(n1 * n2).enumerate().for_each(|(i, plane)| {
+            for (jk, x) in plane.iter_mut().enumerate() {
+                let at = [i + first[0], jk / n2 + first[1], jk % n2 + first[2]];
+                *x = value(at.map(|d| d as i64));
+            }
+        });
+        out
+    }
+
+    /// The offsets of this rank: its part along the first axis.
+    fn own_offsets(&self) -> [Range<usize>; 3] {
+        let [m0, m1, m2] = self.counts;
+        [self.slabs.own_part(m0), 0..m1, 0..m2]
+    }
+
+    /// The spectra of all kernels of a layout; across the normals' axes none is odd.
+    fn linear_kernels(
+        &mut self,
+        what: &'static str,
+        normals: &[usize],
+        layout: KernelLayout,
+        out: &mut GridKernels,
+        spectrum: impl Fn(&mut Self, Vec<f64>, [bool; 3]) -> Vec<f64>,
+    ) -> KernelSet {
+        let along = axis_relations(normals);
+        let tables = self.tables_of_layout(what, normals, &layout, out);
+        let one = |(data, densities): (Vec<f64>, &[usize; 3])| {
+            let odd = [0, 1, 2].map(|k| along[k] == AxisRelation::Extended && densities[k] == 1);
+            KernelSpectrum { odd, data: spectrum(self, data, odd) }
+        };
+        let arrays = tables.into_iter().zip(&layout.densities).map(one).collect();
+        KernelSet { terms: layout.terms, arrays }
+    }
+
+    /// The tables of a layout; those of other walls with permuted axes if the grid is equal along these.
+    fn tables_of_layout(
+        &mut self,
+        what: &'static str,
+        normals: &[usize],
+        layout: &KernelLayout,
+        out: &mut GridKernels,
+    ) -> Vec<Vec<f64>> {
+        let dims = |normals: &[usize]| {
+            let along = axis_relations(normals);
+            [0, 1, 2].map(|k| if along[k] == AxisRelation::OppositeWalls { 1 } else { self.counts[k] })
+        };
+        for LinearBasisTables { normals: made, densities, tables } in &self.linear_tables {
+            let Some(turn) = self.grid.permutation(normals, made) else { continue };
+            let other = |d: &[usize; 3]| {
+                let mut of = [0; 3];
+                (0..3).for_each(|k| of[turn[k]] = d[k]);
+                densities.iter().position(|x| *x == of).unwrap_or(0)
+            };
+            return layout.densities.iter().map(|d| permuted(&tables[other(d)], dims(made), turn)).collect();
+        }
+        let along = axis_relations(normals);
+        let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
+        let tables = pairs.tables(&layout.densities, &SharedChunks(self.slabs.communicator));
+        let count = tables.iter().map(Vec::len).sum();
+        let tally = match self.images.is_periodic() {
+            true => MethodCounts { gaussians: count, ..MethodCounts::default() },
+            false => MethodCounts { gauss: count, ..MethodCounts::default() },
+        };
+        out.tally.push((what, tally));
+        // Other walls may use them; tables of voxel pairs are used once.
+        if !normals.is_empty() {
+            let (normals, densities) = (normals.to_vec(), layout.densities.clone());
+            self.linear_tables.push(LinearBasisTables { normals, densities, tables: tables.clone() });
+        }
+        tables
+    }
+
+    /// Kernels of a constant basis.
+    fn constant_kernel(&self, layout: KernelLayout, data: Vec<f64>) -> KernelSet {
+        KernelSet { terms: layout.terms, arrays: vec![KernelSpectrum { odd: [false; 3], data }] }
+    }
+
+    fn volume(&mut self, out: &mut GridKernels) -> KernelSet {
+        let layout = self.order.volume_layout();
+        if self.order == BasisOrder::Linear {
+            return self.linear_kernels("voxel and voxel", &[], layout, out, |m, data, odd| {
+                let data = m.own_rows(data);
+                m.spectrum(data, true, odd)
+            });
+        }
+        let (edges, chunks) = (self.grid.edges, SharedChunks(self.slabs.communicator));
+        let table = match self.images.is_periodic() {
+            true => OffsetTable::repeated(self.counts, &self.images, &chunks),
+            false => GridTables::new(edges, self.counts, self.kappa, TOLERANCE).by(&chunks).voxels(),
+        };
+        out.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
+        let data = self.array(self.own_offsets(), |d| table.get(d).value);
+        drop(table);
+        let data = self.spectrum(data, true, [false; 3]);
+        self.constant_kernel(layout, data)
+    }
+
+    /// The table of walls across the axes `normals`, or one with permuted axes if the grid is equal along these.
+    fn table(&mut self, what: &'static str, normals: &[usize], out: &mut GridKernels) -> PermutedTable {
+        for (made, table) in &self.wall_tables {
+            if let Some(turn) = self.grid.permutation(normals, made) {
+                return PermutedTable { table: table.clone(), permutation: turn };
+            }
+        }
+        let table = Arc::new(self.new_table(normals));
+        out.note(what, table.method_counts(), table.worst_relative_radius());
+        self.wall_tables.push((normals.to_vec(), table.clone()));
+        PermutedTable { table, permutation: [0, 1, 2] }
+    }
+
+    fn new_table(&self, normals: &[usize]) -> WallTable {
+        let (counts, chunks) = (self.counts, SharedChunks(self.slabs.communicator));
+        let tables = GridTables::new(self.grid.edges, counts, self.kappa, TOLERANCE).by(&chunks);
+        match *normals {
+            _ if self.images.is_periodic() => WallTable::repeated(counts, normals, &self.images, &chunks),
+            [a] => tables.wall(a),
+            [a, b] if a == b => tables.opposite(a),
+            [a, b] => tables.adjacent([a, b]),
+            _ => unreachable!("one wall or two"),
+        }
+    }
+
+    fn wall(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
+        const WHAT: &str = "voxel and wall";
+        let layout = self.order.wall_layout(a);
+        if self.order == BasisOrder::Linear {
+            return self.linear_kernels(WHAT, &[a], layout, out, |m, data, odd| {
+                let data = m.own_rows(data);
+                m.spectrum(data, a != 0, odd)
+            });
+        }
+        let table = self.table(WHAT, &[a], out);
+        let data = self.array(self.own_offsets(), |d| table.value(d));
+        let data = self.spectrum(data, a != 0, [false; 3]);
+        self.constant_kernel(layout, data)
+    }
+
+    /// The rows of this rank of a table by `[d₀][d₁][d₂]`.
+    fn own_rows(&self, mut data: Vec<f64>) -> Vec<f64> {
+        let ([rows, ..], row) = (self.own_offsets(), self.counts[1] * self.counts[2]);
+        if rows.len() < self.counts[0] {
+            data = data[rows.start * row..rows.end * row].to_vec();
+        }
+        data
+    }
+
+    /// `[d₀][d₁][d₂]` of the own rows to `[f₁][f₂][f₀]`, or to `[f₁][f₂][d₀]`, of the own frequencies.
+    fn spectrum(&mut self, mut data: Vec<f64>, along_first: bool, odd: [bool; 3]) -> Vec<f64> {
+        let ([m0, m1, m2], [_, h1, h2]) = (self.counts, self.grid.halves());
+        let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);
+        let rows = self.slabs.own_part(m0).len();
+        let mut other = self.buffer();
+        self.transforms[2].lines(&data, m2, (parity_of(odd[2]), n2), &mut other);
+        permute_axes(&other, [rows, m1, h2], [0, 2, 1], &mut data);
+        self.transforms[1].lines(&data, m1, (parity_of(odd[1]), n1), &mut other);
+        match self.slabs.ranks() {
+            1 => permute_axes(&other, [m0, h2, h1], [2, 1, 0], &mut data),
+            _ => self.exchange_rows(&other, &mut data),
+        }
+        if !along_first {
+            return self.keep_spare(data, other);
+        }
+        self.transforms[0].lines(&data, m0, (parity_of(odd[0]), n0), &mut other);
+        self.keep_spare(other, data)
+    }
+
+    /// `[d₀][f₂][f₁]` of the own rows to `[f₁][f₂][d₀]` of the own frequencies.
+    fn exchange_rows(&self, data: &[f64], out: &mut Vec<f64>) {
+        let ([m0, ..], [_, h1, h2], slabs) = (self.counts, self.grid.halves(), self.slabs);
+        let message = |rank: usize| {
+            let stored = slabs.stored_of(rank);
+            let mut bytes = Vec::with_capacity(data.len() / h1.max(1) * stored.len() * 8);
+            for line in data.chunks(h1) {
+                line[stored.clone()].iter().for_each(|x| x.put(&mut bytes));
+            }
+            bytes
+        };
+        let received = slabs.communicator.all_to_all((0..slabs.ranks()).map(message).collect());
+        let stored = slabs.stored().len();
+        out.clear();
+        out.resize(stored * h2 * m0, 0.0);
+        for (rank, bytes) in received.iter().enumerate() {
+            let rows = part_of(m0, rank, slabs.ranks());
+            for (i, line) in bytes.chunks((8 * stored).max(1)).enumerate() {
+                let (d0, f2) = (rows.start + i / h2, i % h2);
+                line.chunks_exact(8)
+                    .enumerate()
+                    .for_each(|(f1, x)| out[(f1 * h2 + f2) * m0 + d0] = f64::get(x));
+            }
+        }
+    }
+
+    fn opposite(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
+        const WHAT: &str = "opposite walls";
+        let layout = self.order.opposite_layout(a);
+        if self.order == BasisOrder::Linear {
+            return self.linear_kernels(WHAT, &[a, a], layout, out, |m, data, odd| {
+                m.opposite_spectrum(a, data, odd)
+            });
+        }
+        let table = self.table(WHAT, &[a, a], out);
+        let [b, c] = OTHER_AXES[a];
+        let data = self.array([0..1, 0..self.counts[b], 0..self.counts[c]], |d| {
+            let mut at = [0; 3];
+            (at[b], at[c]) = (d[1], d[2]);
+            table.value(at)
+        });
+        let data = self.opposite_spectrum(a, data, [false; 3]);
+        self.constant_kernel(layout, data)
+    }
+
+    /// `[d_b][d_c]` of the walls across `a` to `[f_c][f_b]`.
+    fn opposite_spectrum(&mut self, a: usize, mut data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+        let [b, c] = OTHER_AXES[a];
+        let (counts, lengths) = (self.counts, self.grid.lengths());
+        let scale = |k: usize| 1.0 / lengths[k] as f64;
+        // Its capacity is that of a wall, and the spare buffer remains for the tables of volumes.
+        let mut other = Vec::new();
+        self.transforms[c].lines(&data, counts[c], (parity_of(odd[c]), scale(c)), &mut other);
+        permute_axes(&other, [1, counts[b], self.grid.halves()[c]], [0, 2, 1], &mut data);
+        self.transforms[b].lines(&data, counts[b], (parity_of(odd[b]), scale(b)), &mut other);
+        self.keep_spare(other, data)
+    }
+
+    /// The kernels of all pairs of adjacent walls, equal ones once.
+    fn all_adjacent(&mut self, out: &mut GridKernels) {
+        let mut made: Vec<[usize; 2]> = Vec::new();
+        for pair in self.grid.corners() {
+            let equal = made.iter().find(|m| shares_adjacent(self.grid, self.order, pair, **m));
+            out.adjacent[pair[0] + pair[1] - 1] = match equal {
+                Some([a, b]) => out.adjacent[a + b - 1].clone(),
+                None => Arc::new(self.adjacent(pair, out)),
+            };
+            made.push(pair);
+        }
+    }
+
+    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut GridKernels) -> KernelSet {
+        const WHAT: &str = "adjacent walls";
+        let (layout, c) = (self.order.adjacent_layout([a, b]), 3 - a - b);
+        if self.order == BasisOrder::Linear {
+            return self.linear_kernels(WHAT, &[a, b], layout, out, |m, data, odd| {
+                let (rows, line) = (m.slabs.own_part(m.counts[a]), m.counts[b] * m.counts[c]);
+                let turned = permuted(&data, m.counts, [a, b, c]);
+                m.edge_spectrum([a, b], turned[rows.start * line..rows.end * line].to_vec(), odd)
+            });
+        }
+        let table = self.table(WHAT, &[a, b], out);
+        // The transform along the edge is of single lines: every rank has all of its frequencies, and keeps its part.
+        let rows = self.slabs.own_part(self.counts[a]);
+        let data = self.array([rows, 0..self.counts[b], 0..self.counts[c]], |d| {
+            let mut at = [0; 3];
+            (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
+            table.value(at)
+        });
+        let data = self.edge_spectrum([a, b], data, [false; 3]);
+        self.constant_kernel(layout, data)
+    }
+
+    /// `[i_a][i_b][d_c]` of the own rows i_a to `[f_c][i_a][i_b]` of the own frequencies.
+    fn edge_spectrum(&mut self, [a, b]: [usize; 2], mut data: Vec<f64>, odd: [bool; 3]) -> Vec<f64> {
+        let c = 3 - a - b;
+        let scale = 1.0 / self.grid.lengths()[c] as f64;
+        let (rows, h) = (self.slabs.own_part(self.counts[a]), self.grid.halves()[c]);
+        let mut other = self.buffer();
+        self.transforms[c].lines(&data, self.counts[c], (parity_of(odd[c]), scale), &mut other);
+        permute_axes(&other, [rows.len(), self.counts[b], h], [2, 0, 1], &mut data);
+        if self.slabs.ranks() > 1 {
+            data = self.exchange_edge_rows([a, b], &data);
+        }
+        self.keep_spare(data, other)
+    }
+
+    /// `[f_c][i_a][i_b]` of the own rows i_a and all frequencies to all rows and the own frequencies.
+    fn exchange_edge_rows(&self, [a, b]: [usize; 2], data: &[f64]) -> Vec<f64> {
+        let (slabs, [na, nb], h) =
+            (self.slabs, [self.counts[a], self.counts[b]], self.grid.halves()[3 - a - b]);
+        let plane = slabs.own_part(na).len() * nb;
+        let message = |rank: usize| {
+            let f = part_of(h, rank, slabs.ranks());
+            let mut bytes = Vec::with_capacity(8 * f.len() * plane);
+            data[f.start * plane..f.end * plane].iter().for_each(|x| x.put(&mut bytes));
+            bytes
+        };
+        let received = slabs.communicator.all_to_all((0..slabs.ranks()).map(message).collect());
+        let mut out = vec![0.0; slabs.own_part(h).len() * na * nb];
+        for (rank, bytes) in received.iter().enumerate() {
+            let rows = part_of(na, rank, slabs.ranks());
+            let planes = bytes.chunks((8 * rows.len() * nb).max(1)).enumerate();
+            for (f, plane) in planes {
+                let to = &mut out[(f * na + rows.start) * nb..(f * na + rows.end) * nb];
+                to.iter_mut().zip(plane.chunks_exact(8)).for_each(|(o, x)| *o = f64::get(x));
+            }
+        }
+        out
+    }
+}
+
+/// The array with permuted axes ([`permute_axes`]).
+fn permuted(data: &[f64], dims: [usize; 3], order: [usize; 3]) -> Vec<f64> {
+    let mut out = Vec::new();
+    permute_axes(data, dims, order, &mut out);
+    out
+}

@@ -1,0 +1,467 @@
+//! Exchange of walls with walls, and the transforms along walls.
+//!
+//! Opposite walls: a two-dimensional convolution. Adjacent walls across axes a and b, with an edge along c: transforms along c, and for each
+//! frequency a matrix Q(i_a, i_b) between the patches of the second wall at i_a cells from the first wall and those of the first wall at i_b cells from
+//! the second. High walls follow by reversal R of an index, with the four columns (low, high, R low, R high) on the right of Q and of its transpose.
+//! Slopes of the radiosity along the reversed index change their sign.
+//!
+//! ```text
+//!     low_a  += Qᵀ low_b   + R Qᵀ high_b        high_a += Qᵀ R low_b + R Qᵀ R high_b        and the same with Q for b from a.
+//! ```
+
+use super::axes::OTHER_AXES;
+use super::basis::{BasisOrder, SpectrumHalf, patch_axis};
+use super::grid::BoxGrid;
+use super::kernels::GridKernels;
+use super::line_exchange::{times_i, times_minus_i};
+use super::slabs::Slabs;
+use super::volume::WallSpectra;
+use super::wall_sums::{BoxWall, walls};
+use crate::distribution::Blocks;
+use crate::distribution::part_of;
+use rayon::prelude::*;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex64;
+use rustfft::{Fft, FftPlanner};
+use std::ops::Range;
+use std::sync::Arc;
+use zonal_math::simd::{self, LANES, complex_bytes, complex_bytes_mut};
+
+const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
+
+/// Values on the patches of the six walls, low and high across each axis, by `[component][i_b][i_c]`; empty across periodic axes.
+pub(crate) type WallValues = [[Vec<f64>; 2]; 3];
+
+/// Plans of the transforms along walls.
+pub(crate) struct WallConvolution<'a> {
+    grid: BoxGrid,
+    order: BasisOrder,
+    slabs: Slabs<'a>,
+    forward: [Arc<dyn Fft<f64>>; 3],
+    back: [Arc<dyn Fft<f64>>; 3],
+    real: [Arc<dyn RealToComplex<f64>>; 3],
+    unreal: [Arc<dyn ComplexToReal<f64>>; 3],
+}
+
+/// A component of the walls across axis `a`, transformed along the edge axis `c`.
+#[derive(Clone, Copy)]
+struct EdgeComponent {
+    a: usize,
+    c: usize,
+    /// Number of the component.
+    q: usize,
+}
+
+impl EdgeComponent {
+    /// True for a slope along the edge, whose spectrum is multiplied by i.
+    fn is_slope_along_edge(self) -> bool {
+        patch_axis(self.a, self.q) == Some(self.c)
+    }
+}
+
+/// Real columns that one product of a matrix of adjacent walls serves: four complex ones.
+type ReversedColumns = [f64; LANES];
+
+impl<'a> WallConvolution<'a> {
+    /// Plans for a grid.
+    pub(crate) fn new(grid: BoxGrid, order: BasisOrder, slabs: Slabs<'a>) -> WallConvolution<'a> {
+        let n = grid.lengths();
+        let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
+        WallConvolution {
+            forward: n.map(|n| complex.plan_fft_forward(n)),
+            back: n.map(|n| complex.plan_fft_inverse(n)),
+            real: n.map(|n| real.plan_fft_forward(n)),
+            unreal: n.map(|n| real.plan_fft_inverse(n)),
+            grid,
+            order,
+            slabs,
+        }
+    }
+
+    /// Zero values on all walls.
+    pub(crate) fn zeros(&self) -> WallValues {
+        [0, 1, 2].map(|a| {
+            let size =
+                if self.grid.periodic[a] { 0 } else { self.order.patch_components() * self.grid.patches(a) };
+            [vec![0.0; size], vec![0.0; size]]
+        })
+    }
+
+    /// Number of stored frequencies along the second direction of a wall: half of them along z.
+    fn stored_frequencies(&self, a: usize) -> usize {
+        if a == 2 { self.grid.lengths()[1] } else { self.grid.halves()[2] }
+    }
+
+    /// The spectra of both walls across each axis; each rank transforms some walls.
+    pub(crate) fn spectra(&self, faces: &WallValues) -> [Option<WallSpectra>; 3] {
+        let list = walls(&self.grid);
+        let one = |w: usize| {
+            let (a, side) = list[w];
+            let mut out = Vec::new();
+            for (q, face) in faces[a][side].chunks(self.grid.patches(a)).enumerate() {
+                let mut spectrum = self.spectrum(a, face);
+                if q > 0 {
+                    times_i(&mut spectrum);
+                }
+                if q == 0 { out = spectrum } else { out.append(&mut spectrum) }
+            }
+            out
+        };
+        let length = |w: usize| self.order.patch_components() * self.spectrum_length(list[w].0);
+        let blocks = Blocks::new(self.slabs.communicator, list.len(), 1);
+        let mut made = blocks.map_lists(self.slabs.communicator, length, one).into_iter();
+        let mut out = [const { None }; 3];
+        for a in self.grid.walled() {
+            out[a] = made.next().zip(made.next()).map(|(low, high)| [low, high]);
+        }
+        out
+    }
+
+    /// Numbers of the spectrum of a component of a wall across `a`.
+    fn spectrum_length(&self, a: usize) -> usize {
+        self.stored_frequencies(a) * self.grid.lengths()[OTHER_AXES[a][0]]
+    }
+
+    /// The spectrum of one wall by `[f_c][f_b]`.
+    fn spectrum(&self, a: usize, face: &[f64]) -> Vec<Complex64> {
+        let ([b, c], n, l) = (OTHER_AXES[a], self.grid.cells, self.grid.lengths());
+        let kept = self.stored_frequencies(a);
+        let mut rows = vec![ZERO; n[b] * l[c]];
+        for (row, cells) in rows.chunks_mut(l[c]).zip(face.chunks(n[c])) {
+            row.iter_mut().zip(cells).for_each(|(r, x)| r.re = *x);
+        }
+        self.forward[c].process(&mut rows);
+        let mut out = vec![ZERO; kept * l[b]];
+        for (f, line) in out.chunks_mut(l[b]).enumerate() {
+            (0..n[b]).for_each(|i| line[i] = rows[i * l[c] + f]);
+        }
+        self.forward[b].process(&mut out);
+        out
+    }
+
+    /// The incident power of all walls: from the voxels, given as half sums of which twice the real part counts, of the walls that this rank completes
+    /// (`from_voxels`); from opposite walls of spectra `sent`, and from adjacent walls.
+    pub(crate) fn incident(
+        &self,
+        k: &GridKernels,
+        (faces, sent): (&WallValues, &[Option<WallSpectra>; 3]),
+        from_voxels: Vec<(BoxWall, Vec<Complex64>)>,
+    ) -> WallValues {
+        let communicator = self.slabs.communicator;
+        let one = |((a, side), mut spectra): (BoxWall, Vec<Complex64>)| {
+            self.add_opposite(k, (a, side), sent, &mut spectra);
+            let size = self.spectrum_length(a);
+            let mut face = vec![0.0; self.order.patch_components() * self.grid.patches(a)];
+            let parts = spectra.chunks_mut(size).zip(face.chunks_mut(self.grid.patches(a)));
+            for (q, (spectrum, face)) in parts.enumerate() {
+                if q > 0 {
+                    times_minus_i(spectrum);
+                }
+                self.inverse_spectrum(a, spectrum, face);
+            }
+            face
+        };
+        let own: Vec<Vec<f64>> = from_voxels.into_par_iter().map(one).collect();
+        let list = walls(&self.grid);
+        let length = |w: usize| self.order.patch_components() * self.grid.patches(list[w].0);
+        let all = Blocks::new(communicator, list.len(), 1).gather_lists(communicator, length, own);
+        let mut walls = self.zeros();
+        list.iter().zip(all).for_each(|(&(a, side), face)| walls[a][side] = face);
+        self.add_adjacent(k, faces, &mut walls);
+        walls
+    }
+
+    /// Transforms the spectrum of one wall back and adds it to its values.
+    fn inverse_spectrum(&self, a: usize, spectrum: &mut [Complex64], face: &mut [f64]) {
+        let ([b, c], n, l) = (OTHER_AXES[a], self.grid.cells, self.grid.lengths());
+        self.back[b].process(spectrum);
+        let mut rows = vec![ZERO; n[b] * l[c]];
+        for (f, line) in spectrum.chunks(l[b]).enumerate() {
+            (0..n[b]).for_each(|i| rows[i * l[c] + f] = line[i]);
+        }
+        self.back[c].process(&mut rows);
+        for (row, cells) in rows.chunks(l[c]).zip(face.chunks_mut(n[c])) {
+            cells.iter_mut().zip(row).for_each(|(x, r)| *x += 2.0 * r.re);
+        }
+    }
+
+    /// Adds the radiation of the opposite wall to the spectra of a wall.
+    fn add_opposite(
+        &self,
+        k: &GridKernels,
+        (a, side): BoxWall,
+        sent: &[Option<WallSpectra>; 3],
+        met: &mut [Complex64],
+    ) {
+        let Some(sent) = &sent[a] else { return };
+        let [b, c] = OTHER_AXES[a];
+        let (lb, hb, lc) = (self.grid.lengths()[b], self.grid.halves()[b], self.grid.lengths()[c]);
+        let size = self.spectrum_length(a);
+        for term in &k.opposite[a].terms {
+            let array = &k.opposite[a].arrays[term.array];
+            let from = sent[1 - side][term.q * size..(term.q + 1) * size].par_chunks(lb);
+            let to = met[term.p * size..(term.p + 1) * size].par_chunks_mut(lb);
+            to.zip(from).enumerate().for_each(|(f, (met, sent))| {
+                // Across z all frequencies are stored, with half of their weight; else half of them.
+                let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
+                let weight = weight * array.sign(c, SpectrumHalf::of(f, lc));
+                let kernel = &array.data[f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
+                for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
+                    let sign = array.sign(b, SpectrumHalf::of(i, lb));
+                    *m += s * (weight * sign * kernel[i.min(lb - i)]);
+                }
+            });
+        }
+    }
+
+    /// The edges with their two walls each, in the order of the pairs of axes: the axis across the wall, and the edge axis.
+    fn edges(&self) -> Vec<(usize, usize)> {
+        self.grid.corners().flat_map(|[a, b]| [(a, 3 - a - b), (b, 3 - a - b)]).collect()
+    }
+
+    /// Numbers of one frequency of a component along an edge: both sides of a wall across `a`.
+    fn edge_line(&self, (a, c): (usize, usize)) -> usize {
+        2 * self.grid.cells[3 - a - c]
+    }
+
+    /// Adds the exchange of adjacent walls. Each rank transforms some walls along their edges, and multiplies some frequencies.
+    fn add_adjacent(&self, k: &GridKernels, sent: &WallValues, met: &mut WallValues) {
+        let (communicator, edges) = (self.slabs.communicator, self.edges());
+        let (rank, ranks) = (self.slabs.rank(), self.slabs.ranks());
+        let own: Vec<usize> = (rank..edges.len()).step_by(ranks).collect();
+        let parts = self.order.patch_components();
+        let components = |e: usize| (0..parts).map(move |q| (e, q));
+        // Transform along the edges; slopes along them are multiplied by i.
+        let one = |&(e, q): &(usize, usize)| {
+            let (a, c) = edges[e];
+            self.along(EdgeComponent { a, c, q }, &sent[a])
+        };
+        let list: Vec<(usize, usize)> = own.iter().flat_map(|&e| components(e)).collect();
+        let spectra: Vec<Vec<Complex64>> = list.par_iter().map(one).collect();
+        // Bring the own frequencies of all walls here, multiply, and bring the products back.
+        let from = self.to_frequencies(&edges, spectra);
+        let to = self.adjacent_products(k, &edges, &from);
+        let spectra = self.to_walls(&edges, to);
+        let one = |(&e, spectra): (&usize, &[Vec<Complex64>])| {
+            let (a, c) = edges[e];
+            let size = parts * self.grid.patches(a);
+            let mut faces = [(); 2].map(|()| vec![0.0; size]);
+            for (q, spectra) in spectra.iter().enumerate() {
+                self.inverse_along(EdgeComponent { a, c, q }, spectra, &mut faces);
+            }
+            faces.concat()
+        };
+        let added: Vec<Vec<f64>> = own.par_iter().zip(spectra.par_chunks(parts)).map(one).collect();
+        let length = |e: usize| 2 * parts * self.grid.patches(edges[e].0);
+        let all = Blocks::new(communicator, edges.len(), 1).gather_lists(communicator, length, added);
+        for (&(a, _), added) in edges.iter().zip(&all) {
+            for (face, added) in met[a].iter_mut().zip(added.chunks(parts * self.grid.patches(a))) {
+                face.iter_mut().zip(added).for_each(|(x, y)| *x += y);
+            }
+        }
+    }
+
+    /// The own frequencies of the walls of all edges by edge and component, from all frequencies of the walls that this rank has transformed.
+    fn to_frequencies(&self, edges: &[(usize, usize)], spectra: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
+        let (ranks, parts) = (self.slabs.ranks(), self.order.patch_components());
+        if ranks == 1 {
+            return spectra;
+        }
+        let own = (self.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
+        let own: Vec<usize> = own.collect();
+        let message = |rank: usize| {
+            let mut bytes = Vec::new();
+            for (&e, list) in own.iter().zip(&spectra) {
+                bytes.extend_from_slice(complex_bytes(&list[self.edge_part(edges[e], rank)]));
+            }
+            bytes
+        };
+        let received = self.slabs.communicator.all_to_all((0..ranks).map(message).collect());
+        let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
+        let list = (0..edges.len()).flat_map(|e| vec![e; parts]);
+        let take = |e: usize| {
+            let mut part = vec![ZERO; self.edge_part(edges[e], self.slabs.rank()).len()];
+            let (bytes, rest) = read[e % ranks].split_at(16 * part.len());
+            read[e % ranks] = rest;
+            complex_bytes_mut(&mut part).copy_from_slice(bytes);
+            part
+        };
+        list.map(take).collect()
+    }
+
+    /// The opposite way of [`WallConvolution::to_frequencies`].
+    fn to_walls(&self, edges: &[(usize, usize)], products: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
+        let (ranks, parts) = (self.slabs.ranks(), self.order.patch_components());
+        if ranks == 1 {
+            return products;
+        }
+        let mut messages = vec![Vec::new(); ranks];
+        for (i, product) in products.iter().enumerate() {
+            messages[i / parts % ranks].extend_from_slice(complex_bytes(product));
+        }
+        let received = self.slabs.communicator.all_to_all(messages);
+        let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
+        let own = (self.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
+        let take = |e: usize| {
+            let frequencies = self.grid.halves()[edges[e].1];
+            let mut whole = vec![ZERO; self.edge_line(edges[e]) * frequencies];
+            for rank in 0..ranks {
+                let part = &mut whole[self.edge_part(edges[e], rank)];
+                let (bytes, rest) = read[rank].split_at(16 * part.len());
+                read[rank] = rest;
+                complex_bytes_mut(part).copy_from_slice(bytes);
+            }
+            whole
+        };
+        own.map(take).collect()
+    }
+
+    /// The numbers of the frequencies of a rank along an edge.
+    fn edge_part(&self, edge: (usize, usize), rank: usize) -> Range<usize> {
+        let (line, f) = (self.edge_line(edge), self.grid.halves()[edge.1]);
+        let own = part_of(f, rank, self.slabs.ranks());
+        own.start * line..own.end * line
+    }
+
+    /// The radiation of adjacent walls on each other at the own frequencies, by edge and component as `from`.
+    fn adjacent_products(
+        &self,
+        k: &GridKernels,
+        edges: &[(usize, usize)],
+        from: &[Vec<Complex64>],
+    ) -> Vec<Vec<Complex64>> {
+        let parts = self.order.patch_components();
+        let mut to: Vec<Vec<Complex64>> = from.iter().map(|list| vec![ZERO; list.len()]).collect();
+        for (i, pair) in self.grid.corners().enumerate() {
+            let [a, b] = pair;
+            let [of_a, of_b] = [2 * i, 2 * i + 1];
+            let [nb, na] = [of_a, of_b].map(|e| self.edge_line(edges[e]) / 2);
+            let set = &k.adjacent[a + b - 1];
+            let (head, tail) = to.split_at_mut(of_b * parts);
+            for term in &set.terms {
+                let q = &set.arrays[term.array].data;
+                let (to_a, to_b) = (&mut head[of_a * parts + term.p], &mut tail[term.q]);
+                let (from_a, from_b) = (&from[of_a * parts + term.p], &from[of_b * parts + term.q]);
+                let sign = |turned: bool| if turned { -1.0 } else { 1.0 };
+                let signs = [patch_axis(a, term.p) == Some(b), patch_axis(b, term.q) == Some(a)].map(sign);
+                to_a.par_chunks_mut(2 * nb).zip(to_b.par_chunks_mut(2 * na)).enumerate().for_each(
+                    |(f, to)| {
+                        let from =
+                            [&from_a[f * 2 * nb..(f + 1) * 2 * nb], &from_b[f * 2 * na..(f + 1) * 2 * na]];
+                        let q = &q[f * na * nb..(f + 1) * na * nb];
+                        simd::run(AdjacentWallProduct { q, from, to: [to.0, to.1], signs });
+                    },
+                );
+            }
+        }
+        to
+    }
+
+    /// A component of the walls transformed along the edge, by `[f][side][i]`, times i where it is a slope along the edge.
+    fn along(&self, part: EdgeComponent, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
+        let EdgeComponent { a, c, q } = part;
+        let first = q * self.grid.patches(a);
+        let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
+        let i = 3 - a - c;
+        let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
+        let mut out = vec![ZERO; 2 * n[i] * h];
+        let (mut line, mut spectrum) = (vec![0.0; l], vec![ZERO; h]);
+        let mut scratch = self.real[c].make_scratch_vec();
+        for (side, face) in faces.iter().enumerate() {
+            for k in 0..n[i] {
+                line.fill(0.0);
+                (0..n[c]).for_each(|j| line[j] = face[first + k * step_i + j * step_c]);
+                let done = self.real[c].process_with_scratch(&mut line, &mut spectrum, &mut scratch);
+                assert!(done.is_ok(), "buffers of the plan's lengths");
+                (0..h).for_each(|f| out[(f * 2 + side) * n[i] + k] = spectrum[f]);
+            }
+        }
+        if part.is_slope_along_edge() {
+            times_i(&mut out);
+        }
+        out
+    }
+
+    /// Transforms `spectra` of [`WallConvolution::along`] back and adds them to the walls.
+    fn inverse_along(&self, part: EdgeComponent, spectra: &[Complex64], faces: &mut [Vec<f64>; 2]) {
+        let EdgeComponent { a, c, q } = part;
+        let slope = part.is_slope_along_edge();
+        let first = q * self.grid.patches(a);
+        let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
+        let i = 3 - a - c;
+        let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
+        let (mut line, mut spectrum) = (vec![0.0; l], vec![ZERO; h]);
+        let mut scratch = self.unreal[c].make_scratch_vec();
+        for (side, face) in faces.iter_mut().enumerate() {
+            for k in 0..n[i] {
+                (0..h).for_each(|f| spectrum[f] = spectra[(f * 2 + side) * n[i] + k]);
+                if slope {
+                    times_minus_i(&mut spectrum);
+                }
+                spectrum[0].im = 0.0;
+                if l.is_multiple_of(2) {
+                    spectrum[h - 1].im = 0.0;
+                }
+                let done = self.unreal[c].process_with_scratch(&mut spectrum, &mut line, &mut scratch);
+                assert!(done.is_ok(), "buffers of the plan's lengths");
+                (0..n[c]).for_each(|j| face[first + k * step_i + j * step_c] += line[j]);
+            }
+        }
+    }
+}
+
+/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`, and the signs of the components under reversal.
+struct AdjacentWallProduct<'a> {
+    q: &'a [f64],
+    from: [&'a [Complex64]; 2],
+    to: [&'a mut [Complex64]; 2],
+    signs: [f64; 2],
+}
+
+impl simd::SimdKernel for AdjacentWallProduct<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn evaluate(self) {
+        let AdjacentWallProduct { q, from: [from_a, from_b], to: [to_a, to_b], signs: [sign_a, sign_b] } =
+            self;
+        let (nb, na) = (from_a.len() / 2, from_b.len() / 2);
+        let (of_a, of_b) = (reversed_columns(from_a), reversed_columns(from_b));
+        let (mut sum_a, mut sum_b) = (vec![[0.0; LANES]; nb], vec![[0.0; LANES]; na]);
+        for i in 0..na {
+            let row = &q[i * nb..(i + 1) * nb];
+            let x = of_b[i];
+            let mut own = [0.0; LANES];
+            for j in 0..nb {
+                for l in 0..LANES {
+                    sum_a[j][l] += row[j] * x[l];
+                    own[l] += row[j] * of_a[j][l];
+                }
+            }
+            sum_b[i] = own;
+        }
+        add_products(&sum_a, to_a, [sign_a, sign_b]);
+        add_products(&sum_b, to_b, [sign_b, sign_a]);
+    }
+}
+
+/// (low, high, R low, R high) of two walls by `[side][i]`.
+#[inline(always)]
+fn reversed_columns(walls: &[Complex64]) -> Vec<ReversedColumns> {
+    let n = walls.len() / 2;
+    let at = |i: usize| {
+        let z = [walls[i], walls[n + i], walls[n - 1 - i], walls[2 * n - 1 - i]];
+        std::array::from_fn(|l| if l % 2 == 0 { z[l / 2].re } else { z[l / 2].im })
+    };
+    (0..n).map(at).collect()
+}
+
+/// Adds the four products to two walls; the signs are those of reversal of their own index and of the index of the other walls.
+#[inline(always)]
+fn add_products(sums: &[ReversedColumns], to: &mut [Complex64], [own_sign, other_sign]: [f64; 2]) {
+    let n = sums.len();
+    for i in 0..n {
+        let (own, turned) = (sums[i], sums[n - 1 - i].map(|x| own_sign * x));
+        to[i] += Complex64::new(own[0] + turned[2], own[1] + turned[3]);
+        to[n + i] += Complex64::new(own[4] + turned[6], own[5] + turned[7]) * other_sign;
+    }
+}

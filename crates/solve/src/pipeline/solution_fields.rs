@@ -1,0 +1,258 @@
+//! Fields of a solution and of its light groups, with their errors, from the strengths of the iteration.
+
+use crate::balance::energy_balance::{GroupFields, balance_group};
+use crate::context::{BuiltEngine, SolveContext};
+use crate::engines::merged_operator::PatchGroups;
+use crate::engines::rays::stored_rays::power_normalization::normalize_power;
+use crate::errors::closure_error::take_unexplained_fractions;
+use crate::errors::consistency;
+use crate::errors::direct_error::{self, ErrorSum};
+use crate::errors::empty_rows::EmptyRows;
+use crate::errors::propagation::{errors_like, propagate_factor_errors};
+use crate::iteration::IterationResult;
+use crate::operator::IncidentPower;
+use crate::pipeline::error_amplification;
+use crate::right_hand_side::light_groups::SourceGroup;
+use crate::right_hand_side::surroundings::SurroundingsExchange;
+use rayon::prelude::*;
+use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones};
+
+/// Results of the iteration, the incident power if the engine determined it, and vectors whose memory the fields take.
+pub(crate) type SolvedIteration<'a> = (&'a mut [IterationResult], Option<IncidentPower>, [Vec<Bands>; 2]);
+
+/// The fields of all light and of each group. `incident` is the incident power if the engine determined it; `spare` are vectors whose memory the fields
+/// take. Where nothing leaves the scene, the results have no strengths afterwards: the incident power takes their memory.
+pub(crate) fn assemble(
+    context: &SolveContext,
+    built: &mut BuiltEngine,
+    surroundings: &SurroundingsExchange,
+    (results, incident, [mut spare, of_error]): SolvedIteration,
+    engine: Engine,
+) -> (Fields, Vec<LightGroup>) {
+    let (zones, n) = (context.zones, context.zones.len());
+    if let Some(groups) = PatchGroups::of(zones) {
+        results.iter_mut().for_each(|r| groups.average(&mut r.strengths));
+    }
+    // The rows of a solution by rays close, but its power balance does not.
+    let options = context.scene.options();
+    let normalizes =
+        incident.is_some() && context.scene.restores_closure() && options.scattering_orders.is_none();
+    let fractions = take_unexplained_fractions(zones, &mut built.closure, surroundings);
+    let unclosed = error_amplification::unclosed_fractions(context, &mut built.closure, &fractions);
+    // Apply the operator to the solution.
+    let IncidentPower { mut columns, mut error, column_errors } =
+        incident_power(built, surroundings, (results, of_error), incident);
+    columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
+    // Compute the fields of each group and their sum.
+    spare.par_iter_mut().for_each(|x| *x = Bands::ZERO);
+    spare.resize(n, Bands::ZERO);
+    let mut assembly = GroupAssembly {
+        context,
+        surroundings,
+        engine,
+        // An expansion may undershoot in dark zones. With slopes the mean of a zone keeps its sign, and with it the power.
+        min_incident: if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 },
+        normalizes,
+        normalization_change: vec![Bands::ZERO; n * usize::from(normalizes)],
+        fields: Fields { incident: spare, ..Fields::default() },
+    };
+    let mut groups = Vec::new();
+    for ((source, result), incident) in context.sources.iter().zip(&*results).zip(columns) {
+        groups.push(assembly.add_group(built, source, result, incident));
+    }
+    let GroupAssembly { mut fields, normalization_change, .. } = assembly;
+    // Propagate the errors.
+    let error_sum = if column_errors.is_empty() { ErrorSum::Linear } else { ErrorSum::Independent };
+    let contain_sources = !column_errors.is_empty();
+    fields.error = match error {
+        Some(mut errors) => {
+            let over_measure = |errors: &mut Vec<Bands>| {
+                errors.par_iter_mut().enumerate().for_each(|(i, e)| *e /= zones.response(i).1);
+            };
+            over_measure(&mut errors);
+            for (group, mut own) in groups.iter_mut().zip(column_errors) {
+                over_measure(&mut own);
+                group.error = errors_like(&group.incident, &own, group.incident_scale);
+            }
+            errors
+        }
+        None => propagate_factor_errors(zones, built.operator.as_ref(), &fractions, results, &mut groups),
+    };
+    if !contain_sources {
+        error_amplification::widen_by_reflection(context, built.operator.as_ref(), &mut fields, &mut groups);
+    }
+    direct_error::propagate_to_groups(
+        context,
+        (built.operator.as_ref(), error_sum),
+        &mut fields,
+        &mut groups,
+    );
+    consistency::widen_by_closure(&fractions, &mut fields);
+    let mut empty_rows = EmptyRows::of(context, &fractions);
+    fields.radiosity = radiosity(zones, &fields, fractions);
+    let sky = context.scene.surroundings().radiosity();
+    empty_rows.limit((context.shared_zones(), sky), &mut fields, &mut groups);
+    if let Some(unclosed) = unclosed {
+        let defects = (unclosed.as_slice(), &empty_rows);
+        error_amplification::widen_by_defects(context, built.operator.as_ref(), defects, &mut fields);
+    }
+    widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
+    (fields, groups)
+}
+
+/// Widens the errors of the fields by the residual of the iteration, the change by normalization, the error of the surroundings and negative fluxes.
+fn widen_errors(
+    context: &SolveContext,
+    surroundings: &SurroundingsExchange,
+    groups: &[LightGroup],
+    normalization_change: Vec<Bands>,
+    fields: &mut Fields,
+) {
+    consistency::widen_by_residual(context.shared_zones(), groups, fields);
+    fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e = e.hypot(c));
+    add_surroundings_error(context, surroundings, fields);
+    if !context.shared_zones().has_negative_source() {
+        consistency::widen_by_negative_flux(fields);
+    }
+}
+
+/// The incident power of the solution. Strengths are lent to the operator, since those of a large scene are not copied, and given back where powers
+/// that leave the scene or errors need them.
+fn incident_power(
+    built: &BuiltEngine,
+    surroundings: &SurroundingsExchange,
+    (results, spare): (&mut [IterationResult], Vec<Bands>),
+    incident: Option<IncidentPower>,
+) -> IncidentPower {
+    let mut strengths: Vec<Vec<Bands>> =
+        results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
+    let in_place = incident.is_none() && surroundings.is_closed();
+    let spare = if in_place { spare } else { Vec::new() };
+    if in_place {
+        match built.operator.incident_power_in_place(strengths, spare) {
+            Ok(found) => return found,
+            Err(given_back) => strengths = given_back,
+        }
+    }
+    let incident = incident.unwrap_or_else(|| built.operator.incident_power(&strengths));
+    results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
+    incident
+}
+
+/// Radiosity of all zones, W/m², in the memory of `out`.
+fn radiosity(zones: &Zones, f: &Fields, mut out: Vec<Bands>) -> Vec<Bands> {
+    out.par_iter_mut().enumerate().for_each(|(i, b)| {
+        *b = zones.emission(i) + zones.scattered(i, |k| f.incident[k] + f.direct_light(k));
+    });
+    out
+}
+
+/// Adds the error of the incoming radiation to the error of every zone.
+fn add_surroundings_error(context: &SolveContext, surroundings: &SurroundingsExchange, f: &mut Fields) {
+    let sky = context.scene.surroundings().radiosity();
+    if surroundings.error.is_empty() || sky == Bands::ZERO {
+        return;
+    }
+    let zones = context.zones;
+    let part = |i| surroundings.incoming(i, sky)[1] / zones.response(i).1;
+    f.surroundings_error = (0..zones.len()).into_par_iter().map(part).collect();
+    let both = f.error.par_iter_mut().zip(&f.surroundings_error);
+    both.for_each(|(e, part)| *e = e.hypot(*part));
+}
+
+/// Adds up the fields of the groups.
+struct GroupAssembly<'a> {
+    context: &'a SolveContext<'a>,
+    surroundings: &'a SurroundingsExchange,
+    engine: Engine,
+    /// Lower bound of the incident field, W/m².
+    min_incident: f64,
+    /// True if the power of each group is normalized.
+    normalizes: bool,
+    /// Sum over the groups of the change of each zone by power normalization, W/m²; empty without.
+    normalization_change: Vec<Bands>,
+    fields: Fields,
+}
+
+impl GroupAssembly<'_> {
+    /// The group of a source, from the incident power `incident` of its strengths; added to the sum.
+    fn add_group(
+        &mut self,
+        built: &mut BuiltEngine,
+        source: &SourceGroup,
+        result: &IterationResult,
+        mut incident: Vec<Bands>,
+    ) -> LightGroup {
+        let (scene, zones, direct) = (self.context.scene, self.context.zones, self.context.direct);
+        let (own, sky) = (source.direct(direct), source.sky(scene));
+        self.to_incident_field(&mut incident, sky);
+        let balance = |incident: &[Bands]| {
+            let fields = GroupFields { incident, direct: &own, strengths: &result.strengths };
+            balance_group(scene, self.context.shared_zones(), source, &fields, self.surroundings, direct)
+        };
+        let mut energy = balance(&incident);
+        // Restore the balance of power.
+        if self.normalizes {
+            let change = normalize_power(zones, &energy, &mut incident, scene.options().tolerance);
+            built.closure.summary.record_normalization(change);
+            self.normalization_change.iter_mut().zip(&incident).for_each(|(c, h)| *c += change.abs() * h);
+            energy = balance(&incident);
+        }
+        // Add to the fields of all light.
+        let f = &mut self.fields;
+        f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f += h);
+        if self.context.shared_zones().any(|i| own.get(i).is_some_and(|d| *d != Bands::ZERO)) {
+            f.direct.resize(own.len(), Bands::ZERO);
+        }
+        own.iter().zip(&mut f.direct).for_each(|(d, f)| *f += d);
+        let mut group = light_group(source, result, energy, (incident, own), self.engine);
+        let error = direct_error::group_error(source, direct);
+        if !error.is_empty() {
+            f.direct_error.resize(zones.len(), Bands::ZERO);
+            f.direct_error.iter_mut().zip(&error).for_each(|(f, e)| *f += e);
+            group.direct_error = errors_like(&group.direct, &error, group.direct_scale);
+        }
+        group
+    }
+
+    /// Turns incident powers into incident fields, W/m², with the radiation from surroundings of radiosity `sky`.
+    fn to_incident_field(&self, incident: &mut [Bands], sky: Bands) {
+        let zones = self.context.zones;
+        let least = self.min_incident;
+        incident.par_iter_mut().enumerate().for_each(|(i, h)| {
+            let (_, measure) = zones.response(i);
+            let [incoming, _] = self.surroundings.incoming(i, sky);
+            // `max` would drop a NaN.
+            let clamp = |x: f64| if x < least { least } else { x };
+            *h = ((*h + incoming) / measure).map(clamp);
+        });
+    }
+}
+
+/// The group of a solution; in single precision for the hierarchical engine, whose tolerance is much larger.
+fn light_group(
+    source: &SourceGroup,
+    result: &IterationResult,
+    energy: EnergyBalance,
+    (incident, direct): (Vec<Bands>, Vec<Bands>),
+    engine: Engine,
+) -> LightGroup {
+    let stored = |v: Vec<Bands>| match engine {
+        Engine::Hierarchical if !v.is_empty() => ZoneValues::to_single_precision(&v),
+        _ => (ZoneValues::Double(v), Bands::ONE),
+    };
+    let ((incident, incident_scale), (direct, direct_scale)) = (stored(incident), stored(direct));
+    LightGroup {
+        name: source.name.clone(),
+        kind: source.kind,
+        incident,
+        incident_scale,
+        direct,
+        direct_error: ZoneValues::default(),
+        direct_scale,
+        energy,
+        status: result.status,
+        residual: Bands::from_fn(|b| result.residuals[b].last().copied().unwrap_or(0.0)),
+        error: ZoneValues::default(),
+    }
+}
