@@ -49,6 +49,8 @@ described in crates/validation/examples/coverage/main.rs";
 
 /// Factors of a campaign that are listed, at most.
 const MAX_LISTED_FACTORS: usize = 100;
+/// Meshes between two lines of progress.
+const MESHES_PER_PROGRESS: u64 = 40;
 /// Scenes between two lines of progress.
 const SCENES_PER_PROGRESS: usize = 20;
 
@@ -150,7 +152,11 @@ fn view_factor_campaign(options: &CampaignOptions, meshes: u64) -> ExitCode {
     };
     let only = if options.all { options.plan.scenes.first().copied() } else { None };
     let campaign = view_factors::FactorCampaign { meshes, seed: options.plan.seed, tolerances, only };
-    let mut checks = campaign.run();
+    let mut checks = campaign.run(|count| {
+        if (count as u64).is_multiple_of(MESHES_PER_PROGRESS) {
+            eprintln!("progress: {count} of {meshes} meshes");
+        }
+    });
     checks.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
     for c in checks.iter().filter(|c| options.all || c.ratio() > 1.0).take(MAX_LISTED_FACTORS) {
         eprintln!("{:.2} radii: {c}", c.ratio());

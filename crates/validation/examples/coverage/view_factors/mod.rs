@@ -18,6 +18,7 @@ pub(crate) use compare::{CampaignCase, FactorCheck, check};
 pub(crate) use summary::Summary;
 
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The tolerances of a campaign.
 pub(crate) const TOLERANCES: [f64; 5] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
@@ -33,14 +34,20 @@ pub(crate) struct FactorCampaign {
 }
 
 impl FactorCampaign {
-    /// Runs all meshes; results in their order.
-    pub(crate) fn run(&self) -> Vec<FactorCheck> {
+    /// Runs all meshes; results in their order. `told` receives the number of finished meshes.
+    pub(crate) fn run(&self, told: impl Fn(usize) + Sync) -> Vec<FactorCheck> {
         let cases: Vec<CampaignCase> = self
             .only
             .map_or(0..self.meshes, |k| k..k + 1)
             .map(|index| CampaignCase::new(self.seed, index))
             .collect();
-        cases.par_iter().with_max_len(1).map(|c| check(c, &self.tolerances)).collect::<Vec<_>>().concat()
+        let finished = AtomicUsize::new(0);
+        let one = |c: &CampaignCase| {
+            let checks = check(c, &self.tolerances);
+            told(finished.fetch_add(1, Ordering::Relaxed) + 1);
+            checks
+        };
+        cases.par_iter().with_max_len(1).map(one).collect::<Vec<_>>().concat()
     }
 }
 
