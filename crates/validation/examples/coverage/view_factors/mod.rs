@@ -56,7 +56,7 @@ pub(crate) fn page(campaign: &FactorCampaign, tables: &str) -> String {
     let (n, seed) = (campaign.meshes, campaign.seed);
     format!(
         "# View factors: stated against true errors\n\n\
-        Written by\n\n<!-- test: skip: it takes a quarter of an hour -->\n\n    cargo run --release -p zonal-validation --example coverage -- --view-factors {n} --seed {seed} --page docs/coverage-view-factors.md\n\n\
+        Written by\n\n<!-- test: skip: it takes an hour of processor time -->\n\n    cargo run --release -p zonal-validation --example coverage -- --view-factors {n} --seed {seed} --page docs/coverage-view-factors.md\n\n\
         {n} random meshes, each at several tolerances. Meshes in space are compared with exact views from points, integrated adaptively over each facet; where the integrals over two\n\
         facets contradict each other, the errors of both contain the difference. Cross-sections that repeat along their axis are compared with crossed strings. The reference of meshes in space serves down to 1e-4, that of empty rooms to 1e-7; cross-sections as triangles, which take long,\n\
         are computed below 1e-4 in one turn of five. A radius is *exceeded* if the difference is larger than the radius and the error of the\n\
