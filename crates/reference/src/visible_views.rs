@@ -270,7 +270,7 @@ impl VisibleScene {
             of_whole.max((value[k] - total(1, k)).abs())
         };
         let error = (0..value.len()).map(error).collect();
-        let area = 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
+        let area = triangle_area(&t);
         (area > LARGEST_PART * self.polygons[i].area, DividedTriangle { quarters, sums, value, error })
     }
 
@@ -301,7 +301,7 @@ impl VisibleScene {
 
     /// ∫ ω⊥ dA over a triangle by both rules, for every facet, the sky, the ground and unresolved directions.
     fn integral(&self, i: usize, t: &[Vec3; 3]) -> [Vec<f64>; 2] {
-        let area = 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).length();
+        let area = triangle_area(t);
         let rule = |centre: f64, orbits: [(f64, f64); 2]| {
             let mut sum = vec![0.0; self.facets + 3];
             if centre > 0.0 {
@@ -438,6 +438,10 @@ struct DividedTriangle {
     sums: Vec<[Vec<f64>; 2]>,
     value: Vec<f64>,
     error: Vec<f64>,
+}
+
+fn triangle_area([a, b, c]: &[Vec3; 3]) -> f64 {
+    0.5 * (*b - *a).cross(*c - *a).length()
 }
 
 fn quarters([a, b, c]: &[Vec3; 3]) -> [[Vec3; 3]; 4] {

@@ -249,7 +249,7 @@ fn gathered_samples_that_meet_no_light_are_no_proof_of_darkness() {
             assert!(t > 0.01 && (h - t).abs() <= 6.0 * e, "{tolerance}, {i}: {h} ± {e} of {t}");
         }
     }
-    // Nothing is visible: the error says so, and so does a warning.
+    // Nothing is visible: the error says so.
     let ours = solved(&beside_a_hidden_lamp(""), Engine::Hierarchical, 0.05, false);
     let floor = (0..4).map(|i| (ours.fields.incident[i].first(), ours.fields.error[i].first()));
     for (h, e) in floor {

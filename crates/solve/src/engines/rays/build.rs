@@ -57,8 +57,7 @@ pub(crate) fn build<'a>(
     let mut counts =
         vec![("transport_rays".to_string(), traced), ("rays that went on".to_string(), vertices)];
     let Some(StoredSolution { results, strengths, incident: stored, noise }) = solution else {
-        let operator = Box::new(operator);
-        return Ok(BuiltEngine { operator, closure, counts, warnings, solved: None });
+        return Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved: None });
     };
     if !context.final_gather {
         let incident = operator.stored_power(&strengths, stored, &noise);
@@ -70,7 +69,8 @@ pub(crate) fn build<'a>(
     let mut known = known_radiation(context, surroundings, gathered_sky.is_some());
     add_error_of_direct_light(context, &operator, &stored, &mut known);
     let observers = (context.checkpoints, context.progress);
-    let mut gathered = operator.gather_incident(&strengths, noise, (&known, gathered_sky), observers);
+    let mut gathered =
+        operator.gather_incident(&strengths, &|| stored.clone(), noise, (&known, gathered_sky), observers);
     check_interrupted(context.progress)?;
     if !gathered.sky.is_empty() {
         surroundings.set_incident((&gathered.sky, sky), |i| zones.response(i).1, traced + gathered.rays());
@@ -189,7 +189,7 @@ impl StoredSolution {
         check_interrupted(context.progress)?;
         let strengths: Vec<Vec<Bands>> =
             results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
-        let incident = strengths.iter().map(|s| operator.stored_incident(s)).collect();
+        let incident = operator.stored_fields(&strengths);
         let noise = operator.radiosity_noise(&strengths, context.progress);
         check_interrupted(context.progress)?;
         Ok(StoredSolution { results, strengths, incident, noise })

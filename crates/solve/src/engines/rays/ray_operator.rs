@@ -304,20 +304,24 @@ impl RayOperator<'_> {
         let sky = GatheredSky { radiosity, column: 0, shares };
         let dark = [vec![Bands::ZERO; n]];
         let noise = vec![[0.0; LANES]; n];
-        self.gather_incident(&dark, noise, (&[], Some(sky)), (&NoCheckpoints, &NoProgress)).sky
+        let observers: (&dyn CheckpointStore, &dyn Progress) = (&NoCheckpoints, &NoProgress);
+        self.gather_incident(&dark, &|| self.stored_fields(&dark), noise, (&[], Some(sky)), observers).sky
     }
 
     /// A final gather of every column of strengths without further radiation.
     fn gather_alone(&self, columns: &[Vec<Bands>]) -> Gathered {
         let noise = self.radiosity_noise(columns, &NoProgress);
-        self.gather_incident(columns, noise, (&[], None), (&NoCheckpoints, &NoProgress))
+        let observers: (&dyn CheckpointStore, &dyn Progress) = (&NoCheckpoints, &NoProgress);
+        self.gather_incident(columns, &|| self.stored_fields(columns), noise, (&[], None), observers)
     }
 
     /// Incident radiation of every column of strengths by a final gather, W/m². `noise` is that of the radiosities ([`RayOperator::radiosity_noise`]),
-    /// `known` incident radiation that the columns do not contain, with its error; the surroundings are sampled where they are given.
+    /// `known` incident radiation that the columns do not contain, with its error; the surroundings are sampled where they are given. `stored` gives
+    /// [`RayOperator::stored_fields`] of the columns, where they are needed.
     pub(crate) fn gather_incident(
         &self,
         columns: &[Vec<Bands>],
+        stored: &(dyn Fn() -> Vec<Vec<Bands>> + Sync),
         noise: Vec<PaddedBands>,
         (known, sky): (&[[Bands; 2]], Option<GatheredSky>),
         (checkpoints, progress): (&dyn CheckpointStore, &dyn Progress),
@@ -336,7 +340,6 @@ impl RayOperator<'_> {
             let fraction = i.checked_sub(self.zones.pane_offset()).map(|k| self.pane_self_exchange[k]);
             fraction.map_or(Bands::ZERO, |f| f * self.radiosity_of(i, columns[c][i]))
         };
-        let stored = || columns.iter().map(|s| self.stored_incident(s)).collect();
         let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect(), sky };
         let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
         let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
@@ -349,12 +352,17 @@ impl RayOperator<'_> {
             tolerance: self.scene.options().tolerance,
             known,
             own: &own,
-            stored: &stored,
+            stored,
             stored_rays: self.table.rays_per_zone(),
             checkpoints,
             execution,
         };
         final_gather::gather(&gatherer, &task)
+    }
+
+    /// H or G of every column of strengths by the stored rays, W/m².
+    pub(crate) fn stored_fields(&self, columns: &[Vec<Bands>]) -> Vec<Vec<Bands>> {
+        columns.iter().map(|s| self.stored_incident(s)).collect()
     }
 
     /// H or G of every zone by the stored rays, W/m².

@@ -311,6 +311,9 @@ impl Goal {
                 let with_known =
                     |i: usize| fields.values[q][i] + if q == task.groups { known(i)[0] } else { Bands::ZERO };
                 let of_samples = (square(&mut r.clone().map(with_known)) / count).sqrt();
+                if of_samples.iter().all(|s| *s > 0.0) {
+                    return of_samples;
+                }
                 let unmet = (square(&mut r.map(|i| fields.unmet_level(q, i))) / count).sqrt();
                 of_samples.zip_map(unmet, |met, unmet| if met > 0.0 { met } else { unmet })
             })

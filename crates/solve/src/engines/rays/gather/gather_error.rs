@@ -66,16 +66,15 @@ pub(crate) fn standard_errors(variances: &[ZoneVariances]) -> Vec<Bands> {
     out
 }
 
-/// ŝ²: the variance of the zones that hold most of it.
-fn typical_variance(zones: &[ZoneVariances]) -> Bands {
-    let sum = |power: fn(Bands) -> Bands| zones.iter().fold(Bands::ZERO, |s, z| s + power(z.of_samples));
-    sum(|s| s * s).zip_map(sum(|s| s), ratio)
+/// ŝ²: the variance of the zones that hold most of it; `sum` is that of all.
+fn typical_variance(zones: &[ZoneVariances], sum: Bands) -> Bands {
+    zones.iter().map(|z| z.of_samples * z.of_samples).sum::<Bands>().zip_map(sum, ratio)
 }
 
 /// q_all; 1 without a variance.
 fn ratio_of_all(variances: &[ZoneVariances]) -> Bands {
     let all = sums(variances);
-    let effective = all.of_samples.zip_map(typical_variance(variances), ratio);
+    let effective = all.of_samples.zip_map(typical_variance(variances, all.of_samples), ratio);
     (effective * all.of_halves.zip_map(all.of_samples, ratio) + Bands::ONE)
         .zip_map(effective + Bands::ONE, ratio)
 }
@@ -96,7 +95,7 @@ fn pool(group: &[ZoneVariances], ratio_of_all: Bands, errors: &mut [Bands]) {
     let p = &POOLING_PARAMS;
     let all = sums(group);
     let mean = all.of_samples / group.len() as f64;
-    let typical = typical_variance(group);
+    let typical = typical_variance(group, all.of_samples);
     let prior = p.prior_zones * typical;
     let gain = (all.of_halves + prior * ratio_of_all).zip_map(all.of_samples + prior, ratio);
     let is_dim = |zone: &ZoneVariances| {

@@ -29,6 +29,8 @@ const LEVEL_SHARE: f64 = 0.01;
 pub(super) struct UnmetLight {
     /// H or G of the groups by the stored rays, W/m²; empty until samples of some zones met no light.
     stored: Vec<Vec<Bands>>,
+    /// Largest radiosity of every group, W/m².
+    lit: Vec<Bands>,
     /// U of the groups, W/m², of the zones whose samples met no light; otherwise empty.
     unhidden: Vec<Vec<Bands>>,
 }
@@ -43,12 +45,14 @@ impl UnmetLight {
         kind: usize,
         (values, errors): (&[Vec<Bands>], &mut [Vec<Bands>]),
     ) {
-        let lit = gatherer.brightest(task.groups);
+        if self.lit.is_empty() {
+            self.lit = gatherer.brightest(task.groups);
+        }
         let blocks: Vec<(&[u32], Vec<Bands>)> = task
             .zone_groups
             .of_kind(kind)
-            .into_iter()
-            .map(|block| (block, missing(block, values, &lit)))
+            .into_par_iter()
+            .map(|block| (block, missing(block, values, &self.lit)))
             .filter(|(_, missing)| missing.iter().any(|m| *m != Bands::ZERO))
             .collect();
         if blocks.is_empty() {

@@ -165,6 +165,31 @@ pub(crate) struct SampleRange {
     pub numbers: Range<usize>,
 }
 
+/// A point as it is seen from another one.
+#[derive(Clone, Copy)]
+struct SeenPoint {
+    /// Distance, m.
+    distance: f64,
+    /// Direction to it.
+    dir: Vec3,
+    /// Cosine of its surface; 1 without one.
+    towards: f64,
+}
+
+impl SeenPoint {
+    /// The point `y`, of a surface of this normal, from `x`.
+    fn new(x: Vec3, y: Vec3, normal: Option<Vec3>) -> SeenPoint {
+        let distance = (y - x).length();
+        let dir = (y - x) / distance.max(f64::MIN_POSITIVE);
+        SeenPoint { distance, dir, towards: normal.map_or(1.0, |n| -n.dot(dir)) }
+    }
+
+    /// Density of rays over the area at the point, 1/m², for the density of their directions `kernel`, 1/sr.
+    fn density(&self, kernel: f64) -> f64 {
+        kernel * self.towards / (self.distance * self.distance)
+    }
+}
+
 /// The balance heuristic a/(a + b) of positive densities, of which a may be infinite.
 fn balance(a: f64, b: f64) -> f64 {
     if b > 0.0 { 1.0 / (1.0 + b / a) } else { 1.0 }
@@ -277,12 +302,16 @@ impl<'a> Gatherer<'a> {
         }
     }
 
+    /// Radiosity of the surroundings in column `c`, W/m².
+    fn sky_radiosity(&self, c: usize) -> Bands {
+        self.field.sky.filter(|sky| sky.column == c).map_or(Bands::ZERO, |sky| sky.radiosity)
+    }
+
     /// The largest radiosity of every one of the first `columns`, the surroundings included, W/m².
     pub(crate) fn brightest(&self, columns: usize) -> Vec<Bands> {
-        let sky = |c: usize| self.field.sky.filter(|s| s.column == c).map_or(Bands::ZERO, |s| s.radiosity);
         let of_column = |(c, b): (usize, &Vec<PaddedBands>)| {
             let most = |m: PaddedBands, b: &PaddedBands| std::array::from_fn(|k| m[k].max(b[k]));
-            widened(b.iter().fold([0.0; LANES], most)).max(sky(c))
+            widened(b.iter().fold([0.0; LANES], most)).max(self.sky_radiosity(c))
         };
         self.field.columns[..columns].iter().enumerate().map(of_column).collect()
     }
@@ -308,9 +337,8 @@ impl<'a> Gatherer<'a> {
             }
         }
         let [aimed, any] = sums;
-        let sky =
-            |c: usize| self.field.sky.filter(|sky| sky.column == c).map_or(Bands::ZERO, |s| s.radiosity);
-        let larger = |(c, (a, b)): (usize, (Bands, Bands))| a.max(b) / UNHIDDEN_SAMPLES as f64 + sky(c);
+        let larger =
+            |(c, (a, b)): (usize, (Bands, Bands))| a.max(b) / UNHIDDEN_SAMPLES as f64 + self.sky_radiosity(c);
         aimed.into_iter().zip(any).enumerate().map(larger).collect()
     }
 
@@ -325,14 +353,13 @@ impl<'a> Gatherer<'a> {
             let ball = self.receiver(j);
             (ball.centre, None, PI * ball.radius * ball.radius)
         };
-        let distance = (y - x).length();
-        if j == i || distance <= self.tracer.transport.epsilon() {
-            return 0.0;
-        }
-        let dir = (y - x) / distance;
-        let towards = normal.map_or(1.0, |n| -n.dot(dir));
+        let seen = SeenPoint::new(x, y, normal);
         // Points of one plane are in front of each other by rounding alone.
-        if towards > MIN_COSINE { self.kernel(i, dir) * towards * area / (distance * distance) } else { 0.0 }
+        if j != i && seen.distance > self.tracer.transport.epsilon() && seen.towards > MIN_COSINE {
+            area * seen.density(self.kernel(i, seen.dir))
+        } else {
+            0.0
+        }
     }
 
     /// Sum over rays of a zone that [`Gatherer::aim`] has prepared of the weight with which they leave the scene.
@@ -485,16 +512,14 @@ impl<'a> Gatherer<'a> {
         }
         let [s, t] = patch.plate.warp([u[1], u[2]]);
         let y = patch.plate.at(s, t);
-        let distance = (y - x).length();
-        let dir = (y - x) / distance.max(f64::MIN_POSITIVE);
-        let towards = -patch.normal.dot(dir);
+        let seen = SeenPoint::new(x, y, Some(patch.normal));
+        let SeenPoint { distance, dir, towards } = seen;
         let kernel = self.kernel(i, dir);
         if !(towards > MIN_COSINE && kernel > 0.0 && distance > self.tracer.transport.epsilon()) {
             return;
         }
         let Some(transmittance) = self.tracer.transport.transmittance_inside(x, y) else { return };
-        let density = kernel * towards / (distance * distance);
-        let share = balance(density, probability / patch.area);
+        let share = balance(seen.density(kernel), probability / patch.area);
         let weight = self.ray_weight(i, dir) * transmittance * share;
         let end = RayEnd { zone: j, weight: PerBand::splat(1.0), distance, position: y };
         self.add_surface(ray, end, weight, scratch);
