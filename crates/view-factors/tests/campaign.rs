@@ -18,7 +18,7 @@ const SEED: u64 = 2026;
 fn stated_radii_cover_the_errors_of_random_meshes() {
     let checks = if run_all_cases() {
         let tolerances = view_factors::TOLERANCES.to_vec();
-        FactorCampaign { meshes: MESHES, seed: SEED, tolerances, only: None }.run()
+        FactorCampaign { meshes: MESHES, seed: SEED, tolerances, only: None }.run(|_| ())
     } else {
         QUICK_MESHES.flat_map(|index| check(&CampaignCase::new(SEED, index), &[1e-3])).collect()
     };
