@@ -87,22 +87,20 @@ pub fn count(root: &Path) -> Vec<Count> {
     counts
 }
 
-/// Cycles of folders: those of `io::input`, whose rooms are still to be set apart.
-const MAX_FOLDER_CYCLES: usize = 1;
 /// The cycles of a crate, each a list of its edges.
 type Cycles<'a> = &'a dyn Fn(&[SourceFile], &str) -> Vec<Vec<String>>;
 
 fn cycle_counts(files: &[SourceFile]) -> [Count; 2] {
     let packages: BTreeSet<&str> = files.iter().map(|f| f.package.as_str()).collect();
-    let count = |name: &'static str, most: usize, find: Cycles| {
+    let count = |name: &'static str, find: Cycles| {
         let cycles = packages.iter().flat_map(|p| find(files, p));
         let places =
             cycles.map(|c| format!("cycle of {} edges:\n      {}", c.len(), c.join("\n      "))).collect();
-        Count::of(name, most, places)
+        Count::of(name, 0, places)
     };
     [
-        count("cycles of modules inside crates", 0, &modules::cycles),
-        count("cycles of folders inside crates", MAX_FOLDER_CYCLES, &modules::folder_cycles),
+        count("cycles of modules inside crates", &modules::cycles),
+        count("cycles of folders inside crates", &modules::folder_cycles),
     ]
 }
 

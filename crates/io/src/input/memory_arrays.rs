@@ -1,7 +1,7 @@
 //! Arrays in memory in place of files, for the readers: voxel values, values by face. `mesh::mesh_arrays` makes meshes.
 
-use super::error::FileFault;
-use super::npy::{ArrayValues, AxisOrder, ScalarArray};
+use crate::input::reading::error::FileFault;
+use crate::input::reading::npy::{ArrayValues, AxisOrder, ScalarArray};
 use crate::memory_arrays::{GridOrder, GridValues, MemoryArray};
 
 /// The error of an array of another kind.

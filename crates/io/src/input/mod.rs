@@ -3,79 +3,51 @@
 //! Its users' manual is `docs/reference/scene-format.md`; [`scene_key_reference`] lists every key. Lengths in metres, z up, extinction in 1/m,
 //! emission in W/m², radiance in W/(m² sr), sources in W/m³; a number stands for all three bands, `[r, g, b]` for one each.
 //!
-//! | module | contents |
+//! | folder | contents |
 //! |---|---|
-//! | `toml` | text and places, typed values, tables of keys, migration of former keys |
+//! | `entry_points` | scenes, cameras and meshes as callers read them |
 //! | `scene` | the sections of a scene: settings, surfaces, panes, medium, lights, cameras |
-//! | `scene_text` | a whole scene from its text |
-//! | `scene_template` | scenes whose numbers are replaced, for data sets |
-//! | `scene_reader`, `notes` | the scene while it is read; notes with repetitions merged |
-//! | `facets`, `model_survey` | a mesh without a scene: as a list of polygons; what it contains |
-//! | `mesh` | meshes independent of their format: placement, closed parts, overrides of materials |
-//! | `memory_arrays` | arrays in place of files |
-//! | `obj`, `stl`, `ply`, `gltf`, `vtk`, `msh` | mesh formats |
-//! | `number_cursor` | numbers of a text or of binary data, one after the other |
-//! | `converters` | formats that are not read, with commands that convert them |
 //! | `view3d` | input files of View3D: surfaces, obstructions and controls of view factors |
-//! | `table` | columns of values by face, zone or name: CSV, npy, cell data of VTK |
-//! | `photometry` | luminaires: IES LM-63 and EULUMDAT |
-//! | `spectrum` | spectra as values of bands |
-//! | `npy`, `vol`, `vdb` | formats of arrays and sparse grids |
+//! | `light_files`, `grids` | luminaires and skies; sparse grids and volumes |
+//! | `mesh_files` | mesh formats |
+//! | `mesh` | meshes independent of their format |
+//! | `toml` | text and places, typed values, tables of keys, migration of former keys |
+//! | `tables` | columns of values by face, zone or name: CSV, npy, cell data of VTK; spectra |
+//! | `vtk` | VTK's XML files |
 //! | `images` | PNG and JPEG textures |
-//! | `sky_picture`, `radiance_hdr` | pictures of skies: OpenEXR and Radiance |
-//! | `camera_file`, `camera_path` | cameras, and key frames of a camera, in files of their own |
-//! | `error`, `suggestion` | errors with place and remedy; suggestions for misspelt words |
+//! | `reading` | text, numbers, errors and notes |
+//!
+//! A folder uses the folders below it in this table alone.
 //!
 //! No input makes a reader panic: indices are checked, and sizes are compared with the length of the file before memory is allocated.
 
-mod camera_file;
-mod camera_path;
-mod converters;
-mod error;
-mod facets;
-mod gltf;
+mod entry_points;
+mod grids;
 mod images;
+mod light_files;
 mod memory_arrays;
 mod mesh;
-mod model_survey;
-mod msh;
-mod notes;
-mod npy;
-mod number_cursor;
-mod obj;
-mod photometry;
-mod ply;
-mod radiance_hdr;
-mod rotation;
+mod mesh_files;
+mod reading;
 mod scene;
-mod scene_reader;
-mod scene_template;
-mod scene_text;
-mod sky_picture;
-mod spectrum;
-mod stl;
-mod suggestion;
-mod table;
-mod text;
+pub(crate) mod tables;
 mod toml;
-mod vdb;
 mod view3d;
-mod vol;
 mod vtk;
 
 pub use crate::file_stamps::{FilesRead, record_files};
 pub use crate::files::FilesInMemory;
 pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
-pub use camera_file::read_cameras;
-pub use camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
-pub use error::InputError;
-pub use facets::{FacetFile, read_facets};
-pub use gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
-pub use model_survey::{ModelSurvey, PartCounts, SurveyedMaterial, survey_model};
-pub use scene_template::SceneTemplate;
-pub use stl::{StlFacet, StlFile, read_stl};
-pub use table::{Quantity, RowKeys, ValueTable, read_values};
-pub use text::open_file;
+pub use entry_points::camera_file::read_cameras;
+pub use entry_points::camera_path::{CameraPath, KeyFrame, MAX_FRAMES, parse_camera_path, read_camera_path};
+pub use entry_points::facets::{FacetFile, read_facets};
+pub use entry_points::model_survey::{ModelSurvey, PartCounts, SurveyedMaterial, survey_model};
+pub use entry_points::scene_template::SceneTemplate;
+pub use mesh_files::gltf::volume::{VolumeMaterial, volume_materials, volume_materials_from_bytes};
+pub use mesh_files::stl::{StlFacet, StlFile, read_stl};
+pub use reading::error::InputError;
+pub use reading::text::open_file;
+pub use tables::{Quantity, RowKeys, ValueTable, read_values};
 pub use toml::key_tables::{SceneKey, scene_key_reference};
 pub use toml::migrate::{KeyChange, migrate_scene_text};
 pub use view3d::{
@@ -84,13 +56,13 @@ pub use view3d::{
 };
 
 #[cfg(test)]
-pub(crate) use gltf::read_mesh_file as read_gltf;
+pub(crate) use mesh_files::gltf::read_mesh_file as read_gltf;
 
 use crate::files::FileSource;
-use scene_reader::ReadContext;
-use scene_text::{MAX_SCENE_TEXT_BYTES, on_disk, parse_named};
+use entry_points::scene_text::{MAX_SCENE_TEXT_BYTES, on_disk, parse_named};
+use reading::text::{decode_utf8, read_text};
+use scene::scene_reader::ReadContext;
 use std::path::Path;
-use text::{decode_utf8, read_text};
 use zonal_scene::Scene;
 
 /// Reads a scene file, and the files that it refers to, relative to its folder.

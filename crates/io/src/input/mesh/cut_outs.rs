@@ -1,12 +1,12 @@
 //! Faces cut along the levels of the alpha of a picture, into flat pieces of one class of alpha each.
 //!
-//! A face is divided into quarters until a cell has one class ([`super::alpha_map`]) or the smallest size. A smallest cell is two triangles, or one. Each is
+//! A face is divided into quarters until a cell has one class ([`crate::input::images::alpha_map`]) or the smallest size. A smallest cell is two triangles, or one. Each is
 //! split where alpha passes a threshold c: the roots of α − c on the edges between corners on different sides are joined by a line (*marching triangles*;
 //! A. Doi, A. Koide, IEICE Trans. E74, 1991). The corners of the line lie on the contour; its distance from the contour is at most about h²/(8 r) for cells of size h and a contour
 //! of radius r. Where a triangle has details that its edges miss, so that the share of a class differs from that of samples, a corner of
 //! the triangle with the sampled area takes the place of the details: the area of each class is kept, not its shape.
 
-use super::alpha_map::AlphaClasses;
+use crate::input::images::alpha_map::AlphaClasses;
 use zonal_math::{Vec3, low_discrepancy, vec3};
 use zonal_scene::{Plate, PlateKind};
 
@@ -23,18 +23,18 @@ const BISECTIONS: usize = 30;
 
 /// A piece of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct CutPiece {
+pub(crate) struct CutPiece {
     /// Geometry.
-    pub(super) plate: Plate,
+    pub(crate) plate: Plate,
     /// Texture coordinates at (0, 0), (1, 0) and (0, 1) of the plate.
-    pub(super) uv: [[f64; 2]; 3],
+    pub(crate) uv: [[f64; 2]; 3],
     /// Class of alpha.
-    pub(super) class: usize,
+    pub(crate) class: usize,
 }
 
 impl CutPiece {
     /// Texture coordinates of the centre.
-    pub(super) fn centre_uv(&self) -> [f64; 2] {
+    pub(crate) fn centre_uv(&self) -> [f64; 2] {
         let t = if self.plate.kind == PlateKind::Triangle { 1.0 / 3.0 } else { 0.5 };
         TexturedPlate { plate: self.plate, uv: self.uv }.uv_at([t, t])
     }
@@ -42,9 +42,9 @@ impl CutPiece {
 
 /// A face with texture coordinates.
 #[derive(Clone, Copy)]
-pub(super) struct TexturedPlate {
-    pub(super) plate: Plate,
-    pub(super) uv: [[f64; 2]; 3],
+pub(crate) struct TexturedPlate {
+    pub(crate) plate: Plate,
+    pub(crate) uv: [[f64; 2]; 3],
 }
 
 /// A corner of a cell: the parameters (u, v) of the face.
@@ -72,7 +72,7 @@ impl TexturedPlate {
         CutPiece { plate, uv, class }
     }
     /// Halvings after which the cells are at most `cell` metres, a few of them cover the face, and they are not smaller than about `pixels_per_cell` pixels.
-    pub(super) fn halvings(&self, cell: f64, pixels_per_cell: f64, classes: &AlphaClasses<'_>) -> u32 {
+    pub(crate) fn halvings(&self, cell: f64, pixels_per_cell: f64, classes: &AlphaClasses<'_>) -> u32 {
         let edge = self.plate.e1.length().max(self.plate.e2.length());
         let [o, a, b] = self.uv.map(|uv| classes.map().pixel_place(uv));
         let pixels = [a, b].map(|p| (p[0] - o[0]).hypot(p[1] - o[1]));
@@ -84,24 +84,24 @@ impl TexturedPlate {
 
 /// Limits of the cut of a face.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CutLimits {
+pub(crate) struct CutLimits {
     /// Most pieces.
-    pub(super) pieces: usize,
+    pub(crate) pieces: usize,
     /// Most work: a visited cell is 1, the split of a triangle [`SPLIT_WORK`].
-    pub(super) work: u64,
+    pub(crate) work: u64,
 }
 
 /// The pieces of a face, or the fraction of the face that was cut when a limit was met; and the work done.
-pub(super) struct CutFace {
-    pub(super) pieces: Result<Vec<CutPiece>, f64>,
-    pub(super) work: u64,
+pub(crate) struct CutFace {
+    pub(crate) pieces: Result<Vec<CutPiece>, f64>,
+    pub(crate) work: u64,
 }
 
 /// Work of the split of a triangle at a threshold, whose samples take a hundred times as long as the class of a cell.
 const SPLIT_WORK: u64 = 100;
 
 /// The pieces of a face in cells of `halvings` halvings.
-pub(super) fn cut(
+pub(crate) fn cut(
     face: &TexturedPlate,
     classes: &AlphaClasses<'_>,
     halvings: u32,
@@ -279,8 +279,8 @@ fn corner_and_rest(t: &Triangle, k: usize, scale: f64) -> (Triangle, Vec<Triangl
 
 #[cfg(test)]
 mod tests {
-    use super::super::alpha_map::AlphaMap;
     use super::*;
+    use crate::input::images::alpha_map::AlphaMap;
     use std::f64::consts::PI;
 
     fn unit_square(repeats: f64) -> TexturedPlate {

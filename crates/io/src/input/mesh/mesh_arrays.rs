@@ -2,8 +2,8 @@
 
 use super::model::{MeshData, MeshFace, MeshMaterial};
 use super::polygon::push_polygon;
-use crate::input::error::FileFault;
 use crate::input::memory_arrays::mismatch;
+use crate::input::reading::error::FileFault;
 use crate::memory_arrays::{MemoryArray, MeshArrays};
 use zonal_math::Vec3;
 

@@ -1,15 +1,15 @@
 //! Materials of a mesh that lack values, named together in one error.
 
-use crate::input::error::InputError;
-use crate::input::notes::quoted_list;
+use crate::input::reading::error::InputError;
+use crate::input::reading::notes::quoted_list;
 use crate::input::toml::node::TomlTable;
 
 /// Most materials that an error names for each value.
-pub(super) const MAX_NAMED_MATERIALS: usize = 24;
+pub(crate) const MAX_NAMED_MATERIALS: usize = 24;
 
 /// A value that a material needs and nothing gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum MissingValue {
+pub(crate) enum MissingValue {
     /// Temperature or heat of an opaque material, in thermal mode.
     Condition,
     /// Emissivity of an opaque material, in thermal mode.
@@ -40,7 +40,7 @@ impl MissingValue {
 
 /// Refuses a mesh of which several materials lack values. `missing` has a name and a value for each gap; of one material alone the error of its
 /// surface or pane tells.
-pub(super) fn refuse_missing(
+pub(crate) fn refuse_missing(
     table: &TomlTable<'_>,
     missing: &[(&str, MissingValue)],
 ) -> Result<(), InputError> {

@@ -1,5 +1,6 @@
 //! A mesh as its file gives it: faces with materials, in the file's unit and axes.
 
+use crate::input::images::AlphaChannel;
 use std::path::PathBuf;
 use std::rc::Rc;
 use zonal_math::Vec3;
@@ -129,17 +130,6 @@ pub(crate) struct AlphaSource {
     /// Multiplies the alpha of the image.
     pub(crate) factor: f64,
     pub(crate) rule: AlphaRule,
-}
-
-/// The numbers of an image that are alpha.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum AlphaChannel {
-    /// Its alpha channel.
-    Alpha,
-    /// Its red channel, as stored.
-    Red,
-    /// Its alpha channel if some pixel is not opaque there, otherwise the mean of its colours as stored.
-    AlphaOrGrey,
 }
 
 /// Effect of alpha.

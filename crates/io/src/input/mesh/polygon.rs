@@ -1,7 +1,6 @@
 //! Polygons of mesh files as plates.
 
 use super::model::{MeshData, MeshFace};
-use crate::input::scene::shapes::area_vector;
 use zonal_math::Vec3;
 use zonal_scene::Plate;
 
@@ -13,6 +12,15 @@ const PARALLELOGRAM_TOLERANCE: f64 = 1e-6;
 const PARALLELOGRAM_UV_TOLERANCE: f64 = 1e-5;
 /// Largest difference of the unit normals of corners from that of their face below which they are left out.
 const FLAT_TOLERANCE: f64 = 1e-4;
+
+/// Half the sum of the cross products: the normal with the polygon's area as its length.
+pub(crate) fn area_vector(p: &[Vec3]) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    for i in 1..p.len().saturating_sub(1) {
+        sum += (p[i] - p[0]).cross(p[i + 1] - p[0]) * 0.5;
+    }
+    sum
+}
 
 /// Appends a polygon: a parallelogram stays one plate; a convex polygon becomes a fan of triangles; others are triangulated by ear
 /// clipping. Returns false if the polygon crosses itself and became a fan.

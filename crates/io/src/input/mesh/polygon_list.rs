@@ -2,7 +2,7 @@
 
 use super::model::{MeshData, MeshFace, MeshMaterial};
 use super::polygon::{PolygonCorner, push_smooth_polygon};
-use crate::input::error::FileFault;
+use crate::input::reading::error::FileFault;
 use std::collections::HashMap;
 use zonal_math::Vec3;
 

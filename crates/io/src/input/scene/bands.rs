@@ -1,7 +1,7 @@
 //! `bands`: the number of bands, or their wavelengths.
 
-use super::gas_composition::{SceneGas, find_gas};
-use crate::input::error::InputError;
+use crate::input::reading::error::InputError;
+use crate::input::scene::quantities::gas_composition::{SceneGas, find_gas};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{BandSet, MAX_BANDS};
 

@@ -1,6 +1,6 @@
 //! `[[camera]]`: position, direction and lens.
 
-use crate::input::error::InputError;
+use crate::input::reading::error::InputError;
 use crate::input::toml::camera_keys::CAMERA;
 use crate::input::toml::node::TomlNode;
 use zonal_math::vec3;

@@ -1,10 +1,10 @@
 //! Emissivities by temperature, and those of the back of a surface with two sides.
 
-use super::surface_properties::BackProperties;
 use super::thermal::{SceneMode, read_reflectance, read_solar};
-use crate::input::error::InputError;
-use crate::input::scene_reader::SceneReader;
-use crate::input::table::{Quantity, RowKeys, WantedColumn, read_column};
+use crate::input::reading::error::InputError;
+use crate::input::scene::quantities::surface_properties::BackProperties;
+use crate::input::scene::scene_reader::SceneReader;
+use crate::input::tables::{Quantity, RowKeys, WantedColumn, read_column};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
 use zonal_scene::{Bands, EmissivityTable};

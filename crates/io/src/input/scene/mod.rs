@@ -2,56 +2,39 @@
 //!
 //! | module | section |
 //! |---|---|
-//! | `bands` | `bands` |
-//! | `options` | `[solve]` |
-//! | `network` | `[[node]]`, convection |
-//! | `thermal` | `mode`, `[thermal]`, and the thermal keys of all sections |
-//! | `surface`, `surface_keys`, `surface_properties` | `[[surface]]`: shapes, faces, materials |
-//! | `pane` | `[[pane]]` |
-//! | `shapes` | inline geometry |
-//! | `medium`, `region`, `density`, `voxel_arrays` | `[medium]` and its regions |
-//! | `gas_composition`, `gas` | gas models by name |
-//! | `voxel_grid`, `medium_properties`, `voxel_field`, `interior` | voxels while they are filled |
-//! | `boundary` | `[boundary]` |
-//! | `lights`, `point_lights`, `light_quantities`, `camera` | `[[light]]`, `[[camera]]` |
+//! | `scene_reader` | the scene while it is read |
+//! | `bands`, `thermal`, `options`, `network`, `camera` | `bands`; `mode`, `[thermal]` and the thermal keys of all sections; `[solve]`; `[[node]]` and convection; `[[camera]]` |
+//! | `surfaces` | `[[surface]]`, `[[pane]]`, `[boundary]` |
+//! | `surface_keys`, `emissivity` | properties of a surface |
+//! | `mesh_surface` | `mesh` of a surface: materials as surfaces, panes and regions, with the scene's overrides |
+//! | `media` | `[medium]`, its regions and gases |
+//! | `light_sources` | `[[light]]`, `[surroundings]` |
+//! | `quantities` | properties of surfaces, media and lights |
 
 pub(crate) mod bands;
-mod boundary;
 pub(crate) mod camera;
-mod density;
 mod emissivity;
-mod gas;
-pub(crate) mod gas_composition;
-mod interior;
-mod light_quantities;
-mod lights;
-mod medium;
-pub(crate) mod medium_properties;
+mod light_sources;
+pub(crate) mod media;
+pub(crate) mod mesh_surface;
 mod network;
 mod options;
-mod pane;
-mod point_lights;
-mod region;
-pub(crate) mod shapes;
-mod skies;
-mod sun_place;
-mod surface;
+pub(crate) mod quantities;
+pub(crate) mod scene_reader;
 pub(crate) mod surface_keys;
-pub(crate) mod surface_properties;
+mod surfaces;
 pub(crate) mod thermal;
-mod tube;
-mod voxel_arrays;
-pub(crate) mod voxel_field;
-pub(crate) mod voxel_grid;
-mod white_walls;
 
-use super::error::InputError;
-use super::notes::merge_notes;
-use super::scene_reader::{ReadContext, SceneReader};
 use super::toml::key_tables::ROOT;
 use super::toml::light_keys::SURROUNDINGS;
 use super::toml::node::{TomlNode, TomlTable};
-use gas_composition::SceneGas;
+use crate::input::reading::error::InputError;
+use crate::input::reading::notes::merge_notes;
+use crate::input::scene::scene_reader::{ReadContext, SceneReader};
+use light_sources::lights;
+use media::medium;
+use quantities::gas_composition::SceneGas;
+use surfaces::{boundary, pane, surface, white_walls};
 use zonal_scene::PatchRule;
 use zonal_scene::{Scene, Surroundings};
 

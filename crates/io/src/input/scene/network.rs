@@ -1,8 +1,8 @@
 //! `[[node]]`: bodies at one temperature and the links between them; `node` and convection of surfaces.
 
 use super::thermal::{read_kelvin, read_net_power};
-use crate::input::error::InputError;
-use crate::input::scene_reader::SceneReader;
+use crate::input::reading::error::InputError;
+use crate::input::scene::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::thermal_keys::{NODE, NODE_LINK};
 use zonal_scene::{

@@ -1,13 +1,13 @@
 //! `[solve]`: settings of the solver.
 
-use crate::input::error::InputError;
+use crate::input::reading::error::InputError;
 use crate::input::toml::key_tables::SOLVE;
 use crate::input::toml::node::TomlNode;
 use zonal_scene::{Engine, LightGrouping, SolveOptions};
 use zonal_scene::{PatchRule, ZoneBasis};
 
 /// Reads the settings; keys that are absent keep their defaults.
-pub(super) fn read_options(node: &TomlNode<'_>) -> Result<SolveOptions, InputError> {
+pub(crate) fn read_options(node: &TomlNode<'_>) -> Result<SolveOptions, InputError> {
     let t = node.table(SOLVE)?;
     let mut o = SolveOptions::default();
     if let Some(x) = t.read("tolerance", fraction)? {

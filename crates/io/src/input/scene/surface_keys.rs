@@ -1,9 +1,10 @@
 //! Reading of surface properties from a table.
 
-use super::surface_properties::SurfaceProperties;
-use super::{emissivity, light_quantities, network, thermal};
-use crate::input::error::InputError;
-use crate::input::scene_reader::SceneReader;
+use super::{emissivity, network, thermal};
+use crate::input::reading::error::InputError;
+use crate::input::scene::quantities::light_quantities;
+use crate::input::scene::quantities::surface_properties::SurfaceProperties;
+use crate::input::scene::scene_reader::SceneReader;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{Sides, ThermalCondition};
 

@@ -2,7 +2,7 @@
 //!
 //! Keys of the other mode are refused in every section, with a remedy that names their place.
 
-use crate::input::error::InputError;
+use crate::input::reading::error::InputError;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::thermal_keys::THERMAL;
 use zonal_scene::limits::{MAX_NET_POWER, MAX_TEMPERATURE};

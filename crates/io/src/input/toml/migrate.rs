@@ -3,7 +3,7 @@
 use super::key_tables::SCENE_TABLES;
 use super::keys::all;
 use super::source::SourceText;
-use crate::input::error::InputError;
+use crate::input::reading::error::InputError;
 use std::ops::Range;
 use toml::de::DeTable;
 

@@ -1,7 +1,7 @@
 //! The text of a scene, the place of every key in it, and the notes that reading its keys gives.
 
 use crate::files::FileSource;
-use crate::input::error::InputError;
+use crate::input::reading::error::InputError;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;

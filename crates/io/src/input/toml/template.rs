@@ -5,7 +5,7 @@
 //! stand in double quotes: `surface."left.wall".temperature`.
 
 use super::source::SourceText;
-use crate::input::error::InputError;
+use crate::input::reading::error::InputError;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

@@ -1,7 +1,7 @@
 //! Planes and convexity of surfaces; bases and combinations.
 
 use super::model::{View3dSurface, View3dSurfaceKind};
-use crate::input::error::FileFault;
+use crate::input::reading::error::FileFault;
 use zonal_math::Vec3;
 
 /// Largest distance of a corner from the plane of its surface, relative to the surface's radius.

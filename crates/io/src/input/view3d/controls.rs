@@ -2,7 +2,7 @@
 
 use super::fields::{LineFields, finite};
 use super::model::{View3dControls, View3dOutput, View3dSurface, View3dSurfaceKind};
-use crate::input::error::FileFault;
+use crate::input::reading::error::FileFault;
 
 /// Largest whole number that View3D accepts as a control.
 const MAX_CONTROL_INTEGER: i64 = 32_767;

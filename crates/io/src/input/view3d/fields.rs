@@ -1,6 +1,6 @@
 //! The words of a line: separated by blanks and commas, up to a comment.
 
-use crate::input::error::FileFault;
+use crate::input::reading::error::FileFault;
 use zonal_math::Vec3;
 
 /// The words of a line that are not read yet.

@@ -5,7 +5,7 @@ use super::fields::LineFields;
 use super::model::View3dFile;
 use super::surface_lines::{SurfaceForm, SurfaceReader};
 use crate::files;
-use crate::input::error::{FileFault, InputError};
+use crate::input::reading::error::{FileFault, InputError};
 use std::path::Path;
 
 /// Largest file, bytes.

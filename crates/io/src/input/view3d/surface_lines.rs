@@ -7,7 +7,7 @@
 use super::checks::{NumberedSurface, check_references, surface_plane};
 use super::fields::LineFields;
 use super::model::{View3dSurface, View3dSurfaceKind};
-use crate::input::error::FileFault;
+use crate::input::reading::error::FileFault;
 use zonal_math::{Vec3, vec3};
 
 /// Limits of emissivities in View3D, and the numbers that replace what lies beyond; the limits are a little wider.

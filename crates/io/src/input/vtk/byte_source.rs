@@ -2,14 +2,14 @@
 
 /// Where the bytes of an array begin.
 #[derive(Clone, Copy)]
-pub(super) enum ByteSource<'a> {
+pub(crate) enum ByteSource<'a> {
     Raw(&'a [u8]),
     Base64(&'a [u8]),
 }
 
 impl ByteSource<'_> {
     /// Refuses a number of bytes that the source cannot hold.
-    pub(super) fn check(self, count: usize) -> Result<(), String> {
+    pub(crate) fn check(self, count: usize) -> Result<(), String> {
         let most = match self {
             ByteSource::Raw(bytes) => bytes.len(),
             ByteSource::Base64(text) => 3 * (text.len() / 4) + 2,
@@ -18,7 +18,7 @@ impl ByteSource<'_> {
     }
 
     /// The first `count` bytes.
-    pub(super) fn first(self, count: usize) -> Result<Vec<u8>, String> {
+    pub(crate) fn first(self, count: usize) -> Result<Vec<u8>, String> {
         let short = || "the data are cut short; save the file again".to_string();
         match self {
             ByteSource::Raw(bytes) => bytes.get(..count).map(<[u8]>::to_vec).ok_or_else(short),

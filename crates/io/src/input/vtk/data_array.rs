@@ -9,7 +9,7 @@
 
 use super::byte_source::ByteSource;
 use super::xml::Tag;
-use crate::input::npy::ElementFormat;
+use crate::input::reading::npy::ElementFormat;
 use flate2::read::ZlibDecoder;
 use std::io::Read;
 
@@ -23,7 +23,7 @@ const MIN_VALUES_ALLOWANCE: usize = 1 << 14;
 
 /// How the arrays of a file are encoded.
 #[derive(Default)]
-pub(super) struct Encoding {
+pub(crate) struct Encoding {
     big_endian: bool,
     /// Bytes of a length: 4 or 8.
     word: usize,
@@ -34,7 +34,7 @@ pub(super) struct Encoding {
 
 impl Encoding {
     /// Reads the attributes of the root.
-    pub(super) fn read(&mut self, root: &Tag) -> Result<(), String> {
+    pub(crate) fn read(&mut self, root: &Tag) -> Result<(), String> {
         self.big_endian = root.attribute("byte_order") == Some("BigEndian");
         self.word = match root.attribute("header_type") {
             None | Some("UInt32") => 4,
@@ -54,7 +54,7 @@ impl Encoding {
     }
 
     /// Finds the appended data behind their tag: they follow an underscore.
-    pub(super) fn find_appended(&mut self, tag: &Tag, bytes: &[u8], from: usize) {
+    pub(crate) fn find_appended(&mut self, tag: &Tag, bytes: &[u8], from: usize) {
         let base64 = tag.attribute("encoding") == Some("base64");
         let mark = bytes[from..].iter().position(|b| *b == b'_');
         self.appended = mark.map(|k| (from + k + 1, base64));
@@ -62,9 +62,9 @@ impl Encoding {
 }
 
 /// The attributes of an array.
-pub(super) struct ArrayEntry {
-    pub(super) name: String,
-    pub(super) components: usize,
+pub(crate) struct ArrayEntry {
+    pub(crate) name: String,
+    pub(crate) components: usize,
     kind: String,
     format: String,
     /// Byte in the appended data.
@@ -74,7 +74,7 @@ pub(super) struct ArrayEntry {
 }
 
 impl ArrayEntry {
-    pub(super) fn of(tag: &Tag, text: usize) -> ArrayEntry {
+    pub(crate) fn of(tag: &Tag, text: usize) -> ArrayEntry {
         let of = |name: &str| tag.attribute(name).unwrap_or("").to_string();
         let components = tag.attribute("NumberOfComponents").and_then(|n| n.trim().parse().ok());
         ArrayEntry {
@@ -89,7 +89,7 @@ impl ArrayEntry {
     }
 
     /// All values, as doubles: `wanted` of them. The number is checked before any value is decoded.
-    pub(super) fn decode(&self, file: &[u8], encoding: &Encoding, wanted: usize) -> Result<Vec<f64>, String> {
+    pub(crate) fn decode(&self, file: &[u8], encoding: &Encoding, wanted: usize) -> Result<Vec<f64>, String> {
         let limit = file.len().saturating_mul(MAX_VALUES_PER_FILE_BYTE).saturating_add(MIN_VALUES_ALLOWANCE);
         if wanted > limit {
             return Err(format!(

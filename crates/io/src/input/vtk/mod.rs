@@ -9,18 +9,14 @@
 //! | `xml` | elements and attributes |
 //! | `byte_source` | raw and base64 bytes |
 //! | `data_array` | decoding of one array |
-//! | `mesh` | points and cells as faces of a mesh |
 //!
 //! The reader is written here: no crate of the workspace parses XML, and the subset of VTK is small. Reference: VTK file formats, Kitware.
 
 mod byte_source;
 mod data_array;
-mod mesh;
 mod xml;
 
-pub(super) use mesh::read_mesh_file;
-
-use crate::input::error::FileFault;
+use crate::input::reading::error::FileFault;
 use data_array::{ArrayEntry, Encoding};
 use xml::{Tag, TagReader};
 
@@ -41,15 +37,15 @@ pub(crate) enum VtkKind {
 /// A file whose elements are known and whose arrays are decoded on request.
 pub(crate) struct VtkFile<'a> {
     pub(crate) kind: VtkKind,
-    file: &'a str,
+    pub(crate) file: &'a str,
     bytes: &'a [u8],
     encoding: Encoding,
     /// Sections with their arrays: `Points`, `Cells`, `CellData`, `Polys`, ….
     arrays: Vec<(String, ArrayEntry)>,
-    points: usize,
-    cells: usize,
+    pub(crate) points: usize,
+    pub(crate) cells: usize,
     /// Cells of a polygonal file that are vertices, lines or strips.
-    other_cells: usize,
+    pub(crate) other_cells: usize,
 }
 
 impl<'a> VtkFile<'a> {
@@ -152,7 +148,7 @@ impl<'a> VtkFile<'a> {
     }
 
     /// The values of `rows` rows of an array with this number of components; an empty `name` takes the first of the section.
-    fn array(
+    pub(crate) fn array(
         &self,
         section: &str,
         name: &str,

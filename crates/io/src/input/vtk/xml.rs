@@ -4,40 +4,40 @@
 const MAX_ATTRIBUTES: usize = 100;
 
 /// An opening, empty or closing tag.
-pub(super) struct Tag {
-    pub(super) name: String,
+pub(crate) struct Tag {
+    pub(crate) name: String,
     /// True for `</name>`.
-    pub(super) closes: bool,
+    pub(crate) closes: bool,
     /// True for `<name/>`.
-    pub(super) is_empty: bool,
+    pub(crate) is_empty: bool,
     attributes: Vec<(String, String)>,
 }
 
 impl Tag {
     /// The value of an attribute.
-    pub(super) fn attribute(&self, name: &str) -> Option<&str> {
+    pub(crate) fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|a| a.0 == name).map(|a| a.1.as_str())
     }
 }
 
 /// Reads tag after tag.
-pub(super) struct TagReader<'a> {
+pub(crate) struct TagReader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> TagReader<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> TagReader<'a> {
+    pub(crate) fn new(bytes: &'a [u8]) -> TagReader<'a> {
         TagReader { bytes, at: 0 }
     }
 
     /// Offset of the byte after the last tag.
-    pub(super) fn position(&self) -> usize {
+    pub(crate) fn position(&self) -> usize {
         self.at
     }
 
     /// The next tag; none at the end of the file. Declarations and comments are skipped.
-    pub(super) fn next_tag(&mut self) -> Result<Option<Tag>, String> {
+    pub(crate) fn next_tag(&mut self) -> Result<Option<Tag>, String> {
         loop {
             let Some(start) = find(self.bytes, self.at, b"<") else { return Ok(None) };
             let rest = &self.bytes[start..];
