@@ -50,6 +50,23 @@ pub struct PaneHit {
     pub cos: f64,
 }
 
+/// The part of a volume zone in a sub-cell.
+struct SubcellShare {
+    /// Index into `zones.voxels`.
+    zone: usize,
+    /// Its volume, m³.
+    volume: f64,
+    /// The sample point of the part, m.
+    sample: Vec3,
+}
+
+impl SubcellShare {
+    /// True if this part has more volume; of equal ones, the one of the zone with the lower index.
+    fn precedes(&self, other: &SubcellShare) -> bool {
+        other.volume < self.volume || other.volume == self.volume && self.zone < other.zone
+    }
+}
+
 /// A scene prepared for ray queries.
 ///
 /// ```
@@ -224,18 +241,47 @@ impl<'a> Transport<'a> {
         })
     }
 
-    /// The zone with the most volume in the sub-cell of `p` among those whose sample there sees `p`.
+    /// The zone with the most volume in the sub-cell of `p` among those whose sample there sees `p`; the first of equal ones.
     fn volume_zone_in_subcell(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
+        let mut hidden: Option<SubcellShare> = None;
+        loop {
+            let parts = self.parts_of_subcell(zones, cell, p)?;
+            let rest = parts.filter(|part| hidden.as_ref().is_none_or(|h| h.precedes(part)));
+            let next = rest.reduce(|a, b| if b.precedes(&a) { b } else { a })?;
+            if !self.occluded_inside(p, next.sample) {
+                return Some(next.zone);
+            }
+            hidden = Some(next);
+        }
+    }
+
+    /// True if [`Transport::volume_zone_at`] is `zone`, an index into `zones.voxels`, at a point `p` that sees the sample `seen` of the zone in the sub-cell of `p`.
+    pub fn volume_zone_holds(&self, zones: &Zones, zone: usize, seen: Vec3, p: Vec3) -> bool {
+        let cell = zones.voxels.at(zone).cell;
+        if zones.voxel_zones_of_cell(cell).len() <= 1 {
+            return true;
+        }
+        let parts = || self.parts_of_subcell(zones, cell, p).into_iter().flatten();
+        match parts().find(|part| part.zone == zone && part.sample == seen) {
+            Some(own) => !parts().any(|part| part.precedes(&own) && !self.occluded_inside(p, part.sample)),
+            None => self.volume_zone_at(zones, cell, p) == Some(zone),
+        }
+    }
+
+    /// The parts of the zones of a cell in the sub-cell of `p`, in the order of the zones.
+    fn parts_of_subcell<'z>(
+        &self,
+        zones: &'z Zones,
+        cell: usize,
+        p: Vec3,
+    ) -> Option<impl Iterator<Item = SubcellShare> + 'z> {
         let grid = self.scene.voxel_grid()?;
         let subcell = subcell_at(grid.corner(grid.coordinates(cell)), grid.cell(), p);
-        let mut best: Option<(f64, usize)> = None;
-        for z in zones.voxel_zones_of_cell(cell) {
-            let Some(sample) = zones.voxels.at(z).samples.sample_in(subcell) else { continue };
-            if best.is_none_or(|(volume, _)| sample.volume > volume) && !self.occluded(p, sample.point) {
-                best = Some((sample.volume, z));
-            }
-        }
-        best.map(|(_, z)| z)
+        let part = move |zone: usize| {
+            let sample = zones.voxels.at(zone).samples.sample_in(subcell)?;
+            Some(SubcellShare { zone, volume: sample.volume, sample: sample.point })
+        };
+        Some(zones.voxel_zones_of_cell(cell).filter_map(part))
     }
 
     /// Squared distance, zone and position of the sample of each zone of a cell that is nearest to `p`, the nearest first.

@@ -170,7 +170,7 @@ mod tests {
             let softened = |x: Vec3| (1.0 + x.x) / ((x - from).length2() + 0.04);
             let mut by_direction = 0.0;
             for i in 0..n {
-                let [a, b, c, ..] = scrambled_sobol::point_of_blocks(i, 1);
+                let [a, b, c, _] = scrambled_sobol::first_dimensions_of_blocks(i, 1);
                 let chord = view.sample([a, b]).unwrap();
                 let x = from + chord.direction * (chord.near + c * chord.length);
                 let r2 = (x - from).length2();

@@ -75,7 +75,7 @@ fn count_hits(traced: TracedScene, sides: BoxSides, (list, rays): (&[usize], Ran
     // Pilot rays come from another sample than the rays of the estimate.
     let seed = low_discrepancy::split_mix64(traced.seed ^ u64::MAX);
     let exit_cell = |i: usize, k: usize| {
-        let ray = traced.ray(i, sample_point(i, seed, k));
+        let ray = traced.ray(i, sample_point(traced.zones, (i, seed), k));
         let (share, back) = traced.trace(ray);
         (!back && share != Bands::ZERO).then(|| sides.exit_cell(ray.0, ray.1))
     };

@@ -16,10 +16,10 @@
 use super::box_cells::{BoxCell, CELLS_ALONG_LONGEST_SIDE};
 use super::open_cells::OpenCells;
 use super::ray_tally::{BATCHES, RayTally, TracedScene};
-use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone};
+use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_of_sequence};
 use std::f64::consts::PI;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
-use zonal_math::{low_discrepancy, scrambled_sobol};
+use zonal_math::low_discrepancy;
 use zonal_scene::Bands;
 
 /// Pilot rays that mark open cells: of all zones, and at most of one zone.
@@ -191,12 +191,11 @@ impl<'a, 'b> Strata<'a, 'b> {
 
     /// The `k`-th ray of stratum `c`; the last stratum is that of directions, without the rays that leave through the other strata.
     fn ray(&self, c: usize, sequence: u64, k: usize) -> WeightedRay {
-        let [d0, d1, p0, p1, p2, ..] = scrambled_sobol::point_of_blocks(k, sequence);
-        let (p, d) = ([p0, p1, p2], [d0, d1]);
+        let sampler = self.sampler;
+        let (p, d) = sample_of_sequence(sampler.traced.zones, self.zone, sequence, k);
         if c < self.cells.len() {
             return self.ray_to_cell(p, self.cells[c], d);
         }
-        let sampler = self.sampler;
         let (origin, dir, weight) = sampler.traced.ray(self.zone, (p, d));
         let exit = self.open.index[self.open.sides.exit_cell(origin, dir)];
         let in_other_stratum = exit.is_some_and(|c| self.is_stratum[c as usize]);

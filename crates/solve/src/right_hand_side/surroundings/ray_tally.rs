@@ -126,7 +126,7 @@ impl RayTally {
 
     /// Tallies the rays of `range` of zone `i`, distributed by the kernel.
     pub(super) fn of_zone(traced: &TracedScene, i: usize, range: Range<usize>) -> RayTally {
-        RayTally::of(range, |k| traced.trace(traced.ray(i, sample_point(i, traced.seed, k))))
+        RayTally::of(range, |k| traced.trace(traced.ray(i, sample_point(traced.zones, (i, traced.seed), k))))
     }
 
     /// Adds another tally.

@@ -52,14 +52,22 @@ pub(crate) fn zone_ray(
     (i, seed): (usize, u64),
     k: usize,
 ) -> WeightedRay {
-    let (p, d) = sample_point(i, seed, k);
+    let (p, d) = sample_point(zones, (i, seed), k);
     ray_from_sample(zones, transport, i, p, d)
 }
 
 /// The `k`-th sample of zone `i`: a point of the unit cube for the origin, one of the unit square for the direction.
-pub(crate) fn sample_point(i: usize, seed: u64, k: usize) -> ([f64; 3], [f64; 2]) {
-    let [d0, d1, p0, p1, p2, ..] =
-        scrambled_sobol::point_of_blocks(k, low_discrepancy::split_mix64(i as u64) ^ seed);
+pub(crate) fn sample_point(zones: &Zones, (i, seed): (usize, u64), k: usize) -> ([f64; 3], [f64; 2]) {
+    sample_of_sequence(zones, i, low_discrepancy::split_mix64(i as u64) ^ seed, k)
+}
+
+/// As [`sample_point`], of a sequence. Origins on a patch have two dimensions, and 0 for the third.
+pub(crate) fn sample_of_sequence(zones: &Zones, i: usize, sequence: u64, k: usize) -> ([f64; 3], [f64; 2]) {
+    if i < zones.voxel_offset() {
+        let [d0, d1, p0, p1] = scrambled_sobol::first_dimensions_of_blocks(k, sequence);
+        return ([p0, p1, 0.0], [d0, d1]);
+    }
+    let [d0, d1, p0, p1, p2, ..] = scrambled_sobol::point_of_blocks(k, sequence);
     ([p0, p1, p2], [d0, d1])
 }
 
@@ -130,9 +138,8 @@ pub(crate) fn voxel_point(transport: &Transport, zones: &Zones, i: usize, u: [f6
         0 => [random(0), u[1], u[2]],
         _ => [0, 1, 2].map(|k| random(3 * t + k)),
     };
-    let is_inside = |x: Vec3| {
-        !transport.occluded_inside(stored, x) && transport.volume_zone_at(zones, z.cell, x) == Some(i)
-    };
+    let is_inside =
+        |x: Vec3| !transport.occluded_inside(stored, x) && transport.volume_zone_holds(zones, i, stored, x);
     let mut points = (0..MAX_TRIALS).map(|t| lo + edges.scale(Vec3::from_array(trial(t))));
     points.find(|x| is_inside(*x)).unwrap_or(stored)
 }

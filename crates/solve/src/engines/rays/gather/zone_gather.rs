@@ -294,7 +294,7 @@ impl<'a> Gatherer<'a> {
             self.follow_ray((i, number), from, [u[0], u[1], u[6]], scratch);
             self.connect((i, number | CONNECTION), from.0, [u[4], u[5], u[6]], scratch);
             if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
-                let [v0, v1, v2, ..] = scrambled_sobol::point(k, seed_of_openings);
+                let [v0, v1, v2, _] = scrambled_sobol::first_dimensions(k, seed_of_openings);
                 self.connect_through(openings, (i, from.0), [v0, v1, v2], scratch);
             }
             let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };

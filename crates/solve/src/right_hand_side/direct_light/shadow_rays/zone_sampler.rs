@@ -215,7 +215,7 @@ impl<'a> ZoneLightSampler<'a> {
         let scene = LitZones { zones: self.zones, transport: self.transport, grid: self.grid };
         let on_zone = PointLightOnZone::new(scene, (position, distribution), i);
         for k in range {
-            let [u, v, w, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
+            let [u, v, w, _] = scrambled_sobol::first_dimensions_of_blocks(k, i as u64);
             let Some(one) = on_zone.as_ref().and_then(|z| z.sample([u, v, w])) else { continue };
             let flux = intensity * one.weight;
             t.unoccluded += flux;
