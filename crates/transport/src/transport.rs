@@ -51,7 +51,7 @@ pub struct PaneHit {
 }
 
 /// The part of a volume zone in a sub-cell.
-struct SubcellShare {
+struct ZonePiece {
     /// Index into `zones.voxels`.
     zone: usize,
     /// Its volume, m³.
@@ -60,9 +60,9 @@ struct SubcellShare {
     sample: Vec3,
 }
 
-impl SubcellShare {
+impl ZonePiece {
     /// True if this part has more volume; of equal ones, the one of the zone with the lower index.
-    fn precedes(&self, other: &SubcellShare) -> bool {
+    fn precedes(&self, other: &ZonePiece) -> bool {
         other.volume < self.volume || other.volume == self.volume && self.zone < other.zone
     }
 }
@@ -243,7 +243,7 @@ impl<'a> Transport<'a> {
 
     /// The zone with the most volume in the sub-cell of `p` among those whose sample there sees `p`; the first of equal ones.
     fn volume_zone_in_subcell(&self, zones: &Zones, cell: usize, p: Vec3) -> Option<usize> {
-        let mut hidden: Option<SubcellShare> = None;
+        let mut hidden: Option<ZonePiece> = None;
         loop {
             let parts = self.parts_of_subcell(zones, cell, p)?;
             let rest = parts.filter(|part| hidden.as_ref().is_none_or(|h| h.precedes(part)));
@@ -274,12 +274,12 @@ impl<'a> Transport<'a> {
         zones: &'z Zones,
         cell: usize,
         p: Vec3,
-    ) -> Option<impl Iterator<Item = SubcellShare> + 'z> {
+    ) -> Option<impl Iterator<Item = ZonePiece> + 'z> {
         let grid = self.scene.voxel_grid()?;
         let subcell = subcell_at(grid.corner(grid.coordinates(cell)), grid.cell(), p);
         let part = move |zone: usize| {
             let sample = zones.voxels.at(zone).samples.sample_in(subcell)?;
-            Some(SubcellShare { zone, volume: sample.volume, sample: sample.point })
+            Some(ZonePiece { zone, volume: sample.volume, sample: sample.point })
         };
         Some(zones.voxel_zones_of_cell(cell).filter_map(part))
     }

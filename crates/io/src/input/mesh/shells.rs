@@ -107,7 +107,7 @@ pub(crate) fn check_closed(plates: &[Plate]) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::scene::surfaces::shapes::{Facing, box_faces};
+    use crate::input::scene::shapes::{Facing, box_faces};
     use zonal_math::{Vec3, vec3};
 
     #[test]

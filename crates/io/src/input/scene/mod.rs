@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `scene_reader` | the scene while it is read |
 //! | `bands`, `thermal`, `options`, `network`, `camera` | `bands`; `mode`, `[thermal]` and the thermal keys of all sections; `[solve]`; `[[node]]` and convection; `[[camera]]` |
+//! | `shapes` | inline geometry |
 //! | `surfaces` | `[[surface]]`, `[[pane]]`, `[boundary]` |
 //! | `surface_keys`, `emissivity` | properties of a surface |
 //! | `mesh_surface` | `mesh` of a surface: materials as surfaces, panes and regions, with the scene's overrides |
@@ -14,15 +15,16 @@
 pub(crate) mod bands;
 pub(crate) mod camera;
 mod emissivity;
-mod light_sources;
+pub(crate) mod light_sources;
 pub(crate) mod media;
 pub(crate) mod mesh_surface;
 mod network;
 mod options;
 pub(crate) mod quantities;
 pub(crate) mod scene_reader;
+pub(crate) mod shapes;
 pub(crate) mod surface_keys;
-mod surfaces;
+pub(crate) mod surfaces;
 pub(crate) mod thermal;
 
 use super::toml::key_tables::ROOT;

@@ -22,7 +22,7 @@ use crate::input::reading::error::{FileFault, InputError};
 use crate::input::reading::npy::{self, ScalarArray};
 use crate::input::scene::media::resample::{self, GridPlacement};
 use crate::input::scene::scene_reader::SceneReader;
-use crate::input::scene::surfaces::shapes;
+use crate::input::scene::shapes;
 use crate::input::toml::key_tables::{DENSITY_FILE, VDB_KEYS, VOXEL_FILE};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::path::Path;

@@ -3,6 +3,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `medium` | the section |
+//! | `region`, `interior` | regions of the medium, and what surfaces enclose |
 //! | `gas` | voxels of a gas model by name |
 //! | `density`, `resample` | densities of files; conservative resampling onto the voxels |
 //! | `voxel_arrays`, `voxel_field` | one value for each voxel |
@@ -10,7 +11,9 @@
 
 pub(crate) mod density;
 pub(crate) mod gas;
+pub(crate) mod interior;
 pub(crate) mod medium;
+pub(crate) mod region;
 pub(crate) mod resample;
 pub(crate) mod voxel_arrays;
 pub(crate) mod voxel_field;

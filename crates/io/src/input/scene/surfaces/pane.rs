@@ -1,8 +1,8 @@
 //! `[[pane]]`: thin plane sheets of absorbing and scattering material.
 
-use super::shapes;
 use crate::input::reading::error::InputError;
 use crate::input::scene::scene_reader::SceneReader;
+use crate::input::scene::shapes;
 use crate::input::scene::thermal;
 use crate::input::toml::key_tables::PANE;
 use crate::input::toml::node::TomlNode;

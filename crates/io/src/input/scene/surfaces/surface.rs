@@ -1,10 +1,10 @@
 //! `[[surface]]`: one shape with its properties, inline or from a mesh file.
 
-use super::shapes::{self, FACE_NAMES, Facing, UPRIGHT_UV};
 use crate::input::reading::error::InputError;
 use crate::input::scene::mesh_surface::read_mesh_surface;
 use crate::input::scene::quantities::surface_properties::{SurfaceProperties, SurfaceShape};
 use crate::input::scene::scene_reader::SceneReader;
+use crate::input::scene::shapes::{self, FACE_NAMES, Facing, UPRIGHT_UV};
 use crate::input::scene::surface_keys::read_properties;
 use crate::input::toml::key_tables::{FACE, FACES, SURFACE, SURFACE_SHAPES};
 use crate::input::toml::node::{TomlNode, TomlTable};

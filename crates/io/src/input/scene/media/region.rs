@@ -1,6 +1,6 @@
 //! `[[medium.region]]`: boxes, the insides of closed meshes, and densities from files.
 
-use super::{interior, shapes};
+use super::interior;
 use crate::input::mesh::shells;
 use crate::input::reading::error::InputError;
 use crate::input::scene::media::voxel_field::VoxelField;
@@ -10,6 +10,7 @@ use crate::input::scene::mesh_surface::placement;
 use crate::input::scene::mesh_surface::repeated_faces::drop_repeated_faces;
 use crate::input::scene::quantities::medium_properties::MediumProperties;
 use crate::input::scene::scene_reader::SceneReader;
+use crate::input::scene::shapes;
 use crate::input::toml::key_tables::{MEDIUM_PROPERTIES, MESH, REGION};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{Bands, Plate};
