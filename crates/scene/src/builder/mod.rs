@@ -10,8 +10,8 @@ pub use medium::Medium;
 pub use mesh::Mesh;
 pub use values::{BandValues, VoxelValues};
 
-use crate::shells::{ShellKind, Shells, WELD_TOLERANCE};
-use crate::topology::{self, FaceCopy};
+use crate::derived::topology::{self, FaceCopy};
+use crate::geometry::shells::{ShellKind, Shells, WELD_TOLERANCE};
 use crate::{
     BandFractions, BandSet, Bands, Camera, DEFAULT_REFLECTANCE, Diagnostic, Facet, Light, LinkLaw,
     NodeCondition, NodeLink, Plate, Scene, SceneError, SceneParts, SideEmissivity, Sides, SolveOptions,

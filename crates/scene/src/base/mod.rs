@@ -1,0 +1,8 @@
+//! What all modules use: errors and notes, ranges of quantities, observers and checkpoints of long computations.
+
+pub mod checkpoint_store;
+pub(crate) mod diagnostic;
+pub mod limits;
+pub(crate) mod printable;
+pub(crate) mod progress;
+pub(crate) mod scene_error;

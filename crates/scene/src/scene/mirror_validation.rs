@@ -1,0 +1,255 @@
+//! Validation of the boundary box: periodic axes and mirrors.
+
+use crate::base::limits::MAX_COORDINATE;
+use crate::base::scene_error::{SceneError, invalid};
+use crate::geometry::plate::{Plate, PlateKind};
+use crate::model::light::Light;
+use crate::model::surface::Surface;
+use crate::scene::scene_parts::SceneParts;
+use zonal_math::Vec3;
+
+/// Deviation from a mirror plane that counts as rounding, in diagonals of the scene.
+const PLANE_TOLERANCE: f64 = 1e-9;
+/// Relative deviation of a wall from a strip along a period that counts as rounding.
+const STRIP_TOLERANCE: f64 = 1e-9;
+/// The names of the axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Validates periodic axes, mirrors and the boundary box.
+pub(crate) fn check_boundary(parts: &SceneParts) -> Result<(), SceneError> {
+    check_box(parts)?;
+    check_periodic(parts)?;
+    let Some((axis, end)) = first_mirror(parts) else { return Ok(()) };
+    if let Some(k) = (0..3).find(|&k| parts.periodic[k] && parts.mirrors[k] != [false; 2]) {
+        return invalid(axis_key(k), "a periodic axis has no ends for mirrors; choose one of both");
+    }
+    let Some(bounds) = parts.boundary_box() else {
+        return invalid(
+            mirror_key(parts, axis, end),
+            "mirrors are ends of the medium's extent; without a medium give their box: boundary.min and boundary.max",
+        );
+    };
+    check_suns(parts)?;
+    check_skies(parts)?;
+    let (lo, hi) = parts.bounds();
+    let slack = PLANE_TOLERANCE * (hi.max(bounds.1) - lo.min(bounds.0)).length();
+    check_point_lights(parts, (bounds, slack))?;
+    let walls = parts.facets.iter().map(|f| (&f.plate, parts.surfaces.get(f.surface)));
+    let panes = parts.panes.iter().flat_map(|p| p.plates.iter().map(|q| (q, None)));
+    walls.chain(panes).try_for_each(|(plate, surface)| check_plate(parts, plate, surface, (bounds, slack)))
+}
+
+fn axis_key(axis: usize) -> String {
+    format!("boundary.{}", AXES[axis])
+}
+
+/// The key of a mirror: that of its axis if both ends are mirrors.
+fn mirror_key(parts: &SceneParts, axis: usize, end: usize) -> String {
+    if parts.mirrors[axis] == [true; 2] { axis_key(axis) } else { format!("{}{end}", axis_key(axis)) }
+}
+
+fn first_mirror(parts: &SceneParts) -> Option<(usize, usize)> {
+    (0..3).flat_map(|k| [(k, 0), (k, 1)]).find(|&(k, e)| parts.mirrors[k][e])
+}
+
+/// Validates the box of a scene without a medium.
+fn check_box(parts: &SceneParts) -> Result<(), SceneError> {
+    let Some((min, max)) = parts.boundary_box else { return Ok(()) };
+    let ordered = (0..3).all(|k| min[k] < max[k]);
+    if !(min.is_finite() && max.is_finite() && min.max_abs().max(max.max_abs()) <= MAX_COORDINATE && ordered)
+    {
+        let what = format!("give a box within {MAX_COORDINATE:e} m, with min below max on each axis");
+        return invalid("boundary.max", what);
+    }
+    if parts.voxel_grid.is_some() {
+        return invalid("boundary.min", "the boundary is the extent of the medium; remove min and max");
+    }
+    if parts.mirrors == [[false; 2]; 3] && parts.periodic == [false; 3] {
+        return invalid("boundary.min", "no axis is periodic and no end is a mirror; remove min and max");
+    }
+    Ok(())
+}
+
+/// Validates axes without ends: they need a medium of uniform extinction, or of layers across the third axis, whose extent is the period, and no direct light.
+fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
+    let endless = parts.endless_axes();
+    let Some(axis) = (0..3).find(|&k| endless[k]) else { return Ok(()) };
+    // Two mirrors face each other where the axis is not periodic itself.
+    let [period, images, scene] = match parts.periodic[axis] {
+        true => ["the period is the extent of the medium", "periodic images", "a periodic scene"],
+        false => [
+            "between two mirrors the scene repeats with the extent of the medium",
+            "images between two mirrors",
+            "a scene between two mirrors",
+        ],
+    };
+    let Some(grid) = &parts.voxel_grid else {
+        return match (endless.iter().filter(|e| **e).count(), parts.periodic[axis], parts.boundary_box) {
+            (1, true, Some(bounds)) => check_strips(parts, axis, bounds),
+            (1, true, None) => invalid(
+                axis_key(axis),
+                format!("{period}; without a medium give the box of a period: boundary.min and boundary.max"),
+            ),
+            _ => invalid(
+                axis_key(axis),
+                format!(
+                    "{period}; add a [medium], whose extinction may be 0: without a medium one axis can be periodic"
+                ),
+            ),
+        };
+    };
+    if endless == [true; 3] {
+        let what = "no more than two axes can be periodic or between two mirrors: light has to end somewhere";
+        return invalid(axis_key(2), what);
+    }
+    if let Some(l) = parts.lights.first() {
+        let what = format!("direct light has no {images}; {}", remedy_of_lights(parts));
+        return invalid(light_key(l), what);
+    }
+    if !grid.has_extinction_of_layers(endless) {
+        let message =
+            "needs one extinction everywhere or, with two periodic axes, in each layer across the third";
+        return invalid(axis_key(axis), format!("{scene} {message}"));
+    }
+    Ok(())
+}
+
+/// Validates a periodic scene without a medium: walls that extend along the whole period as strips.
+fn check_strips(parts: &SceneParts, axis: usize, (min, max): (Vec3, Vec3)) -> Result<(), SceneError> {
+    if let Some(light) = parts.lights.first() {
+        let what = format!("direct light has no periodic images; {}", remedy_of_lights(parts));
+        return invalid(light_key(light), what);
+    }
+    if let Some(pane) = parts.panes.first() {
+        return invalid(
+            format!("pane '{}'", pane.name),
+            "a periodic scene has no panes; remove them or the period",
+        );
+    }
+    let (low, period) = (min[axis], max[axis] - min[axis]);
+    let slack = STRIP_TOLERANCE * period;
+    for f in &parts.facets {
+        let p = &f.plate;
+        let along = |e: Vec3| (e.length() - e[axis].abs()) <= STRIP_TOLERANCE * e.length();
+        let across = |e: Vec3| e[axis].abs() <= STRIP_TOLERANCE * e.length();
+        let edges = along(p.e1) && across(p.e2) || along(p.e2) && across(p.e1);
+        let (lo, hi) = p.bounds();
+        let spans = (lo[axis] - low).abs() <= slack && (hi[axis] - low - period).abs() <= slack;
+        if p.kind == PlateKind::Parallelogram && edges && spans {
+            continue;
+        }
+        let name = parts.surfaces.get(f.surface).map_or("", |s| s.name.as_str());
+        let what = format!(
+            "without a medium every wall of a periodic scene is a rectangle along the whole period, from {low} m to {} m in {}; extend it, leave it out, or add a [medium]",
+            max[axis], AXES[axis]
+        );
+        return invalid(format!("surface '{name}'"), what);
+    }
+    Ok(())
+}
+
+fn light_key(light: &Light) -> String {
+    match light {
+        Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => {
+            format!("light '{name}'")
+        }
+        Light::Emitter { .. } => "light.surface".into(),
+    }
+}
+
+/// Refuses suns behind a mirror: a mirror plane has no end, and their light never arrives.
+fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
+    for light in &parts.lights {
+        let Light::Sun { direction, .. } = light else { continue };
+        // Light that travels upwards along an axis comes from its low end.
+        let behind =
+            |k: usize| parts.mirrors[k][0] && direction[k] > 0.0 || parts.mirrors[k][1] && direction[k] < 0.0;
+        if let Some(k) = (0..3).find(|&k| behind(k)) {
+            let end = usize::from(direction[k] < 0.0);
+            let what = format!(
+                "this sun stands behind the mirror {}; reverse the {} of its direction, which gives its mirror image",
+                mirror_key(parts, k, end),
+                AXES[k]
+            );
+            return invalid(light_key(light), what);
+        }
+    }
+    Ok(())
+}
+
+/// Refuses skies that are not uniform: the sky of the extension would have another radiance in each direction.
+fn check_skies(parts: &SceneParts) -> Result<(), SceneError> {
+    let varies = |l: &&Light| matches!(l, Light::Sky { distribution, .. } if !distribution.is_uniform());
+    match parts.lights.iter().find(varies) {
+        Some(light) => invalid(
+            light_key(light),
+            "in a scene with mirrors a sky is uniform; remove the mirrors, or give kind = \"sky\"",
+        ),
+        None => Ok(()),
+    }
+}
+
+/// Refuses point lights behind or in a mirror plane: an image must be a light of its own.
+fn check_point_lights(parts: &SceneParts, (bounds, slack): ((Vec3, Vec3), f64)) -> Result<(), SceneError> {
+    for light in &parts.lights {
+        let Light::Point { position, .. } = light else { continue };
+        for k in 0..3 {
+            for (end, plane) in [bounds.0[k], bounds.1[k]].into_iter().enumerate() {
+                let before = if end == 0 { position[k] - plane } else { plane - position[k] };
+                if parts.mirrors[k][end] && before <= slack {
+                    let what = format!(
+                        "this light stands in or behind the mirror {}; move it in front of the plane",
+                        mirror_key(parts, k, end)
+                    );
+                    return invalid(light_key(light), what);
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses plates beyond a mirror plane, and plates in it unless they close a solid whose image continues behind the mirror.
+fn check_plate(
+    parts: &SceneParts,
+    plate: &Plate,
+    surface: Option<&Surface>,
+    (bounds, slack): ((Vec3, Vec3), f64),
+) -> Result<(), SceneError> {
+    let (lo, hi) = plate.bounds();
+    for k in 0..3 {
+        for (end, plane) in [bounds.0[k], bounds.1[k]].into_iter().enumerate() {
+            if !parts.mirrors[k][end] {
+                continue;
+            }
+            let name = || surface.map_or_else(|| "a pane".to_string(), |s| format!("surface '{}'", s.name));
+            let beyond = if end == 0 { plane - lo[k] } else { hi[k] - plane };
+            if beyond > slack {
+                let what = format!(
+                    "it reaches beyond the mirror {}; cut it off at the plane",
+                    mirror_key(parts, k, end)
+                );
+                return invalid(name(), what);
+            }
+            let in_plane = (lo[k] - plane).abs() <= slack && (hi[k] - plane).abs() <= slack;
+            let outward = if end == 0 { -plate.normal()[k] } else { plate.normal()[k] };
+            let closes_solid = surface.is_some_and(|s| s.solid) && outward > 0.0;
+            if in_plane && !closes_solid {
+                let what = format!(
+                    "it lies in the mirror {}; leave it out (omit), or remove the mirror",
+                    mirror_key(parts, k, end)
+                );
+                return invalid(name(), what);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What to do without direct light.
+fn remedy_of_lights(parts: &SceneParts) -> &'static str {
+    match parts.thermal {
+        Some(_) => "give the scene two or three periods without this boundary instead",
+        None => "let a surface emit as zones instead",
+    }
+}

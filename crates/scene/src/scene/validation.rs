@@ -1,0 +1,310 @@
+//! Validation of scene parts: ranges of values, indices, unique names.
+
+use crate::bands::Bands;
+use crate::base::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FACES, MAX_FLUX, MIN_PLATE_AREA};
+use crate::base::scene_error::{SceneError, invalid};
+use crate::geometry::plate::Plate;
+use crate::model::light::Light;
+use crate::model::options::SolveOptions;
+use crate::model::surface::{Pane, Sides, Surface};
+use crate::scene::mirror_validation::check_boundary;
+use crate::scene::scene_parts::SceneParts;
+use crate::scene::thermal_validation::{check_thermal, check_thermal_triples};
+use std::collections::HashSet;
+
+/// Largest deviation of the length of a sun's direction from 1.
+const UNIT_LENGTH_TOLERANCE: f64 = 1e-9;
+
+/// Validates all parts of a scene.
+pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
+    if parts.facets.is_empty() && parts.panes.is_empty() && parts.voxel_grid.is_none() {
+        return invalid("scene", "the scene is empty; add a surface or a medium");
+    }
+    check_surfaces(parts)?;
+    check_textures(parts)?;
+    check_facets(parts)?;
+    check_faces(parts)?;
+    parts.panes.iter().try_for_each(check_pane)?;
+    check_lights(parts)?;
+    check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
+    check_boundary(parts)?;
+    check_cameras(parts)?;
+    check_options(&parts.options)?;
+    match &parts.thermal {
+        Some(thermal) => check_thermal(thermal, parts),
+        None if parts.voxel_grid.as_ref().is_some_and(|g| g.is_thermal()) => {
+            invalid("medium.temperature", "temperatures belong to mode = \"thermal\"")
+        }
+        None => Ok(()),
+    }
+}
+
+/// Validates that parts are those of the triples of one scene.
+pub(crate) fn check_triples(triples: &[&SceneParts]) -> Result<(), SceneError> {
+    let Some(first) = triples.first() else {
+        return invalid("bands", "the scene has no bands; give at least one");
+    };
+    if triples.len() != first.bands.triples() {
+        let (found, wanted) = (triples.len(), first.bands.triples());
+        return invalid(
+            "bands",
+            format!("{found} triples of bands are given where {wanted} are needed; give all"),
+        );
+    }
+    let plates = |s: &SceneParts| s.facets.iter().map(|f| (f.surface, f.plate)).collect::<Vec<_>>();
+    let grid = |s: &SceneParts| s.voxel_grid.as_ref().map(|g| (g.min(), g.cell(), g.dims()));
+    let own = plates(first);
+    for (t, s) in triples.iter().enumerate() {
+        let same = s.bands == first.bands
+            && s.triple == t
+            && s.surfaces.len() == first.surfaces.len()
+            && s.panes.len() == first.panes.len()
+            && s.lights.len() == first.lights.len()
+            && grid(s) == grid(first)
+            && plates(s) == own
+            && s.thermal.is_some() == first.thermal.is_some();
+        if !same {
+            return invalid(
+                "bands",
+                format!("triple {t} of the bands has another geometry; use one geometry for all bands"),
+            );
+        }
+    }
+    check_thermal_triples(triples)
+}
+
+fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {
+    match v.iter().find(|x| !(0.0..=max).contains(*x)) {
+        Some(x) => invalid(key, format!("{x:e} is out of range; give values from 0 to {max:e}")),
+        None => Ok(()),
+    }
+}
+
+fn check_plate(key: &str, p: &Plate) -> Result<(), SceneError> {
+    if !(p.origin.is_finite() && p.e1.is_finite() && p.e2.is_finite()) {
+        return invalid(key, "a corner is not a finite number");
+    }
+    let (lo, hi) = p.bounds();
+    if lo.max_abs().max(hi.max_abs()) > MAX_COORDINATE {
+        return invalid(
+            key,
+            format!(
+                "a corner lies beyond {MAX_COORDINATE:e} m; give corners, edges, min and max within that"
+            ),
+        );
+    }
+    if p.area() >= MIN_PLATE_AREA {
+        return Ok(());
+    }
+    invalid(key, "a plate has no area; remove it or move its corners apart")
+}
+
+fn check_surfaces(parts: &SceneParts) -> Result<(), SceneError> {
+    let mut names = HashSet::new();
+    for s in &parts.surfaces {
+        let key = |k: &str| format!("surface '{}'.{k}", s.name);
+        if !names.insert(s.name.as_str()) {
+            return invalid(key("name"), "two surfaces have this name; rename one");
+        }
+        check_bands(&key("reflectance"), s.reflectance, 1.0)?;
+        check_bands(&key("emission"), s.emission, MAX_FLUX)?;
+        if s.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+            return invalid(key("patch_size"), "the patch size must be a positive length");
+        }
+        check_transmission(parts, s)?;
+        let of_transmission = s.transmission.and_then(|t| t.texture);
+        for t in [s.reflectance_texture, s.emission_texture, of_transmission].into_iter().flatten() {
+            if t >= parts.textures.len() {
+                return invalid(key("texture"), "there is no such texture");
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Largest excess of ρ + τ over 1 by rounding.
+const TRANSMITTANCE_ROUNDING: f64 = 1e-12;
+
+/// Validates the diffuse transmission of a surface.
+fn check_transmission(parts: &SceneParts, s: &Surface) -> Result<(), SceneError> {
+    let Some(own) = s.transmission else { return Ok(()) };
+    let key = format!("surface '{}'.transmittance", s.name);
+    check_bands(&key, own.transmittance, 1.0)?;
+    // Textures are limited to 1 − ρ at each point.
+    let untextured = own.texture.is_none() && s.reflectance_texture.is_none();
+    if untextured && (s.reflectance + own.transmittance).any(|x| x > 1.0 + TRANSMITTANCE_ROUNDING) {
+        return invalid(
+            key,
+            "reflectance + transmittance exceeds 1, so that the sheet would create light; lower one of them",
+        );
+    }
+    if s.sides != Sides::Both || s.solid {
+        return invalid(
+            key,
+            "light passes to the back of this surface, which does not exchange; write sides = \"both\"",
+        );
+    }
+    if parts.thermal.is_some() {
+        return invalid(
+            key,
+            "in thermal mode sheets that transmit diffusely are not solved; remove this key, or use a pane",
+        );
+    }
+    if parts.periodic != [false; 3] {
+        return invalid(
+            key,
+            "periodic scenes have no sheets that transmit diffusely; remove this key, or the period",
+        );
+    }
+    Ok(())
+}
+
+fn check_textures(parts: &SceneParts) -> Result<(), SceneError> {
+    for t in &parts.textures {
+        if t.width == 0 || t.height == 0 || t.pixels.len() != t.width * t.height {
+            return invalid("texture", "a texture has no pixels");
+        }
+        if t.pixels.iter().flatten().any(|x| !(x.is_finite() && *x >= 0.0)) {
+            return invalid("texture", "a texture has a pixel that is negative or not a number");
+        }
+    }
+    Ok(())
+}
+
+fn check_facets(parts: &SceneParts) -> Result<(), SceneError> {
+    for f in &parts.facets {
+        let Some(s) = parts.surfaces.get(f.surface) else {
+            return invalid("facet", "a facet belongs to no surface");
+        };
+        check_plate(&format!("surface '{}'", s.name), &f.plate)?;
+    }
+    if !parts.shading.is_valid(&parts.facets, parts.surfaces.len(), parts.textures.len()) {
+        return invalid(
+            "normals",
+            "a normal for shading is no unit vector before its facet, or belongs to nothing; solve the scene again",
+        );
+    }
+    Ok(())
+}
+
+/// Validates the faces of mesh files and the values by face, except conditions.
+fn check_faces(parts: &SceneParts) -> Result<(), SceneError> {
+    let (table, facets) = (&parts.faces, &parts.facets);
+    let faces = table.meshes.iter().try_fold(0usize, |n, m| n.checked_add(m.faces));
+    if faces.is_none_or(|n| n > MAX_FACES) {
+        return invalid("mesh", format!("the meshes have more than {MAX_FACES} faces; use coarser meshes"));
+    }
+    let lists_fit = table.face_of_facet.len() <= facets.len() && table.values.len() <= facets.len();
+    if !lists_fit || table.face_of_facet.iter().flatten().any(|f| *f >= table.len()) {
+        return invalid("mesh", "a facet belongs to a face that does not exist");
+    }
+    for (facet, v) in facets.iter().zip(&table.values) {
+        let (surface, key) =
+            (facet.surface, |k: &str| format!("surface '{}'.{k}", parts.surfaces[facet.surface].name));
+        if let Some(r) = v.reflectance {
+            check_bands(&key("reflectance"), r, 1.0)?;
+        }
+        let Some(e) = v.emission else { continue };
+        check_bands(&key("emission"), e, MAX_FLUX)?;
+        let is_light = |l: &Light| matches!(l, Light::Emitter { surface: s, .. } if *s == surface);
+        if parts.lights.iter().any(is_light) {
+            return invalid(
+                key("emission"),
+                "a light has one emission, and this surface has one by face; give it one value, or remove the light: surfaces that emit need none",
+            );
+        }
+    }
+    Ok(())
+}
+
+fn check_pane(p: &Pane) -> Result<(), SceneError> {
+    let key = |k: &str| format!("pane '{}'.{k}", p.name);
+    for q in &p.plates {
+        check_plate(&key("corners"), q)?;
+    }
+    if !(p.thickness.is_finite() && p.thickness > 0.0) {
+        return invalid(key("thickness"), "the thickness must be a positive length in metres");
+    }
+    check_bands(&key("extinction"), p.extinction, MAX_EXTINCTION)?;
+    check_bands(&key("albedo"), p.albedo, 1.0)?;
+    check_bands(&key("emission"), p.emission, MAX_FLUX)
+}
+
+fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
+    let mut emitters = HashSet::new();
+    for l in &parts.lights {
+        match l {
+            Light::Sun { name, direction, irradiance, angular_diameter } => {
+                let key = |k: &str| format!("light '{name}'.{k}");
+                if !(direction.is_finite() && (direction.length() - 1.0).abs() < UNIT_LENGTH_TOLERANCE) {
+                    return invalid(key("direction"), "the direction must be a vector with a length");
+                }
+                check_bands(&key("irradiance"), *irradiance, MAX_FLUX)?;
+                if !(*angular_diameter >= 0.0 && *angular_diameter < std::f64::consts::PI) {
+                    return invalid(
+                        key("angular_diameter"),
+                        "the angular diameter must lie between 0 and 180 degrees",
+                    );
+                }
+            }
+            Light::Sky { name, radiance, distribution } => {
+                check_bands(&format!("light '{name}'.radiance"), *radiance, MAX_FLUX)?;
+                if distribution.lacks_pixels() {
+                    return invalid(format!("light '{name}'.image"), "the picture of this sky is missing");
+                }
+            }
+            Light::Point { name, position, intensity, distribution } => {
+                let key = |k: &str| format!("light '{name}'.{k}");
+                if !(position.is_finite() && position.max_abs() <= MAX_COORDINATE) {
+                    return invalid(
+                        key("position"),
+                        format!("the position must be finite, within ±{MAX_COORDINATE:e} m"),
+                    );
+                }
+                check_bands(&key("intensity"), *intensity, MAX_FLUX)?;
+                if let Err(what) = distribution.check() {
+                    return invalid(key("distribution"), what);
+                }
+            }
+            Light::Emitter { surface, .. } => {
+                if *surface >= parts.surfaces.len() {
+                    return invalid("light.surface", "there is no such surface");
+                }
+                if !emitters.insert(*surface) {
+                    return invalid("light.surface", "this surface is an emitter already; list it once");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_cameras(parts: &SceneParts) -> Result<(), SceneError> {
+    let mut names = HashSet::new();
+    for c in &parts.cameras {
+        if !names.insert(c.name.as_str()) {
+            return invalid(format!("camera '{}'.name", c.name), "two cameras have this name; rename one");
+        }
+        c.check()?;
+    }
+    Ok(())
+}
+
+fn check_options(o: &SolveOptions) -> Result<(), SceneError> {
+    if !(o.tolerance > 0.0 && o.tolerance < 1.0) {
+        return invalid("solve.tolerance", "the tolerance must lie between 0 and 1");
+    }
+    if o.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
+        return invalid("solve.patch_size", "the patch size must be a positive length");
+    }
+    if !(o.residual > 0.0 && o.residual < 1.0) || o.max_iterations == 0 {
+        return invalid(
+            "solve.residual",
+            "the residual must lie between 0 and 1, with at least one iteration",
+        );
+    }
+    if o.scattering_orders == Some(0) {
+        return invalid("solve.scattering_orders", "give at least one scattering order");
+    }
+    Ok(())
+}
