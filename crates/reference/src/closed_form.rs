@@ -15,8 +15,8 @@
 //!
 //! The cancellation in the sum grows as the fourth power of distance over size; 106 bits suffice up to a ratio of 10⁴.
 
-use crate::double_double::{DoubleDouble, PI_DD, difference};
 use crate::factors::{AlignedBox, FactorValue};
+use crate::numerics::double_double::{DoubleDouble, PI_DD, difference};
 
 /// Second difference on an axis along both rectangles: t at the four pairs of ends, with signs.
 fn signed_differences(a: &AlignedBox, b: &AlignedBox, k: usize) -> [(DoubleDouble, f64); 4] {

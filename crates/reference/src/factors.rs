@@ -26,8 +26,8 @@
 //! **Error**: the difference of the last two levels of the rule, summed over the regions, and the rounding: a term carries
 //! at most about sixty roundings, and its exponential four for each unit of κr, doubled.
 
-use crate::double_double::{DoubleDouble, difference};
-use crate::tanh_sinh::{LEVEL_STEPS, QuadratureNode, SingularInterval, rule};
+use crate::numerics::double_double::{DoubleDouble, difference};
+use crate::numerics::tanh_sinh::{LEVEL_STEPS, QuadratureNode, SingularInterval, rule};
 
 /// A box, or a rectangle: zero extent on the axis of its normal (axis, sign). Metres.
 #[derive(Clone, Copy, Debug, PartialEq)]

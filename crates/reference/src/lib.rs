@@ -14,7 +14,7 @@
 //! | [`exchange`] | g_ij of two bodies: by pairs of points, or by rays from one that score on the other |
 //! | [`factors`] | aligned boxes and rectangles, attenuated or not, to thirteen digits |
 //! | [`closed_form`] | aligned rectangles without a medium: corner sums in double-double arithmetic |
-//! | `tanh_sinh`, `double_double` | the quadrature rule and the arithmetic of 106 bits behind them |
+//! | `numerics` | the quadrature rule and the arithmetic of 106 bits behind them |
 //! | [`crossed_strings`] | exact view factors of walls in the plane, with occlusion |
 //! | [`radiance`] | H of a plate and G in a box by backward random walks |
 //! | [`forward_monte_carlo`] | powers and temperatures by surface and zone, by random walks from the sources |
@@ -26,18 +26,16 @@
 pub mod brute_force;
 pub mod closed_form;
 pub mod crossed_strings;
-mod double_double;
 pub mod estimate;
-mod estimate_heap;
 pub mod exchange;
 pub mod factors;
 pub mod forward_monte_carlo;
+mod numerics;
 pub mod path_tracer;
 pub mod radiance;
 pub mod random_meshes;
 pub mod rng;
 pub mod slab;
-mod tanh_sinh;
 pub mod test_cases;
 pub mod visible_views;
 

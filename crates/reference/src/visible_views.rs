@@ -14,7 +14,7 @@
 //! Large triangles are divided first, then the one with the largest error. All factors of a row share the points. Where another polygon touches
 //! or crosses i the view jumps, where one is seen edge-on it bends: i is cut there first.
 
-use crate::estimate_heap::Largest;
+use crate::numerics::estimate_heap::Largest;
 use std::collections::BinaryHeap;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};

@@ -8,18 +8,13 @@
 //! | module | contents |
 //! |---|---|
 //! | `options` | size and sampling of a picture |
-//! | `picture` | entry points: [`render`], [`render_each`], [`focus_distances`] |
+//! | `picture` | entry points: [`render`], [`render_each`], [`focus_distances`]; camera rays where the picture varies (`adaptive_sampling`); pinhole, thin lens, positions inside a pixel (`camera`); zone seen by each pixel, for false colours (`item_buffer`) |
 //! | `integrator` | radiance along a camera ray: surfaces, medium, direct light, final gather |
-//! | `adaptive_sampling` | camera rays where the picture varies |
 //! | `lights` | shadow rays, lit intervals of a ray, optical depths towards a sun |
 //! | `medium` | ray paths, interpolated radiosity, single scattering, deep shadow map, area lights, many lights |
 //! | `surface` | interpolated irradiance on surfaces and panes |
-//! | `node_interpolation` | node values from zone means |
-//! | `denoise` | cross-bilateral filter of the patches' irradiance |
-//! | `camera` | pinhole, thin lens, positions inside a pixel |
-//! | `spectral_colour` | colours of bands with wavelengths |
-//! | `bloom()` | light that a lens scatters over the picture |
-//! | `item_buffer` | zone seen by each pixel, for false colours |
+//! | `interpolation` | node values from zone means, computed when they are needed |
+//! | `image` | linear pictures; cross-bilateral filter (`denoise`), colours of bands with wavelengths (`spectral_colour`), light that a lens scatters over the picture (`bloom()`) |
 //! | [`bake`] | the solution on triangles, for viewers and other engines |
 //!
 //! Rows are computed in parallel and joined in order. Every pixel is a function of its index, so that the bits do not depend on the
@@ -27,36 +22,23 @@
 
 pub mod bake;
 
-mod adaptive_sampling;
-mod bloom;
-mod camera;
-mod denoise;
 mod image;
 mod integrator;
-mod item_buffer;
-mod lazy_values;
+mod interpolation;
 mod lights;
 mod medium;
-mod node_interpolation;
 mod options;
 mod picture;
-mod spectral_colour;
 mod surface;
 mod view_ray;
 
-pub use bloom::bloom;
 pub use image::Image;
-pub use item_buffer::{ItemBuffer, PaneVisibility};
+pub use image::bloom::bloom;
 pub use options::RenderOptions;
+pub use picture::item_buffer::{ItemBuffer, PaneVisibility};
 pub use picture::{focus_distances, render, render_each, sky_noise};
 
 #[cfg(test)]
-mod approximation_tests;
-#[cfg(test)]
-mod curved_tests;
-#[cfg(test)]
-mod depth_of_field_tests;
-#[cfg(test)]
-mod picture_tests;
-#[cfg(test)]
 mod test_scenes;
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! The images that a computation represents: as many as the tolerance needs.
 
 use crate::bounds::Bounds;
-use crate::direction_cell::DirectionCell;
+use crate::bounds::direction_cell::DirectionCell;
 use crate::geometry::Geometry;
 use crate::periods::PeriodicImages;
 use crate::settings::ViewFactorSettings;

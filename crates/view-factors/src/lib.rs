@@ -6,17 +6,15 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `geometry`, `bounds` | facets and occluders with their trees, cones of normals |
-//! | `occluders` | coplanar facets merged to large convex occluders; convex solids |
-//! | `shaft`, `blocking` | occluders that may hide something between two boxes; one that hides everything |
-//! | `pairs` | recursion over pairs of nodes; 𝓕 of pairs of facets |
-//! | `sky`, `direction_cell` | the surroundings, independent of the pairs |
-//! | `periods`, `image_choice`, `endless`, `image_sum` | periodic geometry: images and how many, occluders that adjoin their images, sums over images |
-//! | `strings` | geometries extruded along a period: crossed strings in the cross-section, exact |
+//! | `bounds` | boxes and their trees; occluders that may hide something between two boxes (`shaft`); cells of directions |
+//! | `geometry` | facets and occluders with their trees, cones of normals; coplanar facets merged to large convex occluders (`occluders`), one that hides everything (`blocking`), those that adjoin their images (`endless`) |
 //! | `facet_set` | surfaces of several polygons, surfaces cut out of others |
+//! | `periods`, `image_choice` | periodic geometry: images, and how many |
+//! | `sky` | the surroundings, independent of the pairs |
+//! | `strings` | geometries extruded along a period: crossed strings in the cross-section, exact |
 //! | `script_f` | total exchange factors of grey surfaces |
 //! | `parts` | the result as plain lists |
-//! | `matrix`, `closing` | sparse rows; sums of rows restored by the least change relative to the radii |
+//! | `matrix` | sparse rows; recursion over pairs of nodes (`pairs`), sums over images (`image_sum`), sums of rows restored by the least change relative to the radii (`closing`) |
 //!
 //! Factors far below the tolerance (τ/500) are left out.
 //!
@@ -41,24 +39,15 @@
 //! assert!((f.sky(0).value + f.ground(0).value - 0.800_175_1).abs() < 1e-6);
 //! ```
 
-mod blocking;
 mod bounds;
-mod closing;
-mod direction_cell;
-mod endless;
-mod facet_set;
+pub(crate) mod facet_set;
 mod geometry;
 mod image_choice;
-mod image_sum;
 mod matrix;
-mod occluder_list;
-mod occluders;
-mod pairs;
 mod parts;
 mod periods;
 mod script_f;
 mod settings;
-mod shaft;
 mod sky;
 mod stages;
 mod strings;

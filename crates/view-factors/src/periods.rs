@@ -17,7 +17,7 @@
 //! cost its limit.
 
 use crate::bounds::Bounds;
-use crate::direction_cell::DirectionCell;
+use crate::bounds::direction_cell::DirectionCell;
 use crate::settings::ViewFactorSettings;
 use zonal_math::Vec3;
 

@@ -5,13 +5,13 @@
 //! partly hidden cells of a facet are integrated together over the facet, their visible parts in closed form for each point
 //! ([`zonal_exchange::polygon::visible::obstructed_sky`]). A cell with very many occluders is divided first.
 
-use crate::blocking::Hull;
-use crate::direction_cell::DirectionCell;
+use crate::bounds::direction_cell::DirectionCell;
+use crate::bounds::shaft::SkyShaft;
+use crate::geometry::blocking::Hull;
+use crate::geometry::occluder_list::{self, OccluderNode};
 use crate::geometry::{Geometry, PreparedFacet};
-use crate::occluder_list::{self, OccluderNode};
 use crate::periods::PeriodicImages;
 use crate::settings::ErrorGoal;
-use crate::shaft::SkyShaft;
 use zonal_exchange::polygon::visible::{IntegrationRequest, OccludedView, obstructed_sky, unobstructed_sky};
 use zonal_math::{Bounded, Vec3};
 

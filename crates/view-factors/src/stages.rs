@@ -1,6 +1,6 @@
 //! Batches of the computation as bytes, for checkpoints.
 
-use crate::pairs::{PairExchange, TreatmentCounts};
+use crate::matrix::pairs::{PairExchange, TreatmentCounts};
 use crate::sky::SkyExchange;
 use zonal_math::{Bounded, Grade};
 

@@ -1,12 +1,12 @@
 //! The computation as a whole, and its result.
 
 use crate::bounds::Bounds;
-use crate::closing::{close_rows, defects};
 use crate::geometry::Geometry;
+use crate::geometry::occluder_list;
 use crate::image_choice::{choose_images, sky_nodes, unresolved_cells};
 use crate::matrix::ExchangeRows;
-use crate::occluder_list;
-use crate::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, merge_images, round_up};
+use crate::matrix::closing::{close_rows, defects};
+use crate::matrix::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, merge_images, round_up};
 use crate::periods::PeriodicImages;
 use crate::settings::{ErrorGoal, Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};

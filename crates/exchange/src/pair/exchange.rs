@@ -1,14 +1,14 @@
 //! The prepared state from which the exchange of any pair follows.
 
-use super::occlusion::Occlusion;
-use super::path_media::PathMedia;
 use super::periodic_images::PeriodicFactors;
 use super::prepared_zone::{PreparedZones, ZoneCaching};
 use super::settings::PairSettings;
 use super::strip_images::StripImages;
 use super::subcells::subcell_table;
-use super::visibility_uncertainty::VisibilityUncertainty;
 use crate::aligned::FactorCache;
+use crate::pair::visibility::occlusion::Occlusion;
+use crate::pair::visibility::path_media::PathMedia;
+use crate::pair::visibility::visibility_uncertainty::VisibilityUncertainty;
 use crate::polygon::PreparedPlates;
 use zonal_math::Vec3;
 use zonal_scene::SUBCELLS;

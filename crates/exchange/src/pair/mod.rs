@@ -42,19 +42,16 @@
 mod cut_voxels;
 mod distance_moments;
 mod exchange;
-mod occlusion;
 mod pair_factor;
 mod pair_methods;
-mod path_media;
 mod periodic_images;
 mod prepared_zone;
 mod ray_average;
-mod ray_samples;
 mod second_moments;
 mod settings;
 mod strip_images;
 mod subcells;
-mod visibility_uncertainty;
+mod visibility;
 mod volume_factors;
 mod zone_coefficients;
 
@@ -64,6 +61,6 @@ pub use pair_methods::PairRow;
 pub use ray_average::pane_self_exchange;
 pub use settings::{PairSettings, sample_seed};
 pub use strip_images::StripImages;
-pub use visibility_uncertainty::SUCCESSION_PSEUDO_COUNTS;
+pub use visibility::visibility_uncertainty::SUCCESSION_PSEUDO_COUNTS;
 pub use volume_factors::{SelfAttenuation, VolumeFactorMethod, VoxelPair};
 pub use zone_coefficients::{closure_target, scaled_radiosity_coefficient};

@@ -7,15 +7,15 @@
 //!
 //! A pair is fully visible, and takes no ray, where no facet reaches into its hull. Where one does and n rays agree, they may miss a part: without
 //! prior knowledge the mean of the other fraction is 1/(n + 2), and its standard deviation is as large (Laplace's rule of succession). The fraction
-//! of pairs that are partly visible is estimated by [`super::visibility_uncertainty`]. A pane between two zones may dim an undetected part in the
+//! of pairs that are partly visible is estimated by [`crate::pair::visibility::visibility_uncertainty`]. A pane between two zones may dim an undetected part in the
 //! same way; where one reaches into the hull, the number of rays makes that part small.
 
 use super::exchange::Exchange;
-use super::occlusion::{RayConsensus, RimVisibility, shaft_end};
 use super::pair_factor::{PairCounts, PairFactor};
 use super::prepared_zone::{PreparedShape, PreparedZone, is_close, power_share};
-use super::ray_samples::{PairPoints, RAYS, WeightedMean, pair_kernel};
-use super::visibility_uncertainty::succession_bound;
+use crate::pair::visibility::occlusion::{RayConsensus, RimVisibility, shaft_end};
+use crate::pair::visibility::ray_samples::{PairPoints, RAYS, WeightedMean, pair_kernel};
+use crate::pair::visibility::visibility_uncertainty::succession_bound;
 use crate::solid_angle_quadrature::DistanceMoments;
 use std::ops::Range;
 use zonal_math::{Vec3, exponential_integral};

@@ -3,7 +3,7 @@
 //! B_g = E_g + response · (G_g + G_dir,g), with ρ or Ω/4 for `response`; a solution without groups has one field of everything. H of
 //! patches may be denoised, as in pictures.
 
-use crate::denoise::{NoisyField, denoise_patches};
+use crate::image::denoise::{NoisyField, denoise_patches};
 use zonal_scene::light_group::ALL_LIGHTS_GROUP;
 use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Scene, Solution};
 

@@ -16,7 +16,7 @@
 use super::final_gather::{FinalGather, GatherInputs};
 use super::node_lattice::{NodeLattice, Viewpoint};
 use super::ray_sampler::RaySampler;
-use crate::lazy_values::LazyValues;
+use crate::interpolation::lazy_values::LazyValues;
 use crate::surface::patch_field::PatchField;
 use crate::surface::shading::ReceiverPoint;
 use zonal_math::{Vec3, direction_sampling, low_discrepancy};

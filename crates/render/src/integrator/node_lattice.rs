@@ -7,7 +7,7 @@
 //! Most fields are smooth. A block of [`INTERVALS_PER_BLOCK`] × [`INTERVALS_PER_BLOCK`] intervals whose middle node agrees with its corners is interpolated between these; the
 //! other nodes of the block are not computed.
 
-use crate::lazy_values::LazyValues;
+use crate::interpolation::lazy_values::LazyValues;
 use zonal_math::Vec3;
 use zonal_scene::{Band, Bands, Plate, PlateKind};
 use zonal_transport::patch_locator::clamped_parameters;

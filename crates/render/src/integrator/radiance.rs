@@ -15,7 +15,7 @@ use super::medium_segment::{CameraRayEnd, MediumSegment};
 use super::node_lattice::Viewpoint;
 use super::ray_sampler::RaySampler;
 use super::sky_field::{SkyField, StoredSkies, is_sky};
-use crate::denoise::{NoisyField, denoise_patches};
+use crate::image::denoise::{NoisyField, denoise_patches};
 use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;

@@ -14,7 +14,7 @@
 //! scattered once, ΩG/4, is interpolated between the zones like indirect light. No ray samples the sky there.
 
 use super::node_lattice::{NodeLattice, Viewpoint};
-use crate::lazy_values::LazyValues;
+use crate::interpolation::lazy_values::LazyValues;
 use crate::surface::shading::ReceiverPoint;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Band, Bands, Light, LightGroup, Solution};

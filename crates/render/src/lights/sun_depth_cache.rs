@@ -6,7 +6,7 @@
 //! shadow crosses. Blocks of voxels are filled on first use; a block holds all corners of its voxels, so that one look-up finds all eight.
 //! In a uniform medium the traversal is cheaper than the look-up and replaces it.
 
-use crate::lazy_values::LazyValues;
+use crate::interpolation::lazy_values::LazyValues;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, PerBand, VoxelGrid};
 use zonal_transport::Transport;

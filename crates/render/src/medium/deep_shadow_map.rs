@@ -15,7 +15,7 @@
 
 use super::ray_path::RayPath;
 use super::single_scattering::SingleScattering;
-use crate::lazy_values::LazyValues;
+use crate::interpolation::lazy_values::LazyValues;
 use crate::lights::sun_depth_cache::SunDepthCache;
 use crate::view_ray::ViewRay;
 use zonal_math::{Vec3, direction_sampling, low_discrepancy};

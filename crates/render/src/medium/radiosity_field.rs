@@ -1,13 +1,13 @@
 //! The indirect radiosity of the medium, smooth across voxels and sharp at walls.
 //!
-//! Each volume zone has a mean B_ind = B − Ω G_dir/4. Its value at each corner of its cell comes from [`crate::node_interpolation`] over the
+//! Each volume zone has a mean B_ind = B − Ω G_dir/4. Its value at each corner of its cell comes from [`crate::interpolation::node_interpolation`] over the
 //! zones that touch the corner and are connected with it: the segment between the two centres is free. Away from facets these are
 //! all eight. A zone without extinction in a band has no value in that band. Inside the cell the corners are interpolated
 //! trilinearly, plus a correction Π 4x(1−x) that reproduces a whole voxel's own value at its centre. Corner values are computed on first use.
 
 use super::many_lights::ManyLights;
-use crate::lazy_values::LazyValues;
-use crate::node_interpolation::{BandGradients, GradientFit, NodeZone, node_value};
+use crate::interpolation::lazy_values::LazyValues;
+use crate::interpolation::node_interpolation::{BandGradients, GradientFit, NodeZone, node_value};
 use zonal_math::Vec3;
 use zonal_scene::{Band, Bands, PerBand, Solution, VoxelGrid, VoxelZone, VoxelZones};
 use zonal_transport::Transport;

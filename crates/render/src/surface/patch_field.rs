@@ -1,15 +1,15 @@
 //! A field on surfaces, smooth across the zones of one sheet and sharp at creases and walls.
 //!
 //! Every tile (a patch, or a piece of a pane) has nodes at its corners and edge middles. Their values come from
-//! [`crate::node_interpolation`] over the tiles that touch the node, face the same way within 20° (or stand for a curved surface whose normals at the node do) and are not separated by a wall (the
+//! [`crate::interpolation::node_interpolation`] over the tiles that touch the node, face the same way within 20° (or stand for a curved surface whose normals at the node do) and are not separated by a wall (the
 //! segment between points just above both centres is free). Weights are the angles that the tiles subtend at the node. Inside a
 //! parallelogram the nine values (the ninth, at the centre, conserves the mean of the tile) are interpolated by the biquadratic
 //! Lagrange polynomial; inside a triangle by the quadratic one with a cubic bubble for the centre. Both agree along shared edges and
 //! are limited to the range of their nodes. A node inside a neighbour's edge (a hanging node) takes that neighbour's value there.
 //! Cost: one node evaluation a tile, on first use, then nine weights a point.
 
-use crate::lazy_values::LazyValues;
-use crate::node_interpolation::{
+use crate::interpolation::lazy_values::LazyValues;
+use crate::interpolation::node_interpolation::{
     BandGradients, GradientFit, NodeZone, node_value, value_ranges, weighted_sum,
 };
 use std::f64::consts::{PI, TAU};

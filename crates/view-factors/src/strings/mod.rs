@@ -22,10 +22,10 @@ mod section;
 mod tests;
 mod visible;
 
-use crate::endless::sides_along;
 use crate::geometry::contact_distance;
-use crate::occluders::merged_plates;
-use crate::pairs::{PairExchange, round_up};
+use crate::geometry::endless::sides_along;
+use crate::geometry::occluders::merged_plates;
+use crate::matrix::pairs::{PairExchange, round_up};
 use crate::settings::ViewFactorSettings;
 use crate::sky::SkyExchange;
 use rayon::prelude::*;

@@ -7,14 +7,14 @@
 //! - one occluder over all segments between them: 𝓕 = 0;
 //! - else: the visible parts, integrated adaptively, estimated.
 
-use crate::blocking::Hull;
 use crate::bounds::Bounds;
+use crate::bounds::shaft::BoxShaft;
+use crate::geometry::blocking::Hull;
+use crate::geometry::occluder_list::{self, OccluderNode};
 use crate::geometry::{Geometry, PreparedFacet};
-use crate::image_sum::{self, ImageFunction, SumGoal};
-use crate::occluder_list::{self, OccluderNode};
+use crate::matrix::image_sum::{self, ImageFunction, SumGoal};
 use crate::periods::{ImageBlock, PeriodicImages};
 use crate::settings::ErrorGoal;
-use crate::shaft::BoxShaft;
 use std::f64::consts::PI;
 use zonal_exchange::polygon::visible::{
     ConvexPolygon, IntegrationRequest, OccludedView, add_shaft_planes, obstructed_exchange,

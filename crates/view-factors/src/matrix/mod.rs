@@ -1,5 +1,9 @@
 //! Sparse symmetric exchange areas by rows.
 
+pub(crate) mod closing;
+pub(crate) mod image_sum;
+pub(crate) mod pairs;
+
 use zonal_math::{Bounded, Grade};
 
 /// Exchange areas in m², rows sorted by column, both halves stored; the surroundings of each row apart.
@@ -33,7 +37,8 @@ impl ExchangeRows {
             for (row, column) in [(i, j), (j, i)] {
                 let at = next[row as usize] as usize;
                 next[row as usize] += 1;
-                (columns[at], values[at], radii[at]) = (column, b.value, crate::pairs::round_up(b.radius));
+                (columns[at], values[at], radii[at]) =
+                    (column, b.value, crate::matrix::pairs::round_up(b.radius));
             }
         }
         let empty = vec![Bounded::ZERO; n];
@@ -110,7 +115,7 @@ impl ExchangeRows {
                 let mut b = Bounded { value, radius, grade: Grade::Estimated };
                 change(i.min(j), i.max(j), &mut b);
                 self.values[k] = b.value;
-                self.radii[k] = crate::pairs::round_up(b.radius);
+                self.radii[k] = crate::matrix::pairs::round_up(b.radius);
             }
         }
     }
@@ -151,7 +156,7 @@ impl ExchangeRows {
             for (column, b) in sums {
                 made.columns.push(column);
                 made.values.push(b.value);
-                made.radii.push(crate::pairs::round_up(b.radius));
+                made.radii.push(crate::matrix::pairs::round_up(b.radius));
             }
             made.starts.push(made.columns.len() as u64);
         }

@@ -1,10 +1,10 @@
 //! Sample points and weights of the rays between two zones.
 
-use super::prepared_zone::{PreparedShape, PreparedZone};
+use crate::pair::prepared_zone::{PreparedShape, PreparedZone};
 use zonal_math::{Vec3, low_discrepancy};
 
 /// Numbers of rays of a pair, and the limits by which they are chosen.
-pub(super) struct PairRayParams {
+pub(crate) struct PairRayParams {
     /// Rays that show whether an important pair is partly visible.
     pub first: usize,
     /// Rays of such a pair that is not.
@@ -41,7 +41,7 @@ pub(super) struct PairRayParams {
 }
 
 /// The parameters of all pairs.
-pub(super) const RAYS: PairRayParams = PairRayParams {
+pub(crate) const RAYS: PairRayParams = PairRayParams {
     first: 4,
     agreeing: 12,
     unimportant: 8,
@@ -64,16 +64,16 @@ pub(super) const RAYS: PairRayParams = PairRayParams {
 const MIN_RELATIVE_SQUARED_DISTANCE: f64 = 0.0025;
 
 /// The points of a pair: a six-dimensional low-discrepancy sequence shifted by a hash of the pair, three coordinates per zone.
-pub(super) struct PairPoints {
+pub(crate) struct PairPoints {
     shift: [f64; 6],
 }
 
 impl PairPoints {
-    pub(super) fn new(seed: u64) -> PairPoints {
+    pub(crate) fn new(seed: u64) -> PairPoints {
         PairPoints { shift: low_discrepancy::random_shift(seed) }
     }
     /// The `k`-th points on both zones.
-    pub(super) fn both(&self, a: &PreparedZone, b: &PreparedZone, k: usize) -> (Vec3, Vec3) {
+    pub(crate) fn both(&self, a: &PreparedZone, b: &PreparedZone, k: usize) -> (Vec3, Vec3) {
         let u = low_discrepancy::r6(k, self.shift);
         (zone_point(a, [u[0], u[1], u[2]]), zone_point(b, [u[3], u[4], u[5]]))
     }
@@ -101,7 +101,7 @@ fn zone_point(z: &PreparedZone, u: [f64; 3]) -> Vec3 {
 }
 
 /// The kernel cosθ_a cosθ_b/r² between two points, bounded at small distances; only ratios of it are used.
-pub(super) fn pair_kernel(a: &PreparedZone, b: &PreparedZone, x: Vec3, y: Vec3) -> f64 {
+pub(crate) fn pair_kernel(a: &PreparedZone, b: &PreparedZone, x: Vec3, y: Vec3) -> f64 {
     let d = y - x;
     let r2 = d.length2();
     let floor = MIN_RELATIVE_SQUARED_DISTANCE * (a.diameter * a.diameter).min(b.diameter * b.diameter);
@@ -116,20 +116,20 @@ pub(super) fn pair_kernel(a: &PreparedZone, b: &PreparedZone, x: Vec3, y: Vec3) 
 
 /// Weighted mean of a few samples with its standard error.
 #[derive(Clone, Copy, Default)]
-pub(super) struct WeightedMean {
+pub(crate) struct WeightedMean {
     /// Σ w, Σ w x, Σ w x², Σ w² of weights w and values x.
     w: f64,
     wx: f64,
     wxx: f64,
     ww: f64,
     /// Number of samples.
-    pub(super) n: f64,
+    pub(crate) n: f64,
     /// Samples of value zero.
-    pub(super) blocked: f64,
+    pub(crate) blocked: f64,
 }
 
 impl WeightedMean {
-    pub(super) fn add(&mut self, w: f64, x: f64) {
+    pub(crate) fn add(&mut self, w: f64, x: f64) {
         self.w += w;
         self.wx += w * x;
         self.wxx += w * x * x;
@@ -138,10 +138,10 @@ impl WeightedMean {
         self.blocked += if x == 0.0 { 1.0 } else { 0.0 };
     }
     /// True if some samples are zero and some are not.
-    pub(super) fn is_mixed(&self) -> bool {
+    pub(crate) fn is_mixed(&self) -> bool {
         self.blocked > 0.0 && self.blocked < self.n
     }
-    pub(super) fn mean_and_error(self) -> (f64, f64) {
+    pub(crate) fn mean_and_error(self) -> (f64, f64) {
         if self.w <= 0.0 {
             // Without weight on any ray only a sliver of exchange across an edge remains.
             return ((self.n - self.blocked) / self.n.max(1.0), 0.5);

@@ -3,15 +3,19 @@
 //! A pixel is the mean radiance over its rays, L = (1/n) Σ_i L(o_i, d_i), at the positions of [`subpixel`]; with `samples` = 0 and
 //! a pinhole the rays are placed by [`AdaptiveSampler`]. Bands with wavelengths are drawn triple by triple and joined by their colours (`spectral_colour`). Cost: rays × (ray–scene intersection + segments of the medium × lights).
 
-use crate::adaptive_sampling::AdaptiveSampler;
-use crate::camera::{PerspectiveCamera, subpixel};
+pub(crate) mod adaptive_sampling;
+pub(crate) mod camera;
+pub(crate) mod item_buffer;
+
+use crate::image::spectral_colour::{colour_of, triple_colours};
 use crate::image::{Image, to_pixel};
 use crate::integrator::node_lattice::Viewpoint;
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
 use crate::integrator::sky_field::StoredSkies;
 use crate::options::{RENDER_PARAMS, RenderOptions};
-use crate::spectral_colour::{colour_of, triple_colours};
+use crate::picture::adaptive_sampling::AdaptiveSampler;
+use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use zonal_scene::{Bands, Camera, Diagnostic, EvenExtension, Lens, Light, Progress, Scene, Solution};

@@ -4,7 +4,7 @@
 //! **both** ends, each to relative accuracy (computed in [`DoubleDouble`], rounded once), so that integrands that vanish or diverge
 //! at an end keep their accuracy. The weights beyond |τ| = 3.35 are below 1e−17 and omitted.
 
-use crate::double_double::{DoubleDouble, PI_DD};
+use crate::numerics::double_double::{DoubleDouble, PI_DD};
 use std::sync::OnceLock;
 
 /// A node of the rule on [0, 1].

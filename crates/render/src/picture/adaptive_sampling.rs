@@ -15,12 +15,12 @@
 //! Every value is a function of the pixel and its neighbours alone; strips of rows bound the memory and change nothing. Cost: one surface
 //! ray per pixel, a sixteenth to one medium segment a pixel, and four or eight more rays at edges.
 
-use crate::camera::{PerspectiveCamera, subpixel};
 use crate::image::to_pixel;
 use crate::integrator::medium_segment::MediumSegment;
 use crate::integrator::radiance::Integrator;
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
 use crate::options::{RENDER_PARAMS, RenderOptions};
+use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::collections::HashSet;

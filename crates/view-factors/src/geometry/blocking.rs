@@ -15,7 +15,7 @@
 //! it decide most segments.
 
 use crate::bounds::{Bounds, ball_about_middle};
-use crate::occluders::MergedOccluder;
+use crate::geometry::occluders::MergedOccluder;
 use std::borrow::Cow;
 use zonal_exchange::polygon::visible::ConvexBody;
 use zonal_math::Vec3;

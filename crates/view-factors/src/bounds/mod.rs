@@ -1,5 +1,8 @@
 //! Axis-aligned boxes and binary trees over them.
 
+pub(crate) mod direction_cell;
+pub(crate) mod shaft;
+
 use zonal_math::Vec3;
 
 /// An axis-aligned box, m.

@@ -1,7 +1,7 @@
 //! Occlusion between zones: which pairs facets may divide, and visibility rays between the rims of two zones.
 
-use super::prepared_zone::{PreparedShape, PreparedZone};
 use super::ray_samples::pair_kernel;
+use crate::pair::prepared_zone::{PreparedShape, PreparedZone};
 use zonal_math::{Vec3, vec3};
 use zonal_transport::{ShaftEnd, Transport};
 
@@ -9,59 +9,59 @@ use zonal_transport::{ShaftEnd, Transport};
 const RIM_INSET: f64 = 0.06;
 
 /// The facets of a scene as occluders.
-pub(super) struct Occlusion<'a> {
+pub(crate) struct Occlusion<'a> {
     transport: &'a Transport<'a>,
     /// False where no facet can occlude anything.
-    pub(super) has_occluders: bool,
+    pub(crate) has_occluders: bool,
 }
 
 /// The common result of visibility rays that all agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum RayConsensus {
+pub(crate) enum RayConsensus {
     Free,
     Blocked,
 }
 
 impl RayConsensus {
     /// Blocked if any ray is.
-    pub(super) fn of(blocked: u64) -> RayConsensus {
+    pub(crate) fn of(blocked: u64) -> RayConsensus {
         if blocked > 0 { RayConsensus::Blocked } else { RayConsensus::Free }
     }
 }
 
 /// Counts of the rays between the rims of two zones.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RimVisibility {
+pub(crate) struct RimVisibility {
     pub rays: u64,
     pub blocked: u64,
 }
 
 impl RimVisibility {
     /// True where these rays disagree with each other or with the consensus of others.
-    pub(super) fn disagrees(self, others: RayConsensus) -> bool {
+    pub(crate) fn disagrees(self, others: RayConsensus) -> bool {
         self.rays > 0 && self.blocked != if others == RayConsensus::Blocked { self.rays } else { 0 }
     }
 }
 
 impl<'a> Occlusion<'a> {
-    pub(super) fn new(transport: &'a Transport<'a>) -> Occlusion<'a> {
+    pub(crate) fn new(transport: &'a Transport<'a>) -> Occlusion<'a> {
         Occlusion { transport, has_occluders: transport.has_occluders() }
     }
 
     /// True where a facet blocks the segment between two points inside a pair.
-    pub(super) fn is_blocked(&self, x: Vec3, y: Vec3) -> bool {
+    pub(crate) fn is_blocked(&self, x: Vec3, y: Vec3) -> bool {
         self.transport.occluded_inside(x, y)
     }
 
     /// False where no facet can occlude a part of a pair.
-    pub(super) fn may_divide(&self, a: &PreparedZone, b: &PreparedZone) -> bool {
+    pub(crate) fn may_divide(&self, a: &PreparedZone, b: &PreparedZone) -> bool {
         let (mut p, mut q) = (Vec::new(), Vec::new());
         self.has_occluders && self.transport.may_occlude([shaft_end(a, &mut p), shaft_end(b, &mut q)])
     }
 
     /// Rays between the rims of two zones. They show whether a pair is partly visible but carry no weight: a decision by weighted rays
     /// would classify almost hidden pairs as hidden and almost visible pairs as visible.
-    pub(super) fn rim_visibility(&self, a: &PreparedZone, b: &PreparedZone) -> RimVisibility {
+    pub(crate) fn rim_visibility(&self, a: &PreparedZone, b: &PreparedZone) -> RimVisibility {
         let (p, q) = (rim(a), rim(b));
         let mut out = RimVisibility::default();
         for k in 0..4 {
@@ -78,7 +78,7 @@ impl<'a> Occlusion<'a> {
 }
 
 /// A zone as an end of the shaft of its rays: rays start at the samples of a cut voxel and anywhere in any other zone.
-pub(super) fn shaft_end<'a>(z: &PreparedZone, points: &'a mut Vec<Vec3>) -> ShaftEnd<'a> {
+pub(crate) fn shaft_end<'a>(z: &PreparedZone, points: &'a mut Vec<Vec3>) -> ShaftEnd<'a> {
     let mut front = None;
     match &z.shape {
         PreparedShape::Plate { plate, pane } => {

@@ -1,10 +1,10 @@
 //! Pictures against closed forms, exact geometry and reference samples.
 
-use crate::camera::PerspectiveCamera;
 use crate::integrator::radiance::Integrator;
 use crate::integrator::ray_sampler::RaySampler;
 use crate::lights::lit_intervals::ShadowCasters;
 use crate::medium::ray_path::linear_source_integral;
+use crate::picture::camera::PerspectiveCamera;
 use crate::picture::{render_pixel, render_pixels};
 use crate::test_scenes::{camera, furnace, glass, medium, quad, size, solution, sun, surface, walls, worst};
 use crate::view_ray::ViewRay;

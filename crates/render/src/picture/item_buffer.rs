@@ -11,7 +11,7 @@
 //!
 //! Every pixel is a function of its position alone; strips of rows bound the memory and change nothing.
 
-use crate::camera::{PerspectiveCamera, subpixel};
+use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::ops::Range;

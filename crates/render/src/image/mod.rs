@@ -1,5 +1,9 @@
 //! A linear picture and its conversion to single precision.
 
+pub(crate) mod bloom;
+pub(crate) mod denoise;
+pub(crate) mod spectral_colour;
+
 use zonal_scene::Bands;
 
 /// A linear picture.

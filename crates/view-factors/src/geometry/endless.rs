@@ -3,7 +3,7 @@
 //! A parallelogram with edges along a period, at least as long, covers with its images the parallelogram that is stretched by K periods to both sides. Other
 //! occluders keep their images.
 
-use crate::occluders::MergedOccluder;
+use crate::geometry::occluders::MergedOccluder;
 use crate::periods::PeriodicImages;
 use zonal_exchange::polygon::visible::{ConvexBody, ConvexPolygon};
 use zonal_math::Vec3;

@@ -1,9 +1,14 @@
 //! The polygons of a computation, prepared: facets, their tree with cones of normals, occluders with theirs.
 
-use crate::blocking::{Hull, Occluder};
+pub(crate) mod blocking;
+pub(crate) mod endless;
+pub(crate) mod occluder_list;
+pub(crate) mod occluders;
+
 use crate::bounds::{Bounds, BoundsTree, TreeNode, ball_about_middle};
-use crate::endless::stretched;
-use crate::occluders::{MergedOccluder, merged_occluders};
+use crate::geometry::blocking::{Hull, Occluder};
+use crate::geometry::endless::stretched;
+use crate::geometry::occluders::{MergedOccluder, merged_occluders};
 use crate::periods::PeriodicImages;
 use zonal_exchange::polygon::PreparedPolygon;
 use zonal_exchange::polygon::visible::ConvexPolygon;

@@ -6,7 +6,7 @@
 //! shaft's section at height s above the box is the box's section widened by s times the face cell.
 
 use crate::bounds::Bounds;
-use crate::direction_cell::DirectionCell;
+use crate::bounds::direction_cell::DirectionCell;
 
 /// A plane n·x ≤ c in two of the three coordinates.
 #[derive(Clone, Copy, Debug)]

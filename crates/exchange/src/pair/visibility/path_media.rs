@@ -13,7 +13,7 @@
 //! every range of cells whether the extinction varies there: eight numbers of three tables, 12 bytes a cell. Uniform grids need none.
 
 use super::occlusion::shaft_end;
-use super::prepared_zone::{PreparedShape, PreparedZone};
+use crate::pair::prepared_zone::{PreparedShape, PreparedZone};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
@@ -24,7 +24,7 @@ const BOUNDARY_SLACK: f64 = 1e-9;
 const FACE_SLACK: f64 = 1e-6;
 
 /// The media on the paths of all pairs of a scene.
-pub(super) struct PathMedia<'a> {
+pub(crate) struct PathMedia<'a> {
     transport: &'a Transport<'a>,
     grid: Option<&'a VoxelGrid>,
     /// A length below which points coincide, m.
@@ -39,7 +39,7 @@ pub(super) struct PathMedia<'a> {
 
 impl<'a> PathMedia<'a> {
     /// The media of a scene with its zones.
-    pub(super) fn new(scene: &'a Scene, zones: &Zones, transport: &'a Transport<'a>) -> PathMedia<'a> {
+    pub(crate) fn new(scene: &'a Scene, zones: &Zones, transport: &'a Transport<'a>) -> PathMedia<'a> {
         let grid = scene.voxel_grid();
         let slack = BOUNDARY_SLACK * scene.diagonal();
         let panes_between = transport.has_interior_panes();
@@ -51,7 +51,7 @@ impl<'a> PathMedia<'a> {
     }
 
     /// κ of the medium on all paths of a pair, 1/m; zero in vacuum, `None` where it varies, or where a pane may stand between.
-    pub(super) fn of_pair(&self, a: &PreparedZone, b: &PreparedZone) -> Option<Bands> {
+    pub(crate) fn of_pair(&self, a: &PreparedZone, b: &PreparedZone) -> Option<Bands> {
         if self.common.is_some() {
             return self.common;
         }

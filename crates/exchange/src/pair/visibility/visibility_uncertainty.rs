@@ -13,9 +13,9 @@
 //! the hidden part of such a pair.
 
 use super::occlusion::{Occlusion, RayConsensus, RimVisibility};
-use super::prepared_zone::{PreparedZone, PreparedZones, is_behind, is_close};
 use super::ray_samples::{PairPoints, RAYS};
-use super::settings::PairSettings;
+use crate::pair::prepared_zone::{PreparedZone, PreparedZones, is_behind, is_close};
+use crate::pair::settings::PairSettings;
 use zonal_math::low_discrepancy;
 
 /// Pairs of a kind that are tested, at most.
@@ -28,7 +28,7 @@ pub const SUCCESSION_PSEUDO_COUNTS: f64 = 2.0;
 
 /// √q of pairs that appear free and of pairs that appear hidden, for distant and for close zones.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct VisibilityUncertainty([[f64; 2]; 2]);
+pub(crate) struct VisibilityUncertainty([[f64; 2]; 2]);
 
 /// Rays of all tests of one kind of pairs.
 #[derive(Clone, Copy, Default)]
@@ -49,7 +49,7 @@ impl TestCounts {
 
 impl VisibilityUncertainty {
     /// Tests a sample of pairs.
-    pub(super) fn sampled(
+    pub(crate) fn sampled(
         zones: &PreparedZones,
         occlusion: &Occlusion,
         settings: &PairSettings,
@@ -81,7 +81,7 @@ impl VisibilityUncertainty {
     }
 
     /// √q of a pair by the consensus of its rays.
-    pub(super) fn deviation(&self, a: &PreparedZone, b: &PreparedZone, rays: RayConsensus) -> f64 {
+    pub(crate) fn deviation(&self, a: &PreparedZone, b: &PreparedZone, rays: RayConsensus) -> f64 {
         self.0[is_close(a, b) as usize][(rays == RayConsensus::Blocked) as usize]
     }
 }
@@ -102,7 +102,7 @@ fn first_rays(
 }
 
 /// The fraction that `n` rays of one consensus may leave undetected, by the rule of succession; rim rays count where they agree.
-pub(super) fn succession_bound(n: f64, rim: RimVisibility, consensus: RayConsensus) -> f64 {
+pub(crate) fn succession_bound(n: f64, rim: RimVisibility, consensus: RayConsensus) -> f64 {
     let more = if rim.disagrees(consensus) { 0 } else { rim.rays };
     1.0 / (n + more as f64 + SUCCESSION_PSEUDO_COUNTS)
 }
