@@ -4,7 +4,7 @@ use super::archive;
 use super::drawing::{Packing, use_solution};
 use super::files::{fixture_files, insert_file, read_mesh, read_scene, read_with_fixtures};
 use std::io::Cursor;
-use zonal_cli::commands::factors::factors_from_bytes;
+use zonal_cli::commands::pairs::factors::factors_from_bytes;
 use zonal_cli::scene_proposal::{ModelOptions, propose};
 use zonal_io::input::{
     FilesInMemory, parse_camera_path, read_view3d_from_bytes, volume_materials_from_bytes,

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use zonal_cli::command_line::run_arguments;
-use zonal_cli::commands::gas::{self as gas_command};
+use zonal_cli::commands::pairs::gas as gas_command;
 use zonal_validation::validate::{self as validation, ValidationOptions};
 
 /// Arguments of a subcommand.

@@ -12,7 +12,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
-use zonal_cli::commands::exchange::{WriteFailure, write};
+use zonal_cli::commands::pairs::exchange::{WriteFailure, write};
 use zonal_scene::SceneError;
 use zonal_solve::areas::exchange_areas::{
     AreaMatrices, ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas as Areas,

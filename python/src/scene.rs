@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use zonal_cli::commands::check as check_command;
+use zonal_cli::commands::scenes::check as check_command;
 use zonal_scene::{Engine, LightGrouping, ZoneBasis};
 
 /// A validated scene.

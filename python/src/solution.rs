@@ -17,11 +17,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 use zonal_cli::commands::context::with_shown_bands;
+use zonal_cli::commands::pairs::voxel_factors::VoxelFactors;
 use zonal_cli::commands::relight::{
     KeptFactors, RelightSettings, SolutionChanges, scale_lights, solve_again,
 };
 use zonal_cli::commands::solving::with_hash;
-use zonal_cli::commands::voxel_factors::VoxelFactors;
 use zonal_cli::commands::{export, render};
 use zonal_cli::table::distinct_diagnostics;
 use zonal_io::output::{self, CheckpointFolder, CheckpointState};

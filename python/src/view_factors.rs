@@ -12,9 +12,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use zonal_cli::commands::view_factors::diagnostics::{FactorWords, diagnostics};
-use zonal_cli::commands::view_factors::geometry::{self, FactorGeometry, ReadFailure};
-use zonal_cli::commands::view_factors::{
+use zonal_cli::commands::pairs::view_factors::diagnostics::{FactorWords, diagnostics};
+use zonal_cli::commands::pairs::view_factors::geometry::{self, FactorGeometry, ReadFailure};
+use zonal_cli::commands::pairs::view_factors::{
     FactorLabels, OutputFormat, checkpoint_keys, choose_format, write_factors,
 };
 use zonal_io::input::{FacetFile, InputError, MeshArrays, read_facets};

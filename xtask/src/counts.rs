@@ -79,6 +79,7 @@ fn vague_words() -> BTreeSet<String> {
 pub fn count(root: &Path) -> Vec<Count> {
     let files = load(root);
     let mut counts = Vec::from(cycle_counts(&files));
+    counts.push(folder_count(&files));
     counts.extend(surface_counts(&files));
     counts.extend(function_counts(&files));
     counts.push(constant_count(&files));
@@ -102,6 +103,15 @@ fn cycle_counts(files: &[SourceFile]) -> [Count; 2] {
         count("cycles of modules inside crates", &modules::cycles),
         count("cycles of folders inside crates", &modules::folder_cycles),
     ]
+}
+
+/// Most entries of a folder.
+const MAX_ENTRIES: usize = 18;
+
+fn folder_count(files: &[SourceFile]) -> Count {
+    let full = modules::entries_of_folders(files).into_iter().filter(|(_, entries)| *entries > MAX_ENTRIES);
+    let places = full.map(|(folder, entries)| format!("{folder}: {entries} entries")).collect();
+    Count::of("folders of source of more than 18 entries", 0, places)
 }
 
 fn surface_counts(files: &[SourceFile]) -> [Count; 4] {

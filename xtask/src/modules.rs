@@ -217,6 +217,22 @@ pub fn cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
     cycles_of_parts(files, package, &|path| Some(path.to_owned()))
 }
 
+/// Every folder below `src` of every crate with the number of its entries: files and folders, of which `x.rs` and `x` are one.
+#[must_use]
+pub fn entries_of_folders(files: &[SourceFile]) -> BTreeMap<String, usize> {
+    let mut entries: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for file in files {
+        let Some((root, below)) = file.path.split_once("/src/") else { continue };
+        let mut folder = format!("{root}/src");
+        for part in below.split('/') {
+            let name = part.trim_end_matches(".rs").to_owned();
+            entries.entry(folder.clone()).or_default().insert(name);
+            folder = format!("{folder}/{part}");
+        }
+    }
+    entries.into_iter().map(|(folder, names)| (folder, names.len())).collect()
+}
+
 /// The strongly connected components among the entries of a folder, each as edges with the names taken, for every folder of the crate. A file belongs to the entry
 /// through which its path passes; a file `x.rs` and a folder `x` are one entry.
 #[must_use]

@@ -1,6 +1,7 @@
 //! A whole command line: parsing, notes on former flags, the error, the exit code.
 
-use crate::commands::{Cli, former_flags, run};
+use crate::commands::former_flags;
+use crate::commands::{Cli, run};
 use clap::Parser;
 use std::ffi::OsString;
 use zonal_report::note;

@@ -1,6 +1,6 @@
 //! Former names of flags, which remain as hidden aliases for one release.
 
-use super::Command;
+use crate::commands::Command;
 use std::ffi::OsString;
 
 /// Former and present names of the flags of `zonal solve`.

@@ -2,31 +2,19 @@
 //!
 //! Each subcommand is a module with `Args` (the arguments, whose documentation is the text of `--help`) and `run`.
 
-pub mod check;
+pub mod checks;
 pub mod context;
 pub mod dataset;
-pub mod demo;
-pub mod exchange;
 pub mod export;
-pub mod factors;
 pub mod former_flags;
-pub mod gas;
-pub mod init;
-pub mod keys;
-mod live_view;
-pub mod migrate;
+pub mod pages;
+pub mod pairs;
 pub mod quality;
 pub mod relight;
 pub mod render;
-pub mod report;
-pub mod reproduce;
+pub mod scenes;
 pub mod solve;
 pub mod solving;
-pub mod update;
-pub mod validate;
-pub mod view;
-pub mod view_factors;
-pub mod voxel_factors;
 
 use clap::{Parser, Subcommand};
 use context::Context;
@@ -60,11 +48,11 @@ pub struct Cli {
 #[derive(Subcommand, Debug)]
 pub enum Command {
     /// Solve and draw a built-in scene with stained glass and dusty air.
-    Demo(demo::Args),
+    Demo(checks::demo::Args),
     /// Write a scene file for a mesh file: materials, patches, light and cameras, ready to solve.
-    Init(init::Args),
+    Init(scenes::init::Args),
     /// Validate a scene; count its zones; estimate time and memory of a solve.
-    Check(check::Args),
+    Check(scenes::check::Args),
     /// Solve a scene and write the solution (.npz).
     Solve(solve::Args),
     /// Scale the light groups of a solution without solving again, or list them.
@@ -72,31 +60,31 @@ pub enum Command {
     /// Draw a picture from a solution, or the frames of a camera animation.
     Render(Box<render::Args>),
     /// Show a solution in a browser on this machine.
-    View(view::Args),
+    View(pages::view::Args),
     /// Write a solution for other programs (.csv, .html, .glb, .vtu, .vti).
     Export(export::Args),
     /// Write a page with pictures, tables with errors, and provenance of a solution (.html).
-    Report(report::Args),
+    Report(pages::report::Args),
     /// Write the exchange areas of all pairs of zones of a scene with their error radii (.npz, .csv, .mtx).
-    Exchange(exchange::Args),
+    Exchange(pairs::exchange::Args),
     /// Compute fluxes for other temperatures, powers or emissivities from stored exchange areas.
-    Update(update::Args),
+    Update(pairs::update::Args),
     /// Solve a scene many times with sampled numbers, and write inputs and results as arrays (.npz).
     Dataset(dataset::Args),
     /// Compute exchange factors of axis-aligned pairs with proved error bounds, from a table to a table (.csv).
-    Factors(factors::Args),
+    Factors(pairs::factors::Args),
     /// Compute the view factors of a mesh, or of an input file of View3D (.vs3), with obstructions and sky.
-    ViewFactors(view_factors::Args),
+    ViewFactors(pairs::view_factors::Args),
     /// Print the grey gases and the total emissivity of a gas model.
-    Gas(gas::Args),
+    Gas(pairs::gas::Args),
     /// Replace former keys of a scene file by their present names.
-    Migrate(migrate::Args),
+    Migrate(scenes::migrate::Args),
     /// Print the reference of all keys of scene files.
-    Keys(keys::Args),
+    Keys(scenes::keys::Args),
     /// Recompute the figures, tables and claims of the 1996 paper, with plots and a page.
-    Reproduce(reproduce::Args),
+    Reproduce(checks::reproduce::Args),
     /// Run the cases with known answers; write verdicts and a page with convergence plots.
-    Validate(validate::Args),
+    Validate(checks::validate::Args),
 }
 
 /// Runs a parsed command line.
@@ -107,25 +95,25 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
     start_threads(cli.threads)?;
     let context = Context { json: cli.json, quiet: cli.quiet, strict: cli.strict };
     match cli.command {
-        Command::Demo(a) => demo::run(&a, context),
-        Command::Init(a) => init::run(&a, context),
-        Command::Check(a) => check::run(&a, context),
+        Command::Demo(a) => checks::demo::run(&a, context),
+        Command::Init(a) => scenes::init::run(&a, context),
+        Command::Check(a) => scenes::check::run(&a, context),
         Command::Solve(a) => solve::run(&a, context),
         Command::Relight(a) => relight::run(&a, context),
         Command::Render(a) => render::run(&a, context),
-        Command::View(a) => view::run(&a, context),
+        Command::View(a) => pages::view::run(&a, context),
         Command::Export(a) => export::run(&a, context),
-        Command::Report(a) => report::run(&a, context),
-        Command::Exchange(a) => exchange::run(&a, context),
-        Command::Update(a) => update::run(&a, context),
+        Command::Report(a) => pages::report::run(&a, context),
+        Command::Exchange(a) => pairs::exchange::run(&a, context),
+        Command::Update(a) => pairs::update::run(&a, context),
         Command::Dataset(a) => dataset::run(&a, context),
-        Command::Factors(a) => factors::run(&a, context),
-        Command::ViewFactors(a) => view_factors::run(&a, context),
-        Command::Gas(a) => gas::run(&a, context),
-        Command::Migrate(a) => migrate::run(&a, context),
-        Command::Keys(a) => keys::run(&a, context),
-        Command::Reproduce(a) => reproduce::run(&a, context),
-        Command::Validate(a) => validate::run(&a, context),
+        Command::Factors(a) => pairs::factors::run(&a, context),
+        Command::ViewFactors(a) => pairs::view_factors::run(&a, context),
+        Command::Gas(a) => pairs::gas::run(&a, context),
+        Command::Migrate(a) => scenes::migrate::run(&a, context),
+        Command::Keys(a) => scenes::keys::run(&a, context),
+        Command::Reproduce(a) => checks::reproduce::run(&a, context),
+        Command::Validate(a) => checks::validate::run(&a, context),
     }
 }
 

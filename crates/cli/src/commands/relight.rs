@@ -2,7 +2,7 @@
 
 use super::context::{Context, read_light_solution};
 use super::solving::{checkpoint_keys, path_beside, with_hash};
-use super::voxel_factors::VoxelFactors;
+use crate::commands::pairs::voxel_factors::VoxelFactors;
 use crate::table;
 use std::path::{Path, PathBuf};
 use zonal_exchange::pair::PairSettings;

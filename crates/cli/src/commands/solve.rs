@@ -3,7 +3,7 @@
 use super::context::{Context, memory_limit, option_failure};
 use super::quality::Quality;
 use super::solving::{checkpoint_keys, if_all_succeeded, path_beside};
-use super::voxel_factors::VoxelFactors;
+use crate::commands::pairs::voxel_factors::VoxelFactors;
 use crate::table;
 use std::borrow::Cow;
 use std::cell::Cell;

@@ -22,9 +22,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use zonal_io::{input, output};
 use zonal_scene::{NoProgress, Solution};
-use zonal_validation::validate::montecarlo::cubes::{CUBES, MonteCarloCube};
-use zonal_validation::validate::montecarlo::pictures::{self, PictureComparison};
-use zonal_validation::validate::montecarlo::{TableComparison, TableDifference};
+use zonal_validation::validate::comparisons::montecarlo::cubes::{CUBES, MonteCarloCube};
+use zonal_validation::validate::comparisons::montecarlo::pictures::{self, PictureComparison};
+use zonal_validation::validate::comparisons::montecarlo::{TableComparison, TableDifference};
 
 const MAX_MEMORY: u64 = 16 << 30;
 

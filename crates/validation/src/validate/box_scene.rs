@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 
 /// The walls of a box, by name.
-pub(super) const WALL_NAMES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
+pub(crate) const WALL_NAMES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
 
 /// A box of one medium between walls, as a scene file.
 #[derive(Clone, Debug)]
-pub(super) struct BoxScene {
+pub(crate) struct BoxScene {
     /// Its far corner, m; the near one is the origin.
     pub size: [f64; 3],
     /// Cells of its medium, and patches of its walls.
@@ -26,7 +26,7 @@ pub(super) struct BoxScene {
 
 impl BoxScene {
     /// A box with black cold walls.
-    pub(super) fn new(size: [f64; 3], cells: [usize; 3], extinction: f64) -> BoxScene {
+    pub(crate) fn new(size: [f64; 3], cells: [usize; 3], extinction: f64) -> BoxScene {
         BoxScene {
             size,
             cells,
@@ -39,39 +39,39 @@ impl BoxScene {
     }
 
     /// A layer of the optical thickness `depth` along z between two walls, endless along x and y.
-    pub(super) fn layer(depth: f64, cells: usize) -> BoxScene {
+    pub(crate) fn layer(depth: f64, cells: usize) -> BoxScene {
         let mut room = BoxScene::new([1.0; 3], [1, 1, cells], depth);
         room.walls[..4].fill(None);
         room
     }
 
     /// The same in thermal mode: all walls that there are with this emissivity and temperature, K.
-    pub(super) fn warm(mut self, emissivity: f64, kelvin: f64) -> BoxScene {
+    pub(crate) fn warm(mut self, emissivity: f64, kelvin: f64) -> BoxScene {
         self.warm = true;
         self.walls.iter_mut().flatten().for_each(|w| *w = (emissivity, kelvin));
         self
     }
 
     /// Lines of the medium.
-    pub(super) fn medium(mut self, lines: &str) -> BoxScene {
+    pub(crate) fn medium(mut self, lines: &str) -> BoxScene {
         self.medium = lines.into();
         self
     }
 
     /// One wall's reflectance and emission, or emissivity and temperature.
-    pub(super) fn wall(mut self, face: usize, first: f64, second: f64) -> BoxScene {
+    pub(crate) fn wall(mut self, face: usize, first: f64, second: f64) -> BoxScene {
         self.walls[face] = Some((first, second));
         self
     }
 
     /// Lines of `[solve]`.
-    pub(super) fn solve(mut self, lines: &str) -> BoxScene {
+    pub(crate) fn solve(mut self, lines: &str) -> BoxScene {
         self.solve = lines.into();
         self
     }
 
     /// The scene file: axes without walls are periodic.
-    pub(super) fn text(&self, name: &str) -> String {
+    pub(crate) fn text(&self, name: &str) -> String {
         let mode = if self.warm { "mode = \"thermal\"\n" } else { "" };
         let mut t = format!(
             "name = \"{name}\"\n{mode}\n[solve]\npatch_rule = \"voxels\"\nresidual = 1e-12\nlight_groups = \"all\"\n"

@@ -5,7 +5,7 @@ use super::richardson::ResolutionSequence;
 use zonal_report::Failure;
 
 /// A case of the suite.
-pub(super) struct ValidationCase {
+pub(crate) struct ValidationCase {
     /// Its name on the command line.
     pub name: &'static str,
     /// The group that it stands under on the page.
@@ -24,7 +24,7 @@ pub(super) struct ValidationCase {
 
 /// Largest acceptable difference from the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum AcceptanceLimit {
+pub(crate) enum AcceptanceLimit {
     /// |ours − reference|, in the unit of the quantity.
     Absolute(f64),
     /// |ours − reference| relative to |reference|.
@@ -39,7 +39,7 @@ pub(super) enum AcceptanceLimit {
 
 /// Verdict of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     /// Within its limit.
     Pass,
     /// Not within its limit, or not a number.
@@ -50,7 +50,7 @@ pub(super) enum Verdict {
 
 impl Verdict {
     /// The word of tables.
-    pub(super) fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Verdict::Pass => "pass",
             Verdict::Fail => "FAIL",
@@ -61,7 +61,7 @@ impl Verdict {
 
 /// A quantity beside its reference.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct QuantityCheck {
+pub(crate) struct QuantityCheck {
     /// Name of the quantity, with its unit.
     pub quantity: String,
     /// The reference; 0 where the quantity is an error itself.
@@ -74,7 +74,7 @@ pub(super) struct QuantityCheck {
 
 impl QuantityCheck {
     /// The difference that the limit is for: relative where the limit is.
-    pub(super) fn difference(&self) -> f64 {
+    pub(crate) fn difference(&self) -> f64 {
         match self.limit {
             AcceptanceLimit::Relative(_) => (self.ours - self.reference) / self.reference.abs(),
             _ => self.ours - self.reference,
@@ -82,7 +82,7 @@ impl QuantityCheck {
     }
 
     /// The verdict; NaN fails.
-    pub(super) fn verdict(&self) -> Verdict {
+    pub(crate) fn verdict(&self) -> Verdict {
         let holds = match self.limit {
             AcceptanceLimit::Absolute(most)
             | AcceptanceLimit::Relative(most)
@@ -94,7 +94,7 @@ impl QuantityCheck {
     }
 
     /// The difference as a fraction of the limit; infinite for NaN. `None` without a limit.
-    pub(super) fn share(&self) -> Option<f64> {
+    pub(crate) fn share(&self) -> Option<f64> {
         let share = match self.limit {
             AcceptanceLimit::Absolute(_) | AcceptanceLimit::Relative(_) | AcceptanceLimit::AtMost(_)
                 if self.difference() == 0.0 =>
@@ -113,7 +113,7 @@ impl QuantityCheck {
 
 /// A picture of a case for the page.
 #[derive(Clone, Debug)]
-pub(super) struct CasePicture {
+pub(crate) struct CasePicture {
     /// PNG file, in the folder of plots.
     pub file: String,
     /// A line below it.
@@ -122,7 +122,7 @@ pub(super) struct CasePicture {
 
 /// Curves beside the points of a reference.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ProfilePlot {
+pub(crate) struct ProfilePlot {
     /// The plot's file without its ending.
     pub file: String,
     /// Title of the plot.
@@ -139,7 +139,7 @@ pub(super) struct ProfilePlot {
 
 /// The outcome of a case.
 #[derive(Clone, Debug, Default)]
-pub(super) struct CaseOutcome {
+pub(crate) struct CaseOutcome {
     /// The rows.
     pub checks: Vec<QuantityCheck>,
     /// Values at growing resolution.
@@ -156,12 +156,12 @@ pub(super) struct CaseOutcome {
 
 impl CaseOutcome {
     /// Of a case that cannot be computed here.
-    pub(super) fn skipped(why: impl Into<String>) -> CaseOutcome {
+    pub(crate) fn skipped(why: impl Into<String>) -> CaseOutcome {
         CaseOutcome { skipped: Some(why.into()), ..CaseOutcome::default() }
     }
 
     /// Adds a row.
-    pub(super) fn check(
+    pub(crate) fn check(
         &mut self,
         quantity: impl Into<String>,
         reference: f64,
@@ -172,27 +172,27 @@ impl CaseOutcome {
     }
 
     /// Adds a row of a quantity that is an error itself.
-    pub(super) fn error(&mut self, quantity: impl Into<String>, ours: f64, most: f64) {
+    pub(crate) fn error(&mut self, quantity: impl Into<String>, ours: f64, most: f64) {
         self.check(quantity, 0.0, ours, AcceptanceLimit::AtMost(most));
     }
 
     /// Adds a row without a verdict.
-    pub(super) fn informational(&mut self, quantity: impl Into<String>, reference: f64, ours: f64) {
+    pub(crate) fn informational(&mut self, quantity: impl Into<String>, reference: f64, ours: f64) {
         self.check(quantity, reference, ours, AcceptanceLimit::None);
     }
 
     /// Adds a sentence for the page.
-    pub(super) fn note(&mut self, text: impl Into<String>) {
+    pub(crate) fn note(&mut self, text: impl Into<String>) {
         self.notes.push(text.into());
     }
 
     /// Number of rows with a verdict.
-    pub(super) fn count(&self, verdict: Verdict) -> usize {
+    pub(crate) fn count(&self, verdict: Verdict) -> usize {
         self.checks.iter().filter(|c| c.verdict() == verdict).count()
     }
 
     /// The word for the whole case.
-    pub(super) fn word(&self) -> &'static str {
+    pub(crate) fn word(&self) -> &'static str {
         match (&self.skipped, self.count(Verdict::Fail), self.count(Verdict::Pass)) {
             (Some(_), ..) => "skipped",
             (None, 0, 0) => "informational",
@@ -203,7 +203,7 @@ impl CaseOutcome {
 }
 
 /// A case that has run.
-pub(super) struct CaseResult {
+pub(crate) struct CaseResult {
     /// The case.
     pub case: &'static ValidationCase,
     /// Its outcome.

@@ -10,7 +10,7 @@ use zonal_solve::SolveSettings;
 const MEMORY: u64 = 12 << 30;
 
 /// The context of all cases.
-pub(super) struct CaseContext<'a> {
+pub(crate) struct CaseContext<'a> {
     /// The folder of reference files.
     pub reference: &'a Path,
     /// Where pictures for the page go; `None` where no page is written.
@@ -23,7 +23,7 @@ pub(super) struct CaseContext<'a> {
 
 impl<'a> CaseContext<'a> {
     /// A context; scenes and their arrays are written into `scenes` and stay there, or into a folder that is removed with the context.
-    pub(super) fn new(
+    pub(crate) fn new(
         reference: &'a Path,
         pictures: Option<&'a Path>,
         scenes: Option<&Path>,
@@ -38,7 +38,7 @@ impl<'a> CaseContext<'a> {
     }
 
     /// Solves a scene of this name.
-    pub(super) fn solve(&self, name: &str, text: &str) -> Result<Solution, Failure> {
+    pub(crate) fn solve(&self, name: &str, text: &str) -> Result<Solution, Failure> {
         let file = self.work.join(format!("{name}.toml"));
         if self.keep {
             output::write_bytes(&file, text.as_bytes())?;
@@ -47,13 +47,13 @@ impl<'a> CaseContext<'a> {
     }
 
     /// Reads a scene of this name.
-    pub(super) fn scene(&self, name: &str, text: &str) -> Result<Scene, Failure> {
+    pub(crate) fn scene(&self, name: &str, text: &str) -> Result<Scene, Failure> {
         let file = self.work.join(format!("{name}.toml"));
         Ok(input::parse_scene(text, Some(&self.work), &file.display().to_string())?)
     }
 
     /// Solves a scene, without the estimate of the discretization error unless the scene requests it.
-    pub(super) fn solve_scene(&self, scene: Scene) -> Result<Solution, Failure> {
+    pub(crate) fn solve_scene(&self, scene: Scene) -> Result<Solution, Failure> {
         let mut options = scene.options().clone();
         options.discretization_error.get_or_insert(false);
         let scene = scene.with_options(options)?;
@@ -64,13 +64,13 @@ impl<'a> CaseContext<'a> {
     }
 
     /// Writes a text that scenes name by the file that comes back.
-    pub(super) fn text_file(&self, file: &str, text: &str) -> Result<String, Failure> {
+    pub(crate) fn text_file(&self, file: &str, text: &str) -> Result<String, Failure> {
         output::write_bytes(&self.work.join(file), text.as_bytes())?;
         Ok(file.to_string())
     }
 
     /// Writes an array that scenes name by the file that comes back.
-    pub(super) fn array(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<String, Failure> {
+    pub(crate) fn array(&self, name: &str, shape: &[usize], values: &[f64]) -> Result<String, Failure> {
         let file = format!("{name}.npy");
         output::write_array(&self.work.join(&file), shape, values)?;
         Ok(file)

@@ -4,7 +4,7 @@ use zonal_report::Failure;
 
 /// A printed number: its value, and half a unit of its last place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PrintedNumber {
+pub(crate) struct PrintedNumber {
     /// The number.
     pub value: f64,
     /// Half a unit of its last printed place.
@@ -12,21 +12,21 @@ pub(super) struct PrintedNumber {
 }
 
 /// A table with a header line; lines that begin with `#` give the provenance.
-pub(super) struct ReferenceTable {
+pub(crate) struct ReferenceTable {
     name: &'static str,
     header: csv::StringRecord,
     rows: Vec<csv::StringRecord>,
 }
 
 /// A line of a table.
-pub(super) struct ReferenceRow<'t> {
+pub(crate) struct ReferenceRow<'t> {
     table: &'t ReferenceTable,
     record: &'t csv::StringRecord,
 }
 
 impl ReferenceTable {
     /// Reads the text of a table of this name.
-    pub(super) fn new(name: &'static str, text: &str) -> Result<ReferenceTable, Failure> {
+    pub(crate) fn new(name: &'static str, text: &str) -> Result<ReferenceTable, Failure> {
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
         let broken = |e: csv::Error| Failure::new(format!("data/{name}: {e}"));
         let header = reader.headers().map_err(broken)?.clone();
@@ -35,21 +35,21 @@ impl ReferenceTable {
     }
 
     /// Its lines.
-    pub(super) fn rows(&self) -> impl Iterator<Item = ReferenceRow<'_>> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = ReferenceRow<'_>> {
         self.rows.iter().map(|record| ReferenceRow { table: self, record })
     }
 }
 
 impl<'t> ReferenceRow<'t> {
     /// A cell as it stands there.
-    pub(super) fn text(&self, column: &str) -> Result<&'t str, Failure> {
+    pub(crate) fn text(&self, column: &str) -> Result<&'t str, Failure> {
         let at = self.table.header.iter().position(|h| h == column);
         let cell = at.and_then(|k| self.record.get(k));
         cell.ok_or_else(|| Failure::new(format!("data/{}: there is no column '{column}'", self.table.name)))
     }
 
     /// A number, with half a unit of its last place.
-    pub(super) fn printed(&self, column: &str) -> Result<PrintedNumber, Failure> {
+    pub(crate) fn printed(&self, column: &str) -> Result<PrintedNumber, Failure> {
         let text = self.text(column)?;
         printed(text).ok_or_else(|| {
             Failure::new(format!("data/{}, column {column}: '{text}' is not a number", self.table.name))
@@ -57,12 +57,12 @@ impl<'t> ReferenceRow<'t> {
     }
 
     /// A number, or nothing where the cell is empty.
-    pub(super) fn optional(&self, column: &str) -> Result<Option<PrintedNumber>, Failure> {
+    pub(crate) fn optional(&self, column: &str) -> Result<Option<PrintedNumber>, Failure> {
         if self.text(column)?.is_empty() { Ok(None) } else { self.printed(column).map(Some) }
     }
 
     /// The value of a number.
-    pub(super) fn number(&self, column: &str) -> Result<f64, Failure> {
+    pub(crate) fn number(&self, column: &str) -> Result<f64, Failure> {
         Ok(self.printed(column)?.value)
     }
 }
@@ -78,10 +78,13 @@ fn printed(text: &str) -> Option<PrintedNumber> {
 /// The table of a file in `data/`, for the modules beside this one.
 macro_rules! table {
     ($name:literal) => {
-        $crate::validate::data::ReferenceTable::new($name, include_str!(concat!("data/", $name)))
+        $crate::validate::data::ReferenceTable::new(
+            $name,
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/validate/data/", $name)),
+        )
     };
 }
-pub(super) use table;
+pub(crate) use table;
 
 #[cfg(test)]
 mod tests {

@@ -14,34 +14,17 @@
 //! Each case states its limits in advance. A case whose files are missing is skipped and does not pass.
 
 mod box_scene;
-mod burns;
 mod case;
 mod case_context;
-mod conduction;
-mod cube;
+pub mod comparisons;
 mod data;
-mod daylight;
-mod discretization;
-mod elmer;
-mod factors;
-mod furnace;
-mod gas_slabs;
-mod gases;
-mod laws;
-mod lighting;
-mod macbeth;
+mod exact;
+mod gas;
+mod light;
 mod measures;
-pub mod montecarlo;
-mod openfoam;
 mod page;
 mod richardson;
-mod series;
-mod slabs;
-mod sphere;
-mod square;
 mod tables;
-mod textbook;
-mod thick;
 
 use case::{CaseOutcome, CaseResult, ValidationCase, Verdict};
 use case_context::CaseContext;
@@ -73,25 +56,25 @@ pub struct ValidationOptions {
 /// All cases, in the order of the page.
 fn cases() -> impl Iterator<Item = &'static ValidationCase> {
     let parts: [&'static [ValidationCase]; 19] = [
-        &factors::CASES,
-        &slabs::CASES,
-        &square::CASES,
-        &cube::CASES,
-        &burns::CASES,
-        &furnace::CASES,
-        &series::CASES,
-        &gases::CASES,
-        &gas_slabs::CASES,
-        &openfoam::CASES,
-        &elmer::CASES,
-        &montecarlo::CASES,
-        &thick::CASES,
-        &discretization::CASES,
-        &textbook::CASES,
-        &macbeth::CASES,
-        &lighting::CASES,
-        &daylight::CASES,
-        &laws::CASES,
+        &exact::factors::CASES,
+        &exact::slabs::CASES,
+        &exact::square::CASES,
+        &exact::cube::CASES,
+        &comparisons::burns::CASES,
+        &gas::furnace::CASES,
+        &exact::series::CASES,
+        &gas::gases::CASES,
+        &gas::gas_slabs::CASES,
+        &comparisons::openfoam::CASES,
+        &comparisons::elmer::CASES,
+        &comparisons::montecarlo::CASES,
+        &comparisons::thick::CASES,
+        &comparisons::discretization::CASES,
+        &exact::textbook::CASES,
+        &comparisons::macbeth::CASES,
+        &light::lighting::CASES,
+        &light::daylight::CASES,
+        &exact::laws::CASES,
     ];
     parts.into_iter().flatten()
 }

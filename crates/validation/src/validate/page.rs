@@ -17,7 +17,7 @@ const MAX_CURVES: usize = 6;
 const MIN_LEVEL_OVER_CURVE: f64 = 0.2;
 
 /// Writes the page and its plots; its path.
-pub(super) fn write(folder: &Path, plots: &PageFolder, done: &[CaseResult]) -> Result<PathBuf, Failure> {
+pub(crate) fn write(folder: &Path, plots: &PageFolder, done: &[CaseResult]) -> Result<PathBuf, Failure> {
     let mut page = include_str!("head.md").to_string();
     page += &overview(done);
     let mut group = "";

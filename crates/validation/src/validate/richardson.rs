@@ -12,15 +12,15 @@
 //! [`MIN_ORDER`] and [`MAX_ORDER`] is not extrapolated, with a reason.
 
 /// Smallest accepted order.
-pub(super) const MIN_ORDER: f64 = 0.4;
+pub(crate) const MIN_ORDER: f64 = 0.4;
 /// Largest accepted order.
-pub(super) const MAX_ORDER: f64 = 8.0;
+pub(crate) const MAX_ORDER: f64 = 8.0;
 /// Relative differences below this are rounding and the solver's residual.
 const MIN_RELATIVE_CHANGE: f64 = 1e-11;
 
 /// Values at growing resolution.
 #[derive(Clone, Debug)]
-pub(super) struct ResolutionSequence {
+pub(crate) struct ResolutionSequence {
     /// Name of the quantity.
     pub name: String,
     /// Zones along an edge and the value there, from coarse to fine.
@@ -33,7 +33,7 @@ pub(super) struct ResolutionSequence {
 
 impl ResolutionSequence {
     /// A sequence, extrapolated where that is possible.
-    pub(super) fn new(
+    pub(crate) fn new(
         name: impl Into<String>,
         steps: Vec<(f64, f64)>,
         reference: Option<(f64, f64)>,
@@ -43,14 +43,14 @@ impl ResolutionSequence {
     }
 
     /// The extrapolated value; not a number where there is none, so that no verdict can rest on it.
-    pub(super) fn value(&self) -> f64 {
+    pub(crate) fn value(&self) -> f64 {
         self.limit.as_ref().map_or(f64::NAN, |e| e.value)
     }
 }
 
 /// The extrapolated limit of a sequence.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Extrapolation {
+pub(crate) struct Extrapolation {
     /// v*.
     pub value: f64,
     /// Its estimated uncertainty.
@@ -61,13 +61,13 @@ pub(super) struct Extrapolation {
 
 impl Extrapolation {
     /// The order of the finest triple.
-    pub(super) fn order(&self) -> f64 {
+    pub(crate) fn order(&self) -> f64 {
         self.orders.last().copied().unwrap_or(f64::NAN)
     }
 }
 
 /// Extrapolates (n, v), n growing.
-pub(super) fn extrapolate(steps: &[(f64, f64)]) -> Result<Extrapolation, String> {
+pub(crate) fn extrapolate(steps: &[(f64, f64)]) -> Result<Extrapolation, String> {
     if steps.len() < 3 {
         return Err(format!("{} resolutions; three are needed", steps.len()));
     }

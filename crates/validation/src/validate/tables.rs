@@ -17,7 +17,7 @@ fn digits(c: &QuantityCheck) -> usize {
 }
 
 /// Reference, ours, difference, limit, as text; a dash where there is none.
-pub(super) fn cells(c: &QuantityCheck) -> [String; 4] {
+pub(crate) fn cells(c: &QuantityCheck) -> [String; 4] {
     let n = digits(c);
     let relative = |x: f64| format!("{} (relative)", number(x, 2));
     match c.limit {
@@ -43,7 +43,7 @@ pub(super) fn cells(c: &QuantityCheck) -> [String; 4] {
 }
 
 /// How the case ended, in a few words.
-pub(super) fn summary(o: &CaseOutcome) -> String {
+pub(crate) fn summary(o: &CaseOutcome) -> String {
     let (held, failed) = (o.count(Verdict::Pass), o.count(Verdict::Fail));
     match (&o.skipped, held, failed) {
         (Some(_), ..) => "skipped".into(),
@@ -54,7 +54,7 @@ pub(super) fn summary(o: &CaseOutcome) -> String {
 }
 
 /// The rows of a case.
-pub(super) fn table(d: &CaseResult) -> String {
+pub(crate) fn table(d: &CaseResult) -> String {
     let mut out = format!("{}: {}  [{}; {:.1} s]", d.case.name, d.case.title, summary(&d.outcome), d.seconds);
     if let Some(why) = &d.outcome.skipped {
         let _ = write!(out, "\n  skipped: {why}");
@@ -94,13 +94,13 @@ pub(super) fn table(d: &CaseResult) -> String {
 }
 
 /// Verdicts that hold and fail, and cases that were skipped.
-pub(super) fn counts(done: &[CaseResult]) -> [usize; 3] {
+pub(crate) fn counts(done: &[CaseResult]) -> [usize; 3] {
     let sum = |v: Verdict| done.iter().map(|d| d.outcome.count(v)).sum();
     [sum(Verdict::Pass), sum(Verdict::Fail), done.iter().filter(|d| d.outcome.skipped.is_some()).count()]
 }
 
 /// The last lines.
-pub(super) fn end(done: &[CaseResult], page: Option<&Path>) -> String {
+pub(crate) fn end(done: &[CaseResult], page: Option<&Path>) -> String {
     let [held, failed, skipped] = counts(done);
     let seconds: f64 = done.iter().map(|d| d.seconds).sum();
     let mut out = format!(
@@ -116,13 +116,13 @@ pub(super) fn end(done: &[CaseResult], page: Option<&Path>) -> String {
 
 /// How the list of cases is printed.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum ListFormat {
+pub(crate) enum ListFormat {
     Text,
     Json,
 }
 
 /// The cases, without running them.
-pub(super) fn list(cases: &[&ValidationCase], format: ListFormat) -> String {
+pub(crate) fn list(cases: &[&ValidationCase], format: ListFormat) -> String {
     if format == ListFormat::Json {
         let all: Vec<Value> = (cases.iter())
             .map(|c| json!({"name": c.name, "group": c.group, "title": c.title, "quick": c.quick, "needs": c.needs}))
@@ -149,7 +149,7 @@ fn limit(l: AcceptanceLimit) -> Value {
 }
 
 /// Everything as JSON.
-pub(super) fn json(done: &[CaseResult], page: Option<&Path>) -> String {
+pub(crate) fn json(done: &[CaseResult], page: Option<&Path>) -> String {
     let word = |v: Verdict| match v {
         Verdict::Pass => "pass",
         Verdict::Fail => "fail",

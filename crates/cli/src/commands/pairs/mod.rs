@@ -1,0 +1,8 @@
+//! Commands of exchange factors and exchange areas.
+
+pub mod exchange;
+pub mod factors;
+pub mod gas;
+pub mod update;
+pub mod view_factors;
+pub mod voxel_factors;

@@ -1,0 +1,6 @@
+//! Commands that write and check scene files.
+
+pub mod check;
+pub mod init;
+pub mod keys;
+pub mod migrate;

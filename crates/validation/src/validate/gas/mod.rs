@@ -1,0 +1,5 @@
+//! Cases with gases.
+
+pub(crate) mod furnace;
+pub(crate) mod gas_slabs;
+pub(crate) mod gases;

@@ -1,0 +1,4 @@
+//! Cases of lighting and daylight.
+
+pub(crate) mod daylight;
+pub(crate) mod lighting;
