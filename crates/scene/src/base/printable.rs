@@ -11,7 +11,7 @@ fn is_terminal_control(c: char) -> bool {
 /// The text with every control character escaped as `\\u` and four hexadecimal digits, as in JSON.
 ///
 /// ```
-/// use zonal_scene::base::printable;
+/// use zonal_scene::printable;
 /// assert_eq!(printable("east wall"), "east wall");
 /// assert_eq!(printable("\u{1b}[2J"), "\\u001b[2J");
 /// ```

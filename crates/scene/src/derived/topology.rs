@@ -161,7 +161,7 @@ fn hash_of(group: usize, edges: &[(u32, u32)]) -> u64 {
 /// ```
 /// use zonal_math::vec3;
 /// use zonal_scene::Plate;
-/// use zonal_scene::derived::topology::{FaceCopy, copies};
+/// use zonal_scene::topology::{FaceCopy, copies};
 /// let (a, b, c) = (vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
 /// let plates = [Plate::triangle(a, b, c), Plate::triangle(b, c, a), Plate::triangle(a, c, b)];
 /// let found = copies(&plates, &[0, 1, 2], &|_| 0);
@@ -233,7 +233,7 @@ impl Topology {
     /// ```
     /// use zonal_math::vec3;
     /// use zonal_scene::Plate;
-    /// use zonal_scene::derived::topology::Topology;
+    /// use zonal_scene::topology::Topology;
     /// let square = Plate::parallelogram(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
     /// let found = Topology::of(&[square, square], &[0, 1]);
     /// assert_eq!((found.repeated_faces.count, found.free_edges.count), (1, 4));

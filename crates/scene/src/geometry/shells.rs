@@ -150,7 +150,7 @@ impl Shells {
     /// ```
     /// use zonal_math::vec3;
     /// use zonal_scene::Plate;
-    /// use zonal_scene::geometry::shells::{ShellKind, Shells};
+    /// use zonal_scene::shells::{ShellKind, Shells};
     /// let (a, b, c, d) = (vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
     /// let tetrahedron = [(a, c, b), (a, b, d), (a, d, c), (b, c, d)].map(|(p, q, r)| Plate::triangle(p, q, r));
     /// let shells = Shells::find(&tetrahedron, 1e-6);
