@@ -3,7 +3,7 @@
 
 Runs both binaries on the same small scenes (all engines, both modes, every output) and compares the bytes of every numeric array of an
 .npz, the pixels of .exr and .png, the binary buffers of .glb and .vtu/.vti, and the numbers of .csv. Keys of JSON, hashes, versions,
-times and the compression of containers are no part of the comparison. Scenes use former spellings of keys, which builds of both kinds read. Needs numpy. Exit code 1 where anything differs.
+times and the compression of containers are no part of the comparison. Needs numpy. Exit code 1 where anything differs.
 """
 
 import argparse
@@ -56,7 +56,7 @@ OPEN = """
 [solve]
 tolerance = 0.05
 patch_size = 0.6
-groups = "each"
+light_groups = "each"
 [[surface]]
 name = "floor"
 rectangle = { origin = [0, 0, 0], edge1 = [3, 0, 0], edge2 = [0, 3, 0] }
@@ -201,7 +201,7 @@ CASES = {
     "box, spectral": (scene(BOX, engine='"spectral"'), PICTURE),
     "box, hierarchical": (scene(BOX, engine='"hierarchical"', tolerance=0.1), PICTURE + VOLUME),
     "box, links": (scene(BOX, engine='"hierarchical"', tolerance=0.02), []),
-    "box, slopes": (scene(BOX, engine='"spectral"', thick_zones='"linear"'), PICTURE),
+    "box, slopes": (scene(BOX, engine='"spectral"', zone_basis='"linear"'), PICTURE),
     "box, three orders": (scene(BOX, engine='"dense"', sweeps=3), ["export {run} -o table.csv"]),
     "box, size of zones": (scene(BOX, engine='"dense"', zoning_error="true"), ["export {run} -o table.csv"]),
     "box, paper's series": (BOX, [], "--factors series"),

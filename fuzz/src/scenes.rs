@@ -164,11 +164,11 @@ impl SceneWriter<'_> {
         }
         if self.c.one_in(6) {
             let n = 1 + self.c.index_below(5);
-            self.line(format!("sweeps={n}"));
+            self.line(format!("scattering_orders={n}"));
         }
         if !self.thermal && self.c.one_in(3) {
             let groups = self.c.choose(&["each", "all", "auto"]);
-            self.line(format!("groups='{groups}'"));
+            self.line(format!("light_groups='{groups}'"));
         }
         if self.c.one_in(8) {
             self.line("residual=1e-3\nmax_iterations=3");

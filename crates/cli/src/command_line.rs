@@ -1,10 +1,8 @@
-//! A whole command line: parsing, notes on former flags, the error, the exit code.
+//! A whole command line: parsing, the error, the exit code.
 
-use crate::commands::former_flags;
 use crate::commands::{Cli, run};
 use clap::Parser;
 use std::ffi::OsString;
-use zonal_report::note;
 
 /// Runs a command line, the name of the program first, prints its error, and returns its exit code: 0 success; 1 a failed verdict of `validate`, no case
 /// run, or a warning with `--strict`; 2 bad input, or an output that cannot be written.
@@ -18,9 +16,6 @@ pub fn run_arguments(arguments: Vec<OsString>) -> u8 {
             return u8::try_from(e.exit_code()).unwrap_or(u8::MAX);
         }
     };
-    for (former, present) in former_flags::used(&cli.command, arguments.into_iter()) {
-        note(&format!("{former} is now {present}"));
-    }
     match run(cli) {
         Ok(()) => 0,
         Err(e) => {

@@ -20,7 +20,6 @@ fn every_command_has_help() {
         "exchange",
         "factors",
         "gas",
-        "migrate",
         "keys",
         "reproduce",
         "validate",

@@ -380,7 +380,7 @@ fn scene_without_camera_has_overview() {
     assert_eq!(json["range"], json["visible_range"]);
     assert_eq!((json["width"].as_u64(), json["height"].as_u64()), (Some(80), Some(60)));
     assert!(json["without_value"].as_u64().unwrap() > 50 && json["out_of_range"] == 0);
-    f.done(&["render", "warm.npz", "--show", "irradiation", "--camera", "overview", "-o", "out/b.png"]);
+    f.done(&["render", "warm.npz", "--show", "irradiance", "--camera", "overview", "-o", "out/b.png"]);
     refused(
         &f,
         Program,

@@ -7,7 +7,6 @@ mod cut_outs;
 mod density_arrays;
 mod error_kinds;
 mod face_values;
-mod former_keys;
 mod ineffective_keys;
 mod inline_scenes;
 mod invalid_meshes;

@@ -6,7 +6,6 @@ pub mod checks;
 pub mod context;
 pub mod dataset;
 pub mod export;
-pub mod former_flags;
 pub mod pages;
 pub mod pairs;
 pub mod quality;
@@ -77,8 +76,6 @@ pub enum Command {
     ViewFactors(pairs::view_factors::Args),
     /// Print the grey gases and the total emissivity of a gas model.
     Gas(pairs::gas::Args),
-    /// Replace former keys of a scene file by their present names.
-    Migrate(scenes::migrate::Args),
     /// Print the reference of all keys of scene files.
     Keys(scenes::keys::Args),
     /// Recompute the figures, tables and claims of the 1996 paper, with plots and a page.
@@ -110,7 +107,6 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Factors(a) => pairs::factors::run(&a, context),
         Command::ViewFactors(a) => pairs::view_factors::run(&a, context),
         Command::Gas(a) => pairs::gas::run(&a, context),
-        Command::Migrate(a) => scenes::migrate::run(&a, context),
         Command::Keys(a) => scenes::keys::run(&a, context),
         Command::Reproduce(a) => checks::reproduce::run(&a, context),
         Command::Validate(a) => checks::validate::run(&a, context),

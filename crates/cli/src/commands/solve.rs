@@ -44,17 +44,17 @@ pub struct Args {
     #[arg(long, value_enum)]
     pub engine: Option<Engine>,
     /// Lights that are solved separately, so that `zonal relight` can scale them [default: that of the scene, else auto].
-    #[arg(long, value_enum, alias = "groups", value_name = "GROUPING")]
+    #[arg(long, value_enum, value_name = "GROUPING")]
     pub light_groups: Option<LightGrouping>,
     /// Basis of the radiosity inside a zone [default: that of the scene, else auto].
-    #[arg(long, value_enum, alias = "thick-zones", value_name = "BASIS")]
+    #[arg(long, value_enum, value_name = "BASIS")]
     pub zone_basis: Option<ZoneBasis>,
     /// Estimate the discretization error by a second solve on zones of another size [default: that of the scene, else true in thermal mode].
-    #[arg(long, alias = "zoning-error", value_name = "BOOL")]
+    #[arg(long, value_name = "BOOL")]
     pub discretization_error: Option<bool>,
     /// Stop after N orders of scattering and reflection: N terms of the Neumann series in place of the iterative solver [default: that of the scene, else
     /// the solver].
-    #[arg(long, alias = "sweeps", value_name = "N")]
+    #[arg(long, value_name = "N")]
     pub scattering_orders: Option<usize>,
     /// Keep finished stages in a folder during the solve [default folder: OUTPUT.checkpoint]. It is removed when the solution is written.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1)]

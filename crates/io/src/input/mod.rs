@@ -11,7 +11,7 @@
 //! | `light_files`, `grids` | luminaires and skies; sparse grids and volumes |
 //! | `mesh_files` | mesh formats |
 //! | `mesh` | meshes independent of their format |
-//! | `toml` | text and places, typed values, tables of keys, migration of former keys |
+//! | `toml` | text and places, typed values, tables of keys |
 //! | `tables` | columns of values by face, zone or name: CSV, npy, cell data of VTK; spectra |
 //! | `vtk` | VTK's XML files |
 //! | `images` | PNG and JPEG textures |
@@ -49,7 +49,6 @@ pub use reading::error::InputError;
 pub use reading::text::open_file;
 pub use tables::{Quantity, RowKeys, ValueTable, read_values};
 pub use toml::key_tables::{SceneKey, scene_key_reference};
-pub use toml::migrate::{KeyChange, migrate_scene_text};
 pub use view3d::{
     View3dControls, View3dFile, View3dOutput, View3dSurface, View3dSurfaceKind, read_view3d,
     read_view3d_from_bytes,

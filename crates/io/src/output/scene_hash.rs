@@ -2,7 +2,7 @@
 //!
 //! Every number enters as a little-endian word of 64 bits, f64 (−0 as 0) or u64, and every list is preceded by its length. Names, notes
 //! and cameras are excluded, since they do not change a solution. The hash identifies the scene of a solution or checkpoint; it is
-//! compared with hashes of the same program only, so that files with the 128-bit FNV-1a of format version 5 stay readable.
+//! compared with hashes of the same program only.
 
 use zonal_math::Vec3;
 use zonal_scene::{

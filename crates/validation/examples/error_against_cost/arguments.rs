@@ -3,7 +3,7 @@
 use crate::scenes::Error;
 
 /// Options that stand alone.
-const FLAGS: [&str; 4] = ["--quick", "--former-keys", "--slow", "--json"];
+const FLAGS: [&str; 3] = ["--quick", "--slow", "--json"];
 
 /// The arguments behind the name of the program.
 pub(crate) struct Arguments(Vec<String>);

@@ -4,7 +4,7 @@ use crate::arguments::Arguments;
 use crate::measure::{Measurement, measure};
 use crate::points::{self, Point, PointStatus};
 use crate::reference::Reference;
-use crate::scenes::{BenchmarkScene, Error, KeyNames, SCENES, SceneFolder};
+use crate::scenes::{BenchmarkScene, Error, SCENES, SceneFolder};
 use crate::solved::{ReportSummary, SolvedScene};
 use crate::solving::SolveRequest;
 use std::path::{Path, PathBuf};
@@ -189,7 +189,6 @@ fn line(p: &Point) -> String {
 pub(crate) fn run(arguments: &Arguments, scenes: &[&'static BenchmarkScene]) -> Result<bool, Error> {
     let campaign = Campaign::new(arguments)?;
     let shared = Path::new(arguments.text("--shared").unwrap_or("../shared"));
-    let keys = if arguments.flag("--former-keys") { KeyNames::Former } else { KeyNames::Present };
     let mut all = points::read(&campaign.csv)?;
     for scene in scenes {
         let Some(references) = SceneReferences::read(&campaign.references, scene.name)? else {
@@ -197,7 +196,7 @@ pub(crate) fn run(arguments: &Arguments, scenes: &[&'static BenchmarkScene]) -> 
             continue;
         };
         let folder = SceneFolder { path: &campaign.folder, shared };
-        let Some(path) = scene.write(&folder, keys)? else {
+        let Some(path) = scene.write(&folder)? else {
             println!("{}: skipped, for {} is absent", scene.name, shared.display());
             continue;
         };

@@ -1,11 +1,11 @@
 //! The benchmark of error against cost: furnished and difficult scenes, each solved with each engine from coarse to fine tolerances.
 //!
 //! ```text
-//! error_against_cost scenes DIR [--former-keys]
+//! error_against_cost scenes DIR
 //! error_against_cost references --references DIR [--method walks|continued|dense] [--patches 200] [--voxels 200] [--error 0.01] [--max-paths N]
 //!                    [--samples 4] [--tolerance 0.003] [--seed 1] [--groups NAME,…]
 //! error_against_cost measure --references DIR [--csv TABLE.csv] [--engines auto,hierarchical,dense] [--tolerances 0.3,…] [--quick]
-//!                    [--limit 60] [--zonal PATH] [--former-keys]
+//!                    [--limit 60] [--zonal PATH]
 //! error_against_cost page [--csv TABLE.csv] [--page docs/error-against-cost.md]
 //! error_against_cost compare --csv TABLE.csv --compare OTHER.csv [--engines auto]
 //! error_against_cost discretization --references DIR
@@ -43,7 +43,7 @@ mod zones;
 use arguments::Arguments;
 use points::Point;
 use reference::Reference;
-use scenes::{BenchmarkScene, Error, KeyNames, SCENES, SceneFolder};
+use scenes::{BenchmarkScene, Error, SCENES, SceneFolder};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -140,8 +140,7 @@ fn write_scenes(arguments: &Arguments) -> Result<bool, Error> {
     let folder =
         SceneFolder { path: &path, shared: Path::new(arguments.text("--shared").unwrap_or("../shared")) };
     for scene in &SCENES {
-        let keys = if arguments.flag("--former-keys") { KeyNames::Former } else { KeyNames::Present };
-        match scene.write(&folder, keys)? {
+        match scene.write(&folder)? {
             Some(file) => println!("{}", file.display()),
             None => println!("{}: skipped, for {} is absent", scene.name, folder.shared.display()),
         }

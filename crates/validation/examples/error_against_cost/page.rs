@@ -35,7 +35,7 @@ target/release/examples/error_against_cost page --csv docs/error-against-cost.cs
 target/release/examples/error_against_cost compare --csv docs/error-against-cost.csv --compare OLDER.csv
 ```
 
-`--zonal PATH` measures another binary, `--former-keys` writes the scenes for versions before the renaming of keys, `--quick` takes three tolerances, and
+`--zonal PATH` measures another binary, `--quick` takes three tolerances, and
 `--scenes`, `--engines` and `--tolerances` choose. `scenes DIR` writes the scene files.
 ";
 

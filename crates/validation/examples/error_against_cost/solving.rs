@@ -30,12 +30,18 @@ pub(crate) struct SolveRequest<'a> {
 }
 
 impl SolveRequest<'_> {
-    /// Solves; `None` where the solve was ended at its limit. The former names of options are those that every version knows.
+    /// Solves; `None` where the solve was ended at its limit.
     pub(crate) fn run(&self) -> Result<Option<(ReportSummary, Consumption)>, Error> {
         let own = std::env::current_exe()?;
         let mut command = Command::new(self.command.unwrap_or(&own));
         command.arg("solve").arg(self.scene).arg("-o").arg(self.run).args(["--engine", self.engine]);
-        command.args(["--tolerance", &self.tolerance.to_string(), "--zoning-error", "false", "--json"]);
+        command.args([
+            "--tolerance",
+            &self.tolerance.to_string(),
+            "--discretization-error",
+            "false",
+            "--json",
+        ]);
         command.args(["--max-memory", &MAX_MEMORY_GB.to_string()]);
         let log = self.run.with_extension("log");
         command.stderr(Stdio::from(std::fs::File::create(&log)?));

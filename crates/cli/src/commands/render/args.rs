@@ -102,7 +102,6 @@ pub enum FieldQuantity {
     /// Radiosity B, W/m2, direct light included, of surfaces: mean over the bands; in thermal mode their sum.
     Radiosity,
     /// Irradiance H, W/m2, direct light included, of surfaces: mean over the bands; in thermal mode their sum.
-    #[value(alias = "irradiation")]
     Irradiance,
 }
 

@@ -13,7 +13,7 @@ Every key of a scene file, with type, unit and default. `zonal keys --markdown` 
 - *bands* is one number for all bands, or a list of one for each band: `[r, g, b]` by default.
 - `NAME[]` stands for the entries of a list of tables, `[[NAME]]` in TOML. Capitals stand for a name that the scene chooses.
 - A default of *required* marks a key without a default. An empty default means that the property is absent.
-- An unknown key is an error. A former name is read with a note; `zonal migrate SCENE.toml --write` replaces it.
+- An unknown key is an error.
 ";
 
 /// Print the reference of all keys of scene files.
@@ -63,7 +63,6 @@ fn json(keys: &[SceneKey]) -> serde_json::Value {
     let entry = |k: &SceneKey| {
         serde_json::json!({
             "path": k.path, "type": k.value, "unit": k.unit, "default": k.default, "description": k.description,
-            "former_name": k.former_name,
         })
     };
     keys.iter().map(entry).collect()
@@ -88,10 +87,9 @@ fn markdown(keys: &[SceneKey]) -> String {
 /// One row of a table.
 fn row(key: &SceneKey) -> String {
     let cell = |text: &str| text.replace('|', "\\|");
-    let former = key.former_name.map_or(String::new(), |f| format!(" (formerly `{f}`)"));
     let name = section_and_name(key).1;
     let [value, unit, default, description] = [key.value, key.unit, key.default, key.description].map(cell);
-    format!("| `{name}` | {value} | {unit} | {default} | {description}{former} |\n")
+    format!("| `{name}` | {value} | {unit} | {default} | {description} |\n")
 }
 
 #[cfg(test)]
@@ -103,7 +101,7 @@ mod tests {
         let keys = scene_key_reference();
         let page = markdown(&keys);
         assert!(page.starts_with("# Scene keys\n"));
-        assert!(page.contains("\n## `solve`\n") && page.contains("(formerly `sweeps`)"));
+        assert!(page.contains("\n## `solve`\n"));
         let rows: Vec<&str> = page.lines().filter(|l| l.starts_with("| `")).collect();
         assert_eq!(rows.len(), keys.len());
         assert!(rows.iter().all(|r| r.replace("\\|", "").matches('|').count() == 6));

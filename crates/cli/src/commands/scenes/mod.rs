@@ -3,4 +3,3 @@
 pub mod check;
 pub mod init;
 pub mod keys;
-pub mod migrate;

@@ -86,7 +86,6 @@ pub(crate) fn read_document(
     }
     // Validate the whole scene.
     let mut notes = merge_notes(std::mem::take(&mut reader.parts.notes));
-    notes.extend(root.source.take_notes());
     notes.extend(white_walls::white_walls(&reader.parts));
     reader.parts.notes = notes;
     Scene::new(reader.parts).map_err(|e| root.source.scene_error(&e))

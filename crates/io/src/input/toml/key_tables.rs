@@ -71,8 +71,7 @@ pub(crate) const SOLVE: KeyGroups = &[&[
         "",
         "",
         "number of terms of the Neumann series that replace the iteration",
-    )
-    .formerly("sweeps"),
+    ),
     key(
         "engine",
         "\"auto\" | \"dense\" | \"hierarchical\" | \"spectral\" | \"layered\"",
@@ -86,24 +85,21 @@ pub(crate) const SOLVE: KeyGroups = &[&[
         "",
         "\"auto\"",
         "light groups that are solved and stored separately",
-    )
-    .formerly("groups"),
+    ),
     key(
         "zone_basis",
         "\"auto\" | \"linear\" | \"constant\"",
         "",
         "\"auto\"",
         "basis functions of the radiosity in optically thick voxels",
-    )
-    .formerly("thick_zones"),
+    ),
     key(
         "discretization_error",
         "boolean",
         "",
         "true in thermal mode, else false",
         "estimates the discretization error by a second solve on coarser zones",
-    )
-    .formerly("zoning_error"),
+    ),
 ]];
 
 /// `[boundary]`.
@@ -532,8 +528,6 @@ pub struct SceneKey {
     pub default: &'static str,
     /// One line.
     pub description: &'static str,
-    /// The former name of the last part of the path, which is read with a warning.
-    pub former_name: Option<&'static str>,
 }
 
 /// All keys of the scene format, in the order of the manual. The reader checks scenes against the same tables.
@@ -551,7 +545,6 @@ pub fn scene_key_reference() -> Vec<SceneKey> {
         unit: k.unit,
         default: k.default,
         description: k.description,
-        former_name: k.former_name,
     })
     .collect()
 }

@@ -13,8 +13,6 @@ pub(crate) struct KeySpec {
     pub(crate) default: &'static str,
     /// One line.
     pub(crate) description: &'static str,
-    /// The former name, which is read with a warning.
-    pub(crate) former_name: Option<&'static str>,
 }
 
 /// The keys of a table, in groups that tables share.
@@ -28,14 +26,7 @@ pub(crate) const fn key(
     default: &'static str,
     description: &'static str,
 ) -> KeySpec {
-    KeySpec { name, value, unit, default, description, former_name: None }
-}
-
-impl KeySpec {
-    /// The same key with a former name.
-    pub(crate) const fn formerly(self, name: &'static str) -> KeySpec {
-        KeySpec { former_name: Some(name), ..self }
-    }
+    KeySpec { name, value, unit, default, description }
 }
 
 /// All keys of a table.
@@ -43,17 +34,12 @@ pub(crate) fn all(groups: KeyGroups) -> impl Iterator<Item = &'static KeySpec> {
     groups.iter().copied().flatten()
 }
 
-/// The names of all keys of a table, without former ones.
+/// The names of all keys of a table.
 pub(crate) fn names(groups: KeyGroups) -> Vec<&'static str> {
     all(groups).map(|k| k.name).collect()
 }
 
-/// True if a word is the name or the former name of a key.
+/// True if a word is the name of a key.
 pub(crate) fn knows(groups: KeyGroups, word: &str) -> bool {
-    all(groups).any(|k| k.name == word || k.former_name == Some(word))
-}
-
-/// The former name of a key, if it has one.
-pub(crate) fn former_name_of(groups: KeyGroups, name: &str) -> Option<&'static str> {
-    all(groups).find(|k| k.name == name)?.former_name
+    all(groups).any(|k| k.name == word)
 }

@@ -1,8 +1,7 @@
 //! Typed reading of a TOML document. Every value carries its key and its place.
 
-use super::keys::{KeyGroups, all, former_name_of, knows, names};
+use super::keys::{KeyGroups, knows, names};
 use super::light_keys::SPECTRUM;
-use super::migrate::both_names;
 use super::source::SourceText;
 use crate::input::reading::error::InputError;
 use crate::input::reading::suggestion::suggest;
@@ -11,7 +10,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Diagnostic};
+use zonal_scene::Bands;
 
 /// Keys of which values by temperature have one.
 const TEMPERATURE_KEYS: [&str; 2] = ["temperatures", "by_temperature"];
@@ -379,27 +378,13 @@ impl<'a> TomlTable<'a> {
         // Looking a key up records its place.
         let _ = self.get("name");
     }
-    /// Refuses unknown keys, the first one in the file first, and keys given under their former and their present name. Former names
-    /// alone give a warning.
+    /// Refuses unknown keys, the first one in the file first.
     pub(crate) fn check(&mut self, keys: KeyGroups) -> Result<(), InputError> {
         self.keys = keys;
         let unknown = self.map.iter().map(|(k, _)| k).filter(|k| !knows(keys, k.get_ref()));
         if let Some(k) = unknown.min_by_key(|k| k.span().start) {
             let message = format!("unknown key; {}", suggest(k.get_ref(), &names(keys)));
             return Err(self.source.error(k.span().start, &self.key_of(k.get_ref()), message));
-        }
-        for spec in all(keys) {
-            let Some(former) = spec.former_name else { continue };
-            let Some((k, _)) = self.map.get_key_value(former) else { continue };
-            let (offset, old) = (k.span().start, self.key_of(former));
-            if self.map.contains_key(spec.name) {
-                return Err(self.source.error(offset, &old, both_names(spec.name)));
-            }
-            let new = self.key_of(spec.name);
-            let text = format!(
-                "this key is now named {new}; the former name will be refused by a later version: zonal migrate renames it"
-            );
-            self.source.add_note(offset, Diagnostic::note("renamed-key", text).at(old));
         }
         Ok(())
     }
@@ -410,12 +395,10 @@ impl<'a> TomlTable<'a> {
     pub(crate) fn error(&self, message: impl Into<String>) -> InputError {
         self.source.error(self.offset, &self.key, message)
     }
-    /// The value of a key, under its present or its former name; its place is recorded under both.
+    /// The value of a key; its place is recorded.
     pub(crate) fn get(&self, name: &str) -> Option<TomlNode<'a>> {
-        let former = || former_name_of(self.keys, name).and_then(|old| Some((old, self.map.get(old)?)));
-        let (spelling, value) = self.map.get(name).map(|v| (name, v)).or_else(former)?;
-        let (key, span) = (self.key_of(spelling), value.span());
-        self.source.record_place(self.key_of(name), span.start);
+        let value = self.map.get(name)?;
+        let (key, span) = (self.key_of(name), value.span());
         self.source.record_place(key.as_str(), span.start);
         Some(TomlNode { source: self.source, value: value.get_ref(), span, key })
     }

@@ -1,21 +1,19 @@
-//! The text of a scene, the place of every key in it, and the notes that reading its keys gives.
+//! The text of a scene, and the place of every key in it.
 
 use crate::files::FileSource;
 use crate::input::reading::error::InputError;
 use std::cell::RefCell;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::DeTable;
-use zonal_scene::{BandSet, Diagnostic, SceneError};
+use zonal_scene::{BandSet, SceneError};
 
 /// The text of a scene, its name in messages, and the place of each key that was read.
 pub(crate) struct SourceText<'a> {
     file: &'a str,
     text: &'a str,
     places: RefCell<HashMap<String, usize>>,
-    /// Notes about keys, by byte offset: one for each key, however often its table is read.
-    notes: RefCell<BTreeMap<usize, Diagnostic>>,
     /// The bands of the scene, and the triple of them that is read.
     bands: (BandSet, usize),
     /// Folder and storage of the files that values refer to.
@@ -24,14 +22,7 @@ pub(crate) struct SourceText<'a> {
 
 impl<'a> SourceText<'a> {
     pub(crate) fn new(file: &'a str, text: &'a str) -> SourceText<'a> {
-        SourceText {
-            file,
-            text,
-            places: RefCell::default(),
-            notes: RefCell::default(),
-            bands: (BandSet::default(), 0),
-            files: None,
-        }
+        SourceText { file, text, places: RefCell::default(), bands: (BandSet::default(), 0), files: None }
     }
     /// The same text with files in a folder.
     pub(crate) fn with_files(self, folder: Option<&'a Path>, files: FileSource<'a>) -> SourceText<'a> {
@@ -77,14 +68,6 @@ impl<'a> SourceText<'a> {
         if let Some(offset) = places.get(other).copied() {
             places.entry(key.to_string()).or_insert(offset);
         }
-    }
-    /// Adds a note about the key at a byte offset.
-    pub(crate) fn add_note(&self, offset: usize, note: Diagnostic) {
-        self.notes.borrow_mut().insert(offset, note);
-    }
-    /// The notes about keys, in the order of the text.
-    pub(crate) fn take_notes(&self) -> Vec<Diagnostic> {
-        self.notes.take().into_values().collect()
     }
     /// Places a scene's error on the line of its key, or of the nearest enclosing key that was read.
     pub(crate) fn scene_error(&self, error: &SceneError) -> InputError {

@@ -10,8 +10,7 @@ pub(crate) const THERMAL: KeyGroups = &[&[
         "",
         "grey",
         "constant fractions of the black-body emission in the bands; they sum to 1",
-    )
-    .formerly("shares"),
+    ),
     key(
         "weights",
         "list of numbers for each band, or \"rest\" for one of them",
@@ -26,8 +25,7 @@ pub(crate) const THERMAL: KeyGroups = &[&[
         "required with weights",
         "temperatures for which the polynomials hold",
     ),
-    key("allow_partial", "boolean", "", "false", "accepts band fractions that sum to less than 1")
-        .formerly("left_out"),
+    key("allow_partial", "boolean", "", "false", "accepts band fractions that sum to less than 1"),
 ]];
 /// `[[node]]`.
 pub(crate) const NODE: KeyGroups = &[&[

@@ -162,10 +162,6 @@ pub(crate) mod grade {
     }
 }
 
-/// Former names of statuses, in files of earlier versions.
-const FORMER_STATUS_NAMES: [(&str, SolveStatus); 2] =
-    [("budget", SolveStatus::MaxIterations), ("swept", SolveStatus::FixedOrder)];
-
 /// The status of each band as its name.
 pub(crate) mod statuses {
     use super::*;
@@ -177,8 +173,7 @@ pub(crate) mod statuses {
         let names = triple_of_list::<String, D::Error>(&Vec::deserialize(d)?)?;
         let find = |name: &String| {
             let present = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
-            let former = || FORMER_STATUS_NAMES.iter().find(|f| f.0 == name).map(|f| f.1);
-            present.or_else(former).ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
+            present.ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
         };
         let [a, b, c] = &names;
         Ok(PerBand::from_rgb([find(a)?, find(b)?, find(c)?]))

@@ -1,4 +1,4 @@
-//! The fields of a report in JSON, described once for writing and reading (serde). Former names of fields are read too.
+//! The fields of a report in JSON, described once for writing and reading (serde).
 
 use super::codec::{
     decode_at, error_bands, grade, nan_bands, printable_text, residual_lists, statuses, unknown_energy_errors,
@@ -35,7 +35,7 @@ struct ReportFormat {
     energy_error: EnergyBalance,
     #[serde(skip)]
     heat: Option<HeatReport>,
-    #[serde(with = "discretization", alias = "zoning", default)]
+    #[serde(with = "discretization", default)]
     discretization_error: Option<DiscretizationError>,
     #[serde(with = "counts")]
     counts: Vec<(String, u64)>,
@@ -65,7 +65,7 @@ struct ClosureFormat {
     rms: Bands,
     #[serde(with = "nan_bands")]
     largest_change: Bands,
-    #[serde(with = "nan_bands", alias = "after")]
+    #[serde(with = "nan_bands")]
     residual_defect: Bands,
     restored: bool,
 }
@@ -86,7 +86,7 @@ pub(crate) struct EnergyFormat {
     absorbed_panes: Bands,
     #[serde(with = "nan_bands")]
     escaped: Bands,
-    #[serde(with = "nan_bands", alias = "backs")]
+    #[serde(with = "nan_bands")]
     absorbed_backfaces: Bands,
     #[serde(with = "nan_bands")]
     residual: Bands,
@@ -162,9 +162,6 @@ mod named_powers {
 mod counts {
     use super::*;
 
-    /// Former name of a count, and the present one.
-    const FORMER_NAME: [&str; 2] = ["rays of views", "transport_rays"];
-
     #[derive(Serialize, Deserialize)]
     struct NamedCount {
         #[serde(deserialize_with = "printable_text")]
@@ -176,10 +173,8 @@ mod counts {
         s.collect_seq(list.iter().map(|(name, count)| NamedCount { name: name.clone(), count: *count }))
     }
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<(String, u64)>, D::Error> {
-        let [former, present] = FORMER_NAME;
         let list = Vec::<NamedCount>::deserialize(d)?;
-        let rename = |name: String| if name == former { present.to_string() } else { name };
-        Ok(list.into_iter().map(|c| (rename(c.name), c.count)).collect())
+        Ok(list.into_iter().map(|c| (c.name, c.count)).collect())
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) struct HeatFormat {
     nodes: Vec<NodeFormat>,
     #[serde(rename = "surroundings_W")]
     surroundings: f64,
-    #[serde(rename = "absorbed_backfaces_W", alias = "backs_W")]
+    #[serde(rename = "absorbed_backfaces_W")]
     absorbed_backfaces: f64,
     #[serde(rename = "emitters_W", default, skip_serializing_if = "is_zero")]
     emitters: f64,
@@ -94,11 +94,7 @@ struct HeatRowFormat {
     temperature_error: Option<f64>,
     #[serde(rename = "temperature_exchange_error_K", default)]
     temperature_exchange_error: Option<f64>,
-    #[serde(
-        rename = "temperature_discretization_error_K",
-        alias = "temperature_zoning_error_K",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(rename = "temperature_discretization_error_K", skip_serializing_if = "Option::is_none")]
     temperature_discretization_error: Option<f64>,
     #[serde(skip_deserializing)]
     net_flux: f64,
@@ -117,11 +113,7 @@ struct HeatRowFormat {
     power_error: f64,
     #[serde(rename = "net_power_exchange_error_W", default)]
     power_exchange_error: Option<f64>,
-    #[serde(
-        rename = "net_power_discretization_error_W",
-        alias = "net_power_zoning_error_W",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(rename = "net_power_discretization_error_W", skip_serializing_if = "Option::is_none")]
     power_discretization_error: Option<f64>,
     #[serde(rename = "absorbed_sunlight_W", default, skip_serializing_if = "Option::is_none")]
     absorbed_sunlight: Option<f64>,

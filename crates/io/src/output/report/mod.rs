@@ -72,13 +72,9 @@ pub(crate) fn decode_bands(v: &Value) -> Result<BandSet, String> {
     if set.count() == count { Ok(set) } else { Err("bands.count: differs from the wavelengths".into()) }
 }
 
-/// The report and the light groups, without their fields, of a JSON document that [`report_json`] wrote, or an earlier version.
+/// The report and the light groups, without their fields, of a JSON document that [`report_json`] wrote.
 pub(super) fn decode_document(v: &Value) -> Result<(Report, Vec<LightGroup>), String> {
-    let groups = match (&v["light_groups"], &v["groups"]) {
-        (Value::Null, former) => decode_at::<Vec<GroupFormat>>("report.groups", former)?,
-        (present, Value::Null) => decode_at("report.light_groups", present)?,
-        _ => return Err("report.groups: is the former name of light_groups, which is given too".into()),
-    };
+    let groups: Vec<GroupFormat> = decode_at("report.light_groups", &v["light_groups"])?;
     let groups = groups.into_iter().map(GroupFormat::into_group).collect::<Result<_, _>>()?;
     Ok((decode_report(v)?, groups))
 }

@@ -1,5 +1,5 @@
 //! The JSON document inside a solution file: all that is not an array over zones, facets or cells. The fields are described once, for
-//! writing and reading (serde); former names of fields are read too.
+//! writing and reading (serde).
 
 use super::network::NetworkFormat;
 use crate::output::report::codec::{
@@ -19,8 +19,6 @@ use zonal_scene::{
 
 /// The version of the format.
 pub(super) const FORMAT_VERSION: u64 = 6;
-/// The oldest version that is read: it has former names of fields.
-pub(super) const OLDEST_FORMAT_VERSION: u64 = 5;
 /// The name of the format.
 pub(super) const FORMAT: &str = "zonal solution";
 
@@ -252,22 +250,19 @@ struct OptionsFormat {
     restore_closure: Option<bool>,
     max_iterations: usize,
     residual: f64,
-    #[serde(alias = "sweeps")]
     scattering_orders: Option<usize>,
     #[serde(with = "engine")]
     engine: Engine,
-    #[serde(rename = "light_groups", alias = "groups", with = "light_grouping")]
+    #[serde(rename = "light_groups", with = "light_grouping")]
     light_grouping: LightGrouping,
-    #[serde(alias = "thick_zones", with = "zone_basis")]
+    #[serde(with = "zone_basis")]
     zone_basis: ZoneBasis,
-    #[serde(alias = "zoning_error")]
     discretization_error: Option<bool>,
 }
 
 /// Thermal mode: band fractions (null for grey) and boundary conditions.
 #[derive(Serialize, Deserialize)]
 pub(super) struct ThermalFormat {
-    #[serde(alias = "shares")]
     band_fractions: Option<FractionsFormat>,
     #[serde(with = "conditions")]
     surfaces: Vec<ThermalCondition>,
@@ -284,7 +279,7 @@ struct FractionsFormat {
     #[serde(with = "polynomials")]
     coefficients: Vec<Vec<f64>>,
     range: [f64; 2],
-    #[serde(alias = "left_out", default)]
+    #[serde(default)]
     allow_partial: bool,
     /// True if negative values of the polynomials count as 0, and the others are divided by their sum.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

@@ -33,13 +33,11 @@
 //! `texture_0_triple_1` and so on.
 //!
 //! A quantity of patches, voxels, pane zones or cells whose rows are all equal is one row, of shape [1, …] or [1, 1, 1, …], which numpy
-//! broadcasts. Nothing is compressed. Version 6; version 5, with former names of fields in the header, is read too; others are refused.
+//! broadcasts. Nothing is compressed. Version 6; others are refused.
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
 mod faces;
-#[cfg(test)]
-mod former_header_tests;
 mod header;
 mod network;
 mod read;

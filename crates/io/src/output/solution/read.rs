@@ -1,9 +1,7 @@
 //! Reading of a solution, with validation of all of its contents.
 
 use super::faces::read_faces;
-use super::header::{
-    CellPolynomials, FORMAT, FORMAT_VERSION, OLDEST_FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader,
-};
+use super::header::{CellPolynomials, FORMAT, FORMAT_VERSION, Provenance, SceneHeader, VoxelGridHeader};
 use super::shading::read_shading;
 use super::write::{sky_name, texture_name};
 use crate::output::error::FileError;
@@ -20,7 +18,7 @@ use zonal_scene::{
     VoxelPlace, VoxelSamples, VoxelZones, Zones,
 };
 
-/// Reads a solution and validates its shapes, ranges and numbers. Files of the format version before are read too.
+/// Reads a solution and validates its shapes, ranges and numbers.
 ///
 /// # Errors
 ///
@@ -155,9 +153,9 @@ fn read_header(npz: &mut NpzReader<'_>) -> Result<Value, FileError> {
         return Err(npz.error("header.json", "this is not a zonal solution; give a file that zonal wrote"));
     }
     let version = &header["format_version"];
-    if !version.as_u64().is_some_and(|v| (OLDEST_FORMAT_VERSION..=FORMAT_VERSION).contains(&v)) {
+    if version.as_u64() != Some(FORMAT_VERSION) {
         let message = format!(
-            "format version {version} is not {OLDEST_FORMAT_VERSION} to {FORMAT_VERSION}; solve the scene again with this version"
+            "format version {version} is not {FORMAT_VERSION}; solve the scene again with this version"
         );
         return Err(npz.error("header.json", message));
     }

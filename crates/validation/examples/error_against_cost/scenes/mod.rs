@@ -82,24 +82,6 @@ pub(crate) const SCENES: [BenchmarkScene; 15] = [
     BenchmarkScene { slow: true, ..generated("church", files::church_full) },
 ];
 
-/// Names of keys in scene files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum KeyNames {
-    /// Those of this version.
-    Present,
-    /// Those of versions before the renaming, for older binaries.
-    Former,
-}
-
-impl KeyNames {
-    fn of(self, text: String) -> String {
-        match self {
-            KeyNames::Present => text,
-            KeyNames::Former => text.replace("light_groups = ", "groups = "),
-        }
-    }
-}
-
 impl BenchmarkScene {
     /// The scene of a name.
     pub(crate) fn named(name: &str) -> Result<&'static BenchmarkScene, Error> {
@@ -110,19 +92,19 @@ impl BenchmarkScene {
     }
 
     /// Writes the scene as `NAME.toml` with its meshes; gives the path, or `None` where shared data are absent.
-    pub(crate) fn write(&self, folder: &SceneFolder, keys: KeyNames) -> Result<Option<PathBuf>, Error> {
+    pub(crate) fn write(&self, folder: &SceneFolder) -> Result<Option<PathBuf>, Error> {
         if self.needs_shared && !folder.shared.join("data").is_dir() {
             return Ok(None);
         }
         std::fs::create_dir_all(folder.path)?;
         let path = folder.path.join(format!("{}.toml", self.name));
-        output::write_bytes(&path, keys.of((self.text)(folder)?).as_bytes())?;
+        output::write_bytes(&path, (self.text)(folder)?.as_bytes())?;
         Ok(Some(path))
     }
 
     /// Writes the scene that random walks take, the twin of a thermal scene; `None` where shared data are absent.
     pub(crate) fn write_for_walks(&self, folder: &SceneFolder) -> Result<Option<PathBuf>, Error> {
-        let Some(twin) = self.twin else { return self.write(folder, KeyNames::Present) };
+        let Some(twin) = self.twin else { return self.write(folder) };
         std::fs::create_dir_all(folder.path)?;
         let path = folder.path.join(format!("{}-light.toml", self.name));
         output::write_bytes(&path, twin(folder)?.as_bytes())?;
@@ -146,7 +128,7 @@ mod tests {
             _ => None,
         };
         for scene in SCENES.iter().filter(|s| !s.slow) {
-            let Some(file) = scene.write(&folder, KeyNames::Present).unwrap() else {
+            let Some(file) = scene.write(&folder).unwrap() else {
                 assert!(scene.needs_shared);
                 continue;
             };
