@@ -464,10 +464,13 @@ fn missing_guards_are_detected() {
 }
 
 #[test]
-fn readme_begins_with_demo_and_test() {
+fn readme_begins_with_its_title_then_demo_and_test() {
+    /// Lines of a first screen.
+    const FIRST_SCREEN: usize = 24;
     let readme = read("README.md");
-    let shown = readme.lines().filter(|l| !l.starts_with("<!--") && !l.trim().is_empty());
-    let mut lines = shown.map(|l| l.split('#').next().unwrap_or("").trim());
-    assert_eq!(lines.next(), Some("cargo run --release -- demo"));
-    assert_eq!(lines.next(), Some("cargo test"));
+    assert!(readme.starts_with("# zonal\n"));
+    let shown = readme.lines().take(FIRST_SCREEN).filter(|l| l.starts_with("    "));
+    let mut commands = shown.map(|l| l.split('#').next().unwrap_or("").trim());
+    assert_eq!(commands.next(), Some("cargo run --release -- demo"));
+    assert_eq!(commands.next(), Some("cargo test"));
 }
