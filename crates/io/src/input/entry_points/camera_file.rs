@@ -28,7 +28,7 @@ pub fn read_cameras(path: &Path) -> Result<Vec<Camera>, InputError> {
     let (file, text) = (path.display().to_string(), read_text(path, MAX_CAMERA_TEXT_BYTES)?);
     let source = SourceText::new(&file, &text);
     let document = source.parse()?;
-    let mut root = TomlTable::root(&source, document.get_ref());
+    let root = TomlTable::root(&source, document.get_ref());
     root.check(CAMERA_FILE)?;
     let nodes = root.list("camera")?;
     let cameras: Vec<Camera> =

@@ -77,7 +77,7 @@ pub fn parse_camera_path(
     read_path(TomlTable::root(&source, document.get_ref()), cameras, groups)
 }
 
-fn read_path(mut root: TomlTable<'_>, cameras: &[Camera], groups: &[&str]) -> Result<CameraPath, InputError> {
+fn read_path(root: TomlTable<'_>, cameras: &[Camera], groups: &[&str]) -> Result<CameraPath, InputError> {
     root.check(CAMERA_PATH)?;
     let rate = |n: TomlNode<'_>| match n.number()? {
         x if x > 0.0 && x <= 1000.0 => Ok(x),

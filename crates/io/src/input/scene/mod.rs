@@ -42,7 +42,7 @@ use zonal_scene::{Scene, Surroundings};
 
 /// Reads a parsed document into a scene. Surfaces precede the medium, which their closed meshes may fill, and the lights, which name them.
 pub(crate) fn read_document(
-    mut root: TomlTable<'_>,
+    root: TomlTable<'_>,
     context: ReadContext<'_>,
     gas: Option<SceneGas>,
     default_name: &str,

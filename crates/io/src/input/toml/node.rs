@@ -30,8 +30,6 @@ pub(crate) struct TomlNode<'a> {
 pub(crate) struct TomlTable<'a> {
     pub(crate) source: &'a SourceText<'a>,
     map: &'a DeTable<'a>,
-    /// The keys that it may have; empty before they are checked.
-    keys: KeyGroups,
     offset: usize,
     pub(crate) key: String,
 }
@@ -335,7 +333,7 @@ impl<'a> TomlNode<'a> {
     }
     /// A table with no other keys than these.
     pub(crate) fn table(&self, keys: KeyGroups) -> Result<TomlTable<'a>, InputError> {
-        let mut table = self.any_table()?;
+        let table = self.any_table()?;
         table.check(keys)?;
         Ok(table)
     }
@@ -356,7 +354,7 @@ impl<'a> TomlNode<'a> {
         match self.value {
             DeValue::Table(map) => {
                 let (source, key) = (self.source, self.key.clone());
-                Ok(TomlTable { source, map, keys: &[], offset: self.span.start, key })
+                Ok(TomlTable { source, map, offset: self.span.start, key })
             }
             _ => self.mismatch("a table { key = value, … }"),
         }
@@ -366,7 +364,7 @@ impl<'a> TomlNode<'a> {
 impl<'a> TomlTable<'a> {
     /// The whole document.
     pub(crate) fn root(source: &'a SourceText<'a>, map: &'a DeTable<'a>) -> TomlTable<'a> {
-        TomlTable { source, map, keys: &[], offset: 0, key: String::new() }
+        TomlTable { source, map, offset: 0, key: String::new() }
     }
     pub(crate) fn offset(&self) -> usize {
         self.offset
@@ -379,8 +377,7 @@ impl<'a> TomlTable<'a> {
         let _ = self.get("name");
     }
     /// Refuses unknown keys, the first one in the file first.
-    pub(crate) fn check(&mut self, keys: KeyGroups) -> Result<(), InputError> {
-        self.keys = keys;
+    pub(crate) fn check(&self, keys: KeyGroups) -> Result<(), InputError> {
         let unknown = self.map.iter().map(|(k, _)| k).filter(|k| !knows(keys, k.get_ref()));
         if let Some(k) = unknown.min_by_key(|k| k.span().start) {
             let message = format!("unknown key; {}", suggest(k.get_ref(), &names(keys)));

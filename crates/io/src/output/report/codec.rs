@@ -172,8 +172,8 @@ pub(crate) mod statuses {
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<SolveStatus>, D::Error> {
         let names = triple_of_list::<String, D::Error>(&Vec::deserialize(d)?)?;
         let find = |name: &String| {
-            let present = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
-            present.ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
+            let status = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
+            status.ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
         };
         let [a, b, c] = &names;
         Ok(PerBand::from_rgb([find(a)?, find(b)?, find(c)?]))

@@ -89,10 +89,9 @@ struct HeatRowFormat {
     size_unit: &'static str,
     #[serde(rename = "temperature_K")]
     temperature: Option<f64>,
-    /// The total error; that of the exchange in files without the next field.
-    #[serde(rename = "temperature_error_K")]
+    #[serde(rename = "temperature_error_K", skip_deserializing)]
     temperature_error: Option<f64>,
-    #[serde(rename = "temperature_exchange_error_K", default)]
+    #[serde(rename = "temperature_exchange_error_K")]
     temperature_exchange_error: Option<f64>,
     #[serde(rename = "temperature_discretization_error_K", skip_serializing_if = "Option::is_none")]
     temperature_discretization_error: Option<f64>,
@@ -108,11 +107,10 @@ struct HeatRowFormat {
     net_flux_unit: &'static str,
     #[serde(rename = "net_power_W")]
     power: f64,
-    /// The total error; that of the exchange in files without the next field.
-    #[serde(rename = "net_power_error_W", deserialize_with = "infinite_if_null")]
+    #[serde(rename = "net_power_error_W", skip_deserializing)]
     power_error: f64,
-    #[serde(rename = "net_power_exchange_error_W", default)]
-    power_exchange_error: Option<f64>,
+    #[serde(rename = "net_power_exchange_error_W", deserialize_with = "infinite_if_null")]
+    power_exchange_error: f64,
     #[serde(rename = "net_power_discretization_error_W", skip_serializing_if = "Option::is_none")]
     power_discretization_error: Option<f64>,
     #[serde(rename = "absorbed_sunlight_W", default, skip_serializing_if = "Option::is_none")]
@@ -172,7 +170,7 @@ impl HeatRowFormat {
             net_flux_unit: if is_surface { "W/m2" } else { "W/m3" },
             power: x.power,
             power_error,
-            power_exchange_error: Some(x.power_error),
+            power_exchange_error: x.power_error,
             power_discretization_error: discretization.map(|d| d[1]),
             absorbed_sunlight: x.absorbed_sunlight,
         }
@@ -187,16 +185,16 @@ impl HeatRowFormat {
     }
 
     fn into_row(self) -> HeatRow {
-        // A null is an unknown error, and the total error is then unknown too.
-        let temperature_error = self.temperature_exchange_error.or(self.temperature_error);
         HeatRow {
             name: self.name,
             kind: self.kind,
             size: self.size,
             temperature: self.temperature,
-            temperature_error: self.temperature.map(|_| temperature_error.unwrap_or(f64::INFINITY)),
+            temperature_error: self
+                .temperature
+                .map(|_| self.temperature_exchange_error.unwrap_or(f64::INFINITY)),
             power: self.power,
-            power_error: self.power_exchange_error.unwrap_or(self.power_error),
+            power_error: self.power_exchange_error,
             absorbed_sunlight: self.absorbed_sunlight,
         }
     }
