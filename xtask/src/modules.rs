@@ -238,14 +238,7 @@ pub fn entries_of_folders(files: &[SourceFile]) -> BTreeMap<String, usize> {
 #[must_use]
 pub fn folder_cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
     let start = format!("crates/{package}/src/");
-    let own = files.iter().filter(|f| f.path.starts_with(&start));
-    let above = |path: &str| {
-        path.match_indices('/')
-            .map(|(at, _)| path[..=at].to_owned())
-            .filter(|f| f.starts_with(&start))
-            .collect()
-    };
-    let folders: BTreeSet<String> = own.flat_map(|f| -> Vec<String> { above(&f.path) }).collect();
+    let folders = entries_of_folders(files).into_keys().map(|folder| folder + "/");
     let among_entries = |folder: &String| {
         let entry = |path: &str| {
             let below = path.strip_prefix(folder.as_str())?;
@@ -253,7 +246,7 @@ pub fn folder_cycles(files: &[SourceFile], package: &str) -> Vec<Vec<String>> {
         };
         cycles_of_parts(files, package, &entry)
     };
-    folders.iter().flat_map(among_entries).collect()
+    folders.filter(|f| f.starts_with(&start)).flat_map(|f| among_entries(&f)).collect()
 }
 
 /// The strongly connected components of the parts to which files belong, `part` being the part of a path; files without one are left out.
