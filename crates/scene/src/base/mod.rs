@@ -1,4 +1,4 @@
-//! What all modules use: errors and notes, ranges of quantities, observers and checkpoints of long computations.
+//! Shared basis of all modules: errors and notes, ranges of quantities, observers and checkpoints of long computations.
 
 pub mod checkpoint_store;
 pub(crate) mod diagnostic;

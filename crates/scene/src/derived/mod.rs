@@ -1,4 +1,4 @@
-//! What follows from a scene: its topology, the sides of its sheets, the scene on other zones, and even extensions.
+//! Quantities derived from a scene: its topology, the sides of its sheets, the scene on other zones, and even extensions.
 //!
 //! | module | contents |
 //! |---|---|

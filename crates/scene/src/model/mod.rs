@@ -1,4 +1,4 @@
-//! What a scene is made of, beside its medium.
+//! The parts of a scene, the medium excepted.
 //!
 //! | module | contents |
 //! |---|---|

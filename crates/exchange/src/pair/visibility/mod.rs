@@ -1,4 +1,4 @@
-//! What stands between two zones: occluders, media along rays, and the uncertainty of a visibility that is sampled.
+//! Visibility of two zones: occluders, media along rays, and the uncertainty of a visibility that is sampled.
 
 pub(crate) mod occlusion;
 pub(crate) mod path_media;

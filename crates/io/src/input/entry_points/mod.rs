@@ -1,4 +1,4 @@
-//! What a caller reads: a scene from its text, scenes whose numbers are replaced, cameras, and meshes without a scene.
+//! Entry points of the readers: scenes, templates of scenes, cameras, meshes without a scene.
 //!
 //! | module | contents |
 //! |---|---|
