@@ -2,7 +2,7 @@
 //!
 //! **Memory.** The fields of all zones move from the solver into arrays of numpy without a copy; they are read-only. The rest of the solution stays here. What
 //! needs a whole solution (pictures, files) takes the rest out of its [`Store`], puts copies of the fields into it for as long as it runs, and puts the rest
-//! back; other threads wait for it. Solutions of more than three bands keep their fields by triples of bands, and their arrays are copies.
+//! back; other threads wait for it. Solutions of more than three bands keep their fields by blocks of bands, and their arrays are copies.
 
 use crate::arrays;
 use crate::errors::{of_failure, of_file, of_scene, refused};
@@ -89,7 +89,7 @@ impl Solution {
         let report = output::report_json(&solution).to_string();
         let bands = solution.scene.bands().count();
         let (mut band_fields, mut heat_fields) = (None, None);
-        if solution.scene.bands().triples() == 1 {
+        if solution.scene.bands().block_count() == 1 {
             let mut f = std::mem::take(&mut solution.fields);
             f.direct.resize(f.radiosity.len(), Bands::ZERO);
             let own = |values: Vec<Bands>| -> PyResult<Py<PyArray2<f64>>> {
@@ -197,7 +197,7 @@ impl Solution {
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
         if let Some(k) = BAND_FIELDS.iter().position(|n| *n == name) {
             let Some(fields) = &self.band_fields else {
-                return self.with(py, |s| zone_arrays::field_of_triples(py, s, k)).map(Some);
+                return self.with(py, |s| zone_arrays::field_of_blocks(py, s, k)).map(Some);
             };
             let mut array = fields[k].bind(py).as_any().clone();
             // Errors that no zone has are zero.
@@ -218,7 +218,7 @@ impl Solution {
         match (&self.heat_fields, &self.band_fields) {
             (Some(fields), _) => Ok(Some(fields[k].bind(py).as_any().clone())),
             (None, Some(_)) => Ok(None),
-            (None, None) => self.with(py, |s| Ok(zone_arrays::heat_of_triples(py, s, k))),
+            (None, None) => self.with(py, |s| Ok(zone_arrays::heat_of_blocks(py, s, k))),
         }
     }
 }

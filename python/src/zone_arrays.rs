@@ -159,7 +159,7 @@ fn band_rows<'py>(
 }
 
 /// A field of a solution of more than three bands, by the index of its name.
-pub(crate) fn field_of_triples<'py>(
+pub(crate) fn field_of_blocks<'py>(
     py: Python<'py>,
     s: &Solution,
     field: usize,
@@ -174,7 +174,7 @@ pub(crate) fn field_of_triples<'py>(
 }
 
 /// A field of thermal mode of a solution of more than three bands.
-pub(crate) fn heat_of_triples<'py>(py: Python<'py>, s: &Solution, field: usize) -> Option<Bound<'py, PyAny>> {
+pub(crate) fn heat_of_blocks<'py>(py: Python<'py>, s: &Solution, field: usize) -> Option<Bound<'py, PyAny>> {
     let heat = s.fields.heat.as_ref()?;
     let lists = [&heat.temperature, &heat.temperature_error, &heat.net, &heat.net_error];
     Some(arrays::list(py, lists[field].clone()).into_any())
@@ -287,7 +287,7 @@ fn surface_table<'py>(py: Python<'py>, s: &Solution) -> PyResult<Bound<'py, PyDi
     Ok(out)
 }
 
-/// A column of a table: its name, and the values of a surface in the bands of a triple.
+/// A column of a table: its name, and the values of a surface in the bands of a block.
 type BandColumn<'a> = (&'static str, &'a dyn Fn(&Solution, usize) -> Bands);
 
 /// Power that every surface absorbs in each band in light mode, W, its total error, and the parts of the error; (surfaces, bands) each.

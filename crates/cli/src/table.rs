@@ -80,15 +80,15 @@ fn quality(out: &mut String, s: &Solution) {
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the estimate", r.estimate.grade.name());
     band_row(out, "closure, largest defect", &s.all_bands(|t| t.report.closure.worst));
     band_row(out, "closure, rms defect", &s.all_bands(|t| t.report.closure.rms));
-    if s.triples().any(|t| t.report.closure.restored) {
+    if s.blocks().any(|t| t.report.closure.restored) {
         band_row(out, "closure, largest change", &s.all_bands(|t| t.report.closure.largest_change));
         band_row(out, "closure, residual defect", &s.all_bands(|t| t.report.closure.residual_defect));
     }
-    let of_triple = |t: &'_ Solution| {
+    let of_block = |t: &'_ Solution| {
         let bands = t.report.status.iter().zip(&t.report.residuals).take(t.scene.window().len());
         bands.map(|(status, history)| (*status, history.clone())).collect::<Vec<_>>()
     };
-    for (band, (status, history)) in s.triples().flat_map(of_triple).enumerate() {
+    for (band, (status, history)) in s.blocks().flat_map(of_block).enumerate() {
         let last = history.last().copied().unwrap_or(0.0);
         let iterations = history.len().max(1) - 1;
         let text = format!("{} after {iterations} iterations, residual {}", status.name(), number(last));
@@ -97,11 +97,11 @@ fn quality(out: &mut String, s: &Solution) {
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the exchange areas", r.grade.name());
 }
 
-/// Diagnostics of the solve, and of the second solve for the discretization error, in all triples of bands; those of the same text once.
+/// Diagnostics of the solve, and of the second solve for the discretization error, in all blocks of bands; those of the same text once.
 #[must_use]
 pub fn distinct_diagnostics(s: &Solution) -> Vec<&Diagnostic> {
     let mut lines = HashSet::new();
-    s.triples().flat_map(|t| diagnostics(&t.report)).filter(|d| lines.insert(d.line())).collect()
+    s.blocks().flat_map(|t| diagnostics(&t.report)).filter(|d| lines.insert(d.line())).collect()
 }
 
 fn diagnostics(r: &Report) -> impl Iterator<Item = &Diagnostic> {

@@ -58,7 +58,7 @@ fn files_tables_and_exports_have_all_bands() {
 }
 
 #[test]
-fn exchange_areas_of_many_bands_are_those_of_their_triples() {
+fn exchange_areas_of_many_bands_are_those_of_their_blocks() {
     let f = Folder::new();
     f.put("all.toml", SCENE);
     f.put(

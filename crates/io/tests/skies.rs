@@ -94,8 +94,8 @@ fn skies_are_pictures_of_two_formats() {
     let scene = folder().scene(&format!(
         "bands = 5\n{WALL}[[light]]\nkind = \"image-sky\"\nimage = \"sky.exr\"\nradiance = [1, 2, 3, 4, 5]\n"
     ));
-    for triple in scene.triples() {
-        let Light::Sky { distribution, .. } = &triple.lights()[0] else { panic!() };
+    for block in scene.blocks() {
+        let Light::Sky { distribution, .. } = &block.lights()[0] else { panic!() };
         assert_eq!(distribution.relative(vec3(0.0, -1.0, 0.1).normalized()), Bands::ONE);
     }
 }

@@ -17,7 +17,7 @@ const BANDS: &str = "bands = [[400, 500], [500, 600], [600, 650], [650, 700]]";
 
 /// The values of the bands of a scene.
 fn of_bands(scene: &Scene, value: impl Fn(&Scene) -> [f64; 3]) -> Vec<f64> {
-    scene.triples().flat_map(&value).take(scene.bands().count()).collect()
+    scene.blocks().flat_map(|b| value(&b)).take(scene.bands().count()).collect()
 }
 
 fn irradiance(scene: &Scene) -> [f64; 3] {

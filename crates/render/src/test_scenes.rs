@@ -103,7 +103,7 @@ pub(crate) fn solution(
         fields,
         groups: Vec::new(),
         report: Report::default(),
-        further_triples: Vec::new(),
+        further_blocks: Vec::new(),
         scene_hash: String::new(),
         version: String::new(),
     }

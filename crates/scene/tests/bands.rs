@@ -10,7 +10,7 @@ fn bits(b: Bands) -> Vec<u64> {
     b.iter().map(|x| x.to_bits()).collect()
 }
 
-fn triples() -> impl Iterator<Item = [f64; 3]> {
+fn blocks() -> impl Iterator<Item = [f64; 3]> {
     (0..VALUES.len()).map(|k| [VALUES[k], VALUES[(k + 1) % 8], VALUES[(k + 3) % 8]])
 }
 
@@ -24,8 +24,8 @@ fn assert_same(got: Bands, want: impl Fn(usize) -> f64) {
 
 #[test]
 fn operators_act_element_by_element() {
-    for x in triples() {
-        for y in triples() {
+    for x in blocks() {
+        for y in blocks() {
             let (a, b) = (Bands::from_rgb(x), Bands::from_rgb(y));
             assert_same(a + b, |k| x[k] + y[k]);
             assert_same(a - b, |k| x[k] - y[k]);

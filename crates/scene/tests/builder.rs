@@ -63,7 +63,7 @@ fn errors_that_a_report_lacks_are_infinite() {
         fields: Fields::default(),
         groups: Vec::new(),
         report: Report { discretization_error: Some(DiscretizationError::default()), ..Report::default() },
-        further_triples: Vec::new(),
+        further_blocks: Vec::new(),
         scene_hash: String::new(),
         version: String::new(),
     };

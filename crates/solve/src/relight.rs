@@ -50,9 +50,9 @@ pub fn check(groups: &[LightGroup], wanted: &[(String, Bands)]) -> Result<(), Sc
 /// # Errors
 /// For unknown, repeated or extinguished groups, and for factors that are negative or not finite.
 pub fn relight(mut solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
-    let further = std::mem::take(&mut solution.further_triples);
+    let further = std::mem::take(&mut solution.further_blocks);
     if further.is_empty() {
-        return relight_triple(solution, wanted);
+        return relight_block(solution, wanted);
     }
     if let Some((name, _)) = wanted.iter().find(|(_, f)| !f.is_grey()) {
         let message = format!(
@@ -61,16 +61,18 @@ pub fn relight(mut solution: Solution, wanted: &[(String, Bands)]) -> Result<Sol
         );
         return Err(SceneError::new(name.as_str(), message));
     }
-    solution.scene = solution.scene.first_triple();
-    let triples = std::iter::once(solution).chain(further);
-    let mut relit = triples.map(|t| relight_triple(t, wanted)).collect::<Result<Vec<_>, _>>()?;
-    let scene = Scene::from_triples(relit.iter().map(|s| s.scene.clone()).collect())?;
-    let further_triples = relit.split_off(1);
-    Ok(Solution { scene, further_triples, ..relit.swap_remove(0) })
+    solution.scene = solution.scene.first_block();
+    let blocks = std::iter::once(solution).chain(further);
+    let mut relit = blocks.map(|t| relight_block(t, wanted)).collect::<Result<Vec<_>, _>>()?;
+    let scene = Scene::from_blocks(relit.iter().map(|s| s.scene.clone()).collect())?;
+    for (own, block) in relit.iter_mut().zip(scene.blocks()) {
+        own.scene = block;
+    }
+    Ok(Solution::of_blocks(scene, relit))
 }
 
-/// [`relight`] for one triple of bands.
-fn relight_triple(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
+/// [`relight`] for one block of bands.
+fn relight_block(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solution, SceneError> {
     let factors = factors(&solution.groups, wanted)?;
     let Solution { scene, mut zones, fields: old, mut groups, mut report, version, .. } = solution;
     let mut parts = scene.into_parts();
@@ -110,7 +112,7 @@ fn relight_triple(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solu
         fields,
         groups,
         report,
-        further_triples: Vec::new(),
+        further_blocks: Vec::new(),
         scene_hash: String::new(),
         version,
     })
@@ -253,19 +255,19 @@ pub fn with_surface_colors(
     reflectances: &[(String, Bands)],
     albedo: Option<Bands>,
 ) -> Result<Scene, SceneError> {
-    if scene.bands().triples() == 1 {
-        return with_colors_of_triple(scene, reflectances, albedo);
+    if scene.bands().block_count() == 1 {
+        return with_colors_of_block(scene, reflectances, albedo);
     }
     if !reflectances.iter().map(|r| r.1).chain(albedo).all(Bands::is_grey) {
         let message =
             format!("the scene has {} bands; give one number for all of them", scene.bands().count());
         return Err(SceneError::new("reflectance", message));
     }
-    scene.map_triples(|triple| with_colors_of_triple(triple, reflectances, albedo))
+    scene.map_blocks(|block| with_colors_of_block(block, reflectances, albedo))
 }
 
-/// [`with_surface_colors`] for one triple of bands.
-fn with_colors_of_triple(
+/// [`with_surface_colors`] for one block of bands.
+fn with_colors_of_block(
     scene: Scene,
     reflectances: &[(String, Bands)],
     albedo: Option<Bands>,

@@ -15,7 +15,7 @@ fn lit_box(bands: usize, engine: &str, reflectance: &str, extinction: &str) -> S
 /// Largest difference of band `a` of one solution from band `b` of another, over the largest radiosity.
 fn difference(one: &Solution, a: usize, other: &Solution, b: usize) -> f64 {
     let band = |s: &Solution, i: usize, band: usize| {
-        s.triples().nth(band / 3).unwrap().fields.radiosity[i].as_slice()[band % 3]
+        s.blocks().nth(band / 3).unwrap().fields.radiosity[i].as_slice()[band % 3]
     };
     let largest = (0..one.zones.len()).fold(0.0f64, |m, i| m.max(band(one, i, a)));
     let off = (0..one.zones.len()).fold(0.0f64, |m, i| m.max((band(one, i, a) - band(other, i, b)).abs()));
@@ -27,8 +27,8 @@ fn bands_of_light_are_those_of_scenes_of_three() {
     for engine in ["dense", "spectral", "hierarchical"] {
         let three = solved(&lit_box(3, engine, "[0.5, 0.2, 0.7]", "[0.5, 2.0, 0.0]"));
         let five = solved(&lit_box(5, engine, "[0.5, 0.2, 0.7, 0.2, 0.5]", "[0.5, 2.0, 0.0, 2.0, 0.5]"));
-        assert_eq!((five.further_triples.len(), five.all_bands(|t| t.report.energy.emitted).len()), (1, 5));
-        // Rays of a triple follow the mean of its bands: other triples have other rays.
+        assert_eq!((five.further_blocks.len(), five.all_bands(|t| t.report.energy.emitted).len()), (1, 5));
+        // Rays of a block follow the mean of its bands: other blocks have other rays.
         let tolerance = if engine == "hierarchical" { 0.05 } else { 1e-10 };
         for (own, other) in [(0, 0), (1, 1), (2, 2), (3, 1), (4, 0)] {
             let off = difference(&five, own, &three, other);
@@ -65,10 +65,10 @@ fn bands_split_in_two_have_the_same_temperatures() {
         "[[0.1, 5e-5], [0.15, -2.5e-5], [0.25, -2.5e-5], [0.1, 5e-5], [0.15, -2.5e-5], [0.125, -1e-5], \"rest\"]",
         "[0.5, 2.0, 0.0, 0.5, 2.0, 0.0, 0.0]",
     );
-    // The automatic basis is that of each triple of bands, so that the two scenes would have different ones.
+    // The automatic basis is that of each block of bands, so that the two scenes would have different ones.
     for (engine, basis) in [("dense", "constant"), ("spectral", "constant"), ("spectral", "linear")] {
         let [a, b] = [&three, &seven].map(|bands| solved(&furnace(engine, basis, bands)));
-        assert_eq!((b.further_triples.len(), b.scene.bands().count()), (2, 7));
+        assert_eq!((b.further_blocks.len(), b.scene.bands().count()), (2, 7));
         let [p, q] = [&a, &b].map(|s| s.fields.heat.as_ref().unwrap());
         for i in 0..a.zones.len() {
             assert!(

@@ -31,10 +31,10 @@ fn assert_equilibrium(
 ) {
     let layers = parts * LAYERS;
     assert_eq!(s.scene.bands().count(), 4);
-    let triples: Vec<_> = s.scene.triples().collect();
-    let extinction = |b: usize| triples[b / 3].voxel_grid().unwrap().extinction(0).to_rgb()[b % 3];
+    let blocks: Vec<_> = s.scene.blocks().collect();
+    let extinction = |b: usize| blocks[b / 3].voxel_grid().unwrap().extinction(0).to_rgb()[b % 3];
     let fractions = |b: usize, t: f64| {
-        triples[b / 3].thermal().unwrap().band_fractions.grey_gas_weights(t).to_rgb()[b % 3]
+        blocks[b / 3].thermal().unwrap().band_fractions.grey_gas_weights(t).to_rgb()[b % 3]
     };
     assert!((0..4).any(|b| extinction(b) == 0.0) && extinction(3).max(extinction(2)) > 10.0);
     let band = |b: usize| SlabBand {

@@ -204,7 +204,7 @@ fn a_body_below_a_lamp_emits_the_light_that_it_absorbs() {
         let sunlight: f64 = heat.rows.iter().map(|r| r.absorbed_sunlight.unwrap()).sum();
         assert!(sunlight > absorbed * (1.0 - 0.05) && sunlight < 0.5 * 5000.0, "{sunlight}");
         let stated: f64 = heat.rows.iter().map(|r| r.power_error).sum();
-        let escaped = s.triples().map(|t| t.report.energy_error.escaped.sum()).sum::<f64>();
+        let escaped = s.blocks().map(|t| t.report.energy_error.escaped.sum()).sum::<f64>();
         assert!(heat.balance().abs() <= stated + escaped, "{head} {engine}: {}", heat.balance());
     }
 }

@@ -71,8 +71,8 @@ fn assert_equal(state: &ThermalState, fresh: &Solution, tolerance: f64) {
         );
         let (t, wanted) = (state.temperature[i], heat.temperature[i]);
         assert!((t - wanted).abs() <= tolerance * kelvin, "{i}: {t} {wanted}");
-        let all: Vec<f64> = fresh.triples().flat_map(|t| t.fields.radiosity[i].to_rgb()).collect();
-        // A triple that is not full repeats its last band.
+        let all: Vec<f64> = fresh.blocks().flat_map(|t| t.fields.radiosity[i].to_rgb()).collect();
+        // A block that is not full repeats its last band.
         let bands = if grey { 1 } else { fresh.scene.bands().count() };
         let b: f64 = all.iter().take(bands).sum();
         assert!((state.radiosity[i] / b - 1.0).abs() < tolerance, "{i}: {} {b}", state.radiosity[i]);

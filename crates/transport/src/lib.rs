@@ -47,4 +47,4 @@ pub mod zoning;
 
 pub use shaft_culling::ShaftEnd;
 pub use transport::{Hit, PaneHit, Transport};
-pub use zoning::{WorkSharing, build_shared_zones, build_zones};
+pub use zoning::{WorkSharing, build_shared_zones, build_zones, zones_of_bands};

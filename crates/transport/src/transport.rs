@@ -11,6 +11,7 @@ use crate::shaft_culling::{Shaft, ShaftEnd};
 use crate::solids::Solids;
 use crate::uniform_blocks::UniformBlocks;
 use crate::{grid_traversal, occluder_culling};
+use std::sync::Arc;
 use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_at;
 use zonal_scene::{Bands, Plate, Scene, Zones};
@@ -89,6 +90,13 @@ impl ZonePiece {
 #[derive(Clone, Debug)]
 pub struct Transport<'a> {
     scene: &'a Scene,
+    geometry: Arc<PreparedGeometry>,
+    uniform_blocks: Option<UniformBlocks>,
+}
+
+/// What all bands of a scene share.
+#[derive(Debug)]
+struct PreparedGeometry {
     tolerance: Tolerance,
     facets: Bvh,
     /// The facets that can occlude between points of the scene; `None` when these are all facets.
@@ -99,7 +107,6 @@ pub struct Transport<'a> {
     interior_panes: Option<Bvh>,
     /// Pane, and index within the pane, of every pane plate.
     pane_plates: Vec<(u32, u32)>,
-    uniform_blocks: Option<UniformBlocks>,
 }
 
 impl<'a> Transport<'a> {
@@ -125,8 +132,7 @@ impl<'a> Transport<'a> {
         };
         let interior_facets = interior(&facet_plates);
         let interior_panes = interior(&panes);
-        Transport {
-            scene,
+        let geometry = PreparedGeometry {
             tolerance,
             solids: Solids::new(scene, &tolerance),
             panes: Bvh::new(&panes, bounds),
@@ -134,8 +140,25 @@ impl<'a> Transport<'a> {
             interior_panes,
             facets,
             pane_plates,
-            uniform_blocks: scene.voxel_grid().and_then(UniformBlocks::new),
-        }
+        };
+        Transport::of_bands(scene, Arc::new(geometry))
+    }
+
+    /// The same geometry with the extinction of other bands: `scene` is another block of bands of the same scene. Takes the time of one pass over the
+    /// cells of a medium.
+    #[must_use]
+    pub fn with_bands<'b>(&self, scene: &'b Scene) -> Transport<'b> {
+        Transport::of_bands(scene, self.geometry.clone())
+    }
+
+    fn of_bands(scene: &Scene, geometry: Arc<PreparedGeometry>) -> Transport<'_> {
+        Transport { scene, geometry, uniform_blocks: scene.voxel_grid().and_then(UniformBlocks::new) }
+    }
+
+    /// True if both use one set of hierarchies.
+    #[must_use]
+    pub fn shares_geometry(&self, other: &Transport) -> bool {
+        Arc::ptr_eq(&self.geometry, &other.geometry)
     }
 
     /// The scene.
@@ -144,7 +167,7 @@ impl<'a> Transport<'a> {
     }
     /// The length below which points coincide, m: 10⁻⁹ of the scene's diagonal.
     pub fn epsilon(&self) -> f64 {
-        self.tolerance.plane
+        self.geometry.tolerance.plane
     }
     /// A point on the ray `origin + t dir` well outside the scene: the far end of a segment towards the sun or the sky.
     pub fn exterior_point(&self, origin: Vec3, dir: Vec3) -> Vec3 {
@@ -157,13 +180,13 @@ impl<'a> Transport<'a> {
     /// does not occlude.
     #[inline]
     pub fn occluded(&self, a: Vec3, b: Vec3) -> bool {
-        self.facets.any(a, b, &self.tolerance)
+        self.geometry.facets.any(a, b, &self.geometry.tolerance)
     }
     /// [`Transport::occluded`] for two points of the scene itself (on its surfaces, or in its voxel grid): tests only the facets that
     /// can lie between such points.
     #[inline]
     pub fn occluded_inside(&self, a: Vec3, b: Vec3) -> bool {
-        self.interior_facets().any(a, b, &self.tolerance)
+        self.interior_facets().any(a, b, &self.geometry.tolerance)
     }
     /// True when a facet or an absorbing pane stands between two points of the scene itself.
     pub fn separated_inside(&self, a: Vec3, b: Vec3) -> bool {
@@ -172,16 +195,16 @@ impl<'a> Transport<'a> {
     /// False when no facet can stand between any point of one zone and any of the other, both zones of the scene: then
     /// [`Transport::occluded_inside`] is false for all pairs of points. True when this is not proved.
     pub fn may_occlude(&self, ends: [ShaftEnd; 2]) -> bool {
-        self.interior_facets().any_in(&Shaft::new(ends), &self.tolerance)
+        self.interior_facets().any_in(&Shaft::new(ends), &self.geometry.tolerance)
     }
     /// False when no pane can stand between any point of one zone and any of the other; true when this is not proved.
     pub fn pane_may_intersect(&self, ends: [ShaftEnd; 2]) -> bool {
-        self.interior_panes().any_in(&Shaft::new(ends), &self.tolerance)
+        self.interior_panes().any_in(&Shaft::new(ends), &self.geometry.tolerance)
     }
     /// True when no segment between two zones of the scene meets the interior of a box, given by its lower and upper corner; false when this is
     /// not proved.
     pub fn shaft_avoids_box(&self, ends: [ShaftEnd; 2], corners: [Vec3; 2]) -> bool {
-        Shaft::new(ends).avoids_box(corners, &self.tolerance)
+        Shaft::new(ends).avoids_box(corners, &self.geometry.tolerance)
     }
     /// True when some facet can lie between two points of the scene.
     pub fn has_occluders(&self) -> bool {
@@ -199,7 +222,8 @@ impl<'a> Transport<'a> {
     /// The first facet on the ray with t_min < t < t_max (m, may be infinite); `dir` has unit length. Facets whose plane holds the
     /// ray or its origin are ignored. Of facets met at the same t the one of the smallest index is taken.
     pub fn closest_hit(&self, origin: Vec3, dir: Vec3, t_min: f64, t_max: f64) -> Option<Hit> {
-        let (id, [t, u, v], front) = self.facets.nearest(origin, dir, (t_min, t_max), &self.tolerance)?;
+        let (id, [t, u, v], front) =
+            self.geometry.facets.nearest(origin, dir, (t_min, t_max), &self.geometry.tolerance)?;
         let facet = id as usize;
         Some(Hit { t, facet, u, v, front })
     }
@@ -207,7 +231,7 @@ impl<'a> Transport<'a> {
     /// Calls `each` with every facet that the segment a–b crosses, in no order. A facet that holds an end is not crossed.
     pub fn facet_crossings(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(Hit)) {
         let length = (b - a).length();
-        self.facets.all(a, b, &self.tolerance, |id, [t, u, v], along| {
+        self.geometry.facets.all(a, b, &self.geometry.tolerance, |id, [t, u, v], along| {
             each(Hit { t: t * length, facet: id as usize, u, v, front: along < 0.0 });
         });
     }
@@ -298,7 +322,7 @@ impl<'a> Transport<'a> {
 
     /// True when `p` lies in the material of a closed solid.
     pub fn inside_solid(&self, p: Vec3) -> bool {
-        self.solids.contains(p)
+        self.geometry.solids.contains(p)
     }
     /// True when some part of the voxel grid may have no medium.
     pub fn may_lack_medium(&self) -> bool {
@@ -311,30 +335,30 @@ impl<'a> Transport<'a> {
 
     /// True when some surface bounds closed solids.
     pub(crate) fn has_solids(&self) -> bool {
-        self.solids.has_material()
+        self.geometry.solids.has_material()
     }
     /// The facet through which a ray leaves the solid that holds `p`, an index; `None` where no solid holds `p`.
     pub(crate) fn enclosing_solid_facet(&self, p: Vec3) -> Option<usize> {
-        self.solids.enclosing_facet(p)
+        self.geometry.solids.enclosing_facet(p)
     }
     /// True where the medium outside the closed rooms touches nothing else, so that it has no zones.
     pub(crate) fn exterior_medium_is_inert(&self) -> bool {
-        self.solids.exterior_is_inert()
+        self.geometry.solids.exterior_is_inert()
     }
     /// True when `p` lies outside every closed room.
     pub(crate) fn is_outside_rooms(&self, p: Vec3) -> bool {
-        self.solids.is_outside_rooms(p)
+        self.geometry.solids.is_outside_rooms(p)
     }
     /// Indices of the facets whose boxes overlap [lo, hi], ascending.
     pub(crate) fn facets_overlapping(&self, lo: Vec3, hi: Vec3) -> Vec<u32> {
         let mut ids = Vec::new();
-        self.facets.overlapping(lo, hi, |id| ids.push(id));
+        self.geometry.facets.overlapping(lo, hi, |id| ids.push(id));
         ids.sort_unstable();
         ids
     }
     /// The lengths below which points coincide.
     pub(crate) fn tolerance(&self) -> &Tolerance {
-        &self.tolerance
+        &self.geometry.tolerance
     }
     /// Blocks of cells of equal extinction, if they pay.
     pub(crate) fn uniform_blocks(&self) -> Option<&UniformBlocks> {
@@ -342,18 +366,18 @@ impl<'a> Transport<'a> {
     }
     /// The tree over all pane plates.
     pub(crate) fn panes(&self) -> &Bvh {
-        &self.panes
+        &self.geometry.panes
     }
     /// The tree over the pane plates that can lie between points of the scene.
     pub(crate) fn interior_panes(&self) -> &Bvh {
-        self.interior_panes.as_ref().unwrap_or(&self.panes)
+        self.geometry.interior_panes.as_ref().unwrap_or(&self.geometry.panes)
     }
     /// Pane, and index within the pane, of pane plate number `id`.
     pub(crate) fn pane_plate(&self, id: u32) -> (u32, u32) {
-        self.pane_plates[id as usize]
+        self.geometry.pane_plates[id as usize]
     }
     /// The tree over the facets that can occlude between points of the scene.
     fn interior_facets(&self) -> &Bvh {
-        self.interior_facets.as_ref().unwrap_or(&self.facets)
+        self.geometry.interior_facets.as_ref().unwrap_or(&self.geometry.facets)
     }
 }

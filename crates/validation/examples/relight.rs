@@ -56,7 +56,7 @@ fn solution(n: usize) -> Solution {
         fields,
         groups,
         report: Report::default(),
-        further_triples: Vec::new(),
+        further_blocks: Vec::new(),
         scene_hash: String::new(),
         version: String::new(),
     }

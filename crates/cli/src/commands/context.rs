@@ -99,7 +99,7 @@ pub fn read_uniform_light_solution(path: &Path, first: usize) -> Result<Solution
 /// # Errors
 /// If `first` is not the first band of three.
 pub fn with_shown_bands(mut solution: Solution, first: usize) -> Result<Solution, Failure> {
-    let (count, triple) = (solution.scene.bands().count(), first / BANDS_SHOWN);
+    let (count, block) = (solution.scene.bands().count(), first / BANDS_SHOWN);
     if !first.is_multiple_of(BANDS_SHOWN) || first >= count {
         let last = BANDS_SHOWN * ((count - 1) / BANDS_SHOWN);
         let message = format!(
@@ -107,10 +107,10 @@ pub fn with_shown_bands(mut solution: Solution, first: usize) -> Result<Solution
         );
         return Err(Failure::new(message));
     }
-    if triple > 0 {
-        solution = solution.further_triples.swap_remove(triple - 1);
+    if block > 0 {
+        solution = solution.further_blocks.swap_remove(block - 1);
     }
-    solution.further_triples.clear();
+    solution.further_blocks.clear();
     Ok(solution)
 }
 

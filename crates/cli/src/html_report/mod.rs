@@ -83,7 +83,7 @@ fn pictures(out: &mut String, figures: &[Figure]) {
 /// Residual against iteration for every band.
 fn convergence(out: &mut String, s: &Solution) {
     let histories: Vec<Vec<f64>> = s
-        .triples()
+        .blocks()
         .flat_map(|t| t.report.residuals.iter().take(t.scene.window().len()).cloned().collect::<Vec<_>>())
         .collect();
     // A solve in one step has no curve.

@@ -182,7 +182,7 @@ fn accuracy_table(s: &Solution) -> Table {
     row("grade of the exchange areas", s.report.grade.name().into());
     row("largest defect of a row sum", number(largest(&s.all_bands(|t| t.report.closure.worst))));
     row("imbalance of power, relative", number(largest(&s.all_bands(|t| t.report.energy.residual.abs()))));
-    for (b, t) in s.triples().flat_map(|t| t.scene.window().zip(t.report.status.iter())).collect::<Vec<_>>() {
+    for (b, t) in s.blocks().flat_map(|t| t.scene.window().zip(t.report.status.iter())).collect::<Vec<_>>() {
         row(&format!("iteration, {}", s.scene.bands().name(b)), t.name().into());
     }
     table

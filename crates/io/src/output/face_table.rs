@@ -38,22 +38,22 @@ impl FaceColumns {
     /// The results by face of a solution.
     #[must_use]
     pub fn new(s: &Solution) -> FaceColumns {
-        let triples = s.faces_by_triple();
-        let faces = &triples[0];
+        let blocks = s.faces_by_block();
+        let faces = &blocks[0];
         let meshes = s.scene.faces().meshes.iter().enumerate();
         let places = meshes.flat_map(|(m, mesh)| (0..mesh.faces).map(move |f| (m, f)));
         let keys = places.zip(faces).map(|((m, f), x)| (m, f, x.surface)).collect();
         let mut out = FaceColumns { columns: Vec::new(), keys };
         out.columns.push(("area_m2".into(), faces.iter().map(|f| f.area).collect()));
-        out.add_fluxes(s, &triples, "net_flux", |f| f.net);
+        out.add_fluxes(s, &blocks, "net_flux", |f| f.net);
         if s.fields.heat.is_some() {
             for (k, name) in ["temperature_K", "temperature_error_K"].into_iter().enumerate() {
                 let kelvin = |f: &FaceResult| f.temperature.map_or(f64::NAN, |t| t[k]);
                 out.columns.push((name.into(), faces.iter().map(kelvin).collect()));
             }
         }
-        out.add_fluxes(s, &triples, "incident_flux", |f| f.incident);
-        out.add_fluxes(s, &triples, "radiosity", |f| f.radiosity);
+        out.add_fluxes(s, &blocks, "incident_flux", |f| f.incident);
+        out.add_fluxes(s, &blocks, "radiosity", |f| f.radiosity);
         if s.scene.bands().has_solar_band() {
             let watts = |f: &FaceResult| f.absorbed_sunlight.filter(|_| f.area > 0.0).unwrap_or(f64::NAN);
             out.columns.push(("absorbed_sunlight_W".into(), faces.iter().map(watts).collect()));
@@ -65,19 +65,19 @@ impl FaceColumns {
     fn add_fluxes(
         &mut self,
         s: &Solution,
-        triples: &[Vec<FaceResult>],
+        blocks: &[Vec<FaceResult>],
         name: &str,
         of: fn(&FaceResult) -> [Bands; 2],
     ) {
-        let windows: Vec<usize> = s.triples().map(|t| t.scene.window().len()).collect();
+        let windows: Vec<usize> = s.blocks().map(|t| t.scene.window().len()).collect();
         // All bands of face number `f`: values, or errors.
         let bands = |f: usize, k: usize| -> Vec<f64> {
-            let of_triple = |(t, count): (usize, &usize)| of(&triples[t][f])[k].into_iter().take(*count);
-            windows.iter().enumerate().flat_map(of_triple).collect()
+            let of_block = |(t, count): (usize, &usize)| of(&blocks[t][f])[k].into_iter().take(*count);
+            windows.iter().enumerate().flat_map(of_block).collect()
         };
         let mut add = |name: String, k: usize, number: &dyn Fn(Vec<f64>) -> f64| {
-            let value = |f: usize| if triples[0][f].area > 0.0 { number(bands(f, k)) } else { f64::NAN };
-            self.columns.push((name, (0..triples[0].len()).map(value).collect()));
+            let value = |f: usize| if blocks[0][f].area > 0.0 { number(bands(f, k)) } else { f64::NAN };
+            self.columns.push((name, (0..blocks[0].len()).map(value).collect()));
         };
         let Some(thermal) = s.scene.thermal() else {
             for b in 0..s.scene.bands().count() {
@@ -176,7 +176,7 @@ pub fn write_faces_vtu(path: &Path, s: &Solution) -> Result<(), FileError> {
         let i = owner[p];
         plate(i).corners().0[p + corners(i) - ends[i]].array()
     };
-    d.section("Points", vec![DataArray::triple("position [m]", points, place)]);
+    d.section("Points", vec![DataArray::vectors("position [m]", points, place)]);
     let shape = |i: usize| if corners(i) == 3 { 5.0 } else { 9.0 };
     let arrays = vec![
         DataArray::scalar("connectivity", NumberType::Int64, points, |p| p as f64),

@@ -65,7 +65,7 @@ impl WordHasher {
 /// The hash of all that a solution depends on: 64 hexadecimal digits.
 pub fn scene_hash(scene: &Scene) -> String {
     let mut h = WordHasher::new();
-    scene.triples().for_each(|triple| hash_triple(&mut h, triple));
+    scene.blocks().for_each(|block| hash_block(&mut h, &block));
     hash_bands(&mut h, scene);
     h.finish()
 }
@@ -92,8 +92,8 @@ fn closure_number(scene: &Scene) -> usize {
     scene.restores_closure() as usize + 2 * scene.restores_rows() as usize
 }
 
-/// Hashes one triple of the bands.
-fn hash_triple(h: &mut WordHasher, scene: &Scene) {
+/// Hashes one block of the bands.
+fn hash_block(h: &mut WordHasher, scene: &Scene) {
     hash_surfaces(h, scene);
     hash_media(h, scene);
     hash_lights(h, scene);
@@ -115,12 +115,12 @@ fn hash_triple(h: &mut WordHasher, scene: &Scene) {
 /// zones that are no direct lights, and the settings of the iteration. 64 hexadecimal digits.
 pub(crate) fn factors_hash(scene: &Scene) -> String {
     let mut h = WordHasher::new();
-    scene.triples().for_each(|triple| hash_factors(&mut h, triple));
+    scene.blocks().for_each(|block| hash_factors(&mut h, &block));
     hash_bands(&mut h, scene);
     h.finish()
 }
 
-/// Hashes what the exchange factors and the direct light of one triple of the bands depend on.
+/// Hashes what the exchange factors and the direct light of one block of the bands depend on.
 fn hash_factors(h: &mut WordHasher, scene: &Scene) {
     let shining = scene.surroundings().has_radiance();
     let mut parts = scene.clone().into_parts();

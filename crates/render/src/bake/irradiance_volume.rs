@@ -122,7 +122,7 @@ pub struct IrradianceVolume {
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
-/// # let solution = Solution { scene, zones, fields, groups, report, further_triples: Vec::new(), scene_hash, version };
+/// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
 /// // A black wall of 1 W/m² in surroundings of the radiance 1/π: the fluence is 4 everywhere.
 /// let options = IrradianceVolumeOptions { dims: Some([2, 2, 2]), ..IrradianceVolumeOptions::default() };
 /// let volume = bake_irradiance_volume(&solution, &options, &NoProgress);

@@ -106,7 +106,7 @@ use zonal_transport::Transport;
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
-/// # let solution = Solution { scene, zones, fields, groups, report, further_triples: Vec::new(), scene_hash, version };
+/// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
 /// let baked = bake(&solution, &BakeOptions::default(), &NoProgress);
 /// assert_eq!(baked.groups, ["all"]);
 /// assert_eq!(baked.surfaces.triangles.len(), baked.surfaces.zones.len());

@@ -104,7 +104,7 @@ pub struct VolumeGrid {
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
-/// # let solution = Solution { scene, zones, fields, groups, report, further_triples: Vec::new(), scene_hash, version };
+/// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
 /// let options = VolumeGridOptions { max_refined_points: 64, ..VolumeGridOptions::default() };
 /// let grid = bake_volume_grid(&solution, &options, &NoProgress).unwrap();
 /// assert_eq!(grid.dims, [4, 4, 4]);

@@ -135,17 +135,17 @@ fn band_colours(bands: &BandSet) -> Option<Vec<[f64; 3]>> {
     Some(bands.wavelengths()?.iter().map(of_band).collect())
 }
 
-/// The colours of the bands of each triple: what fills up the last triple has none.
-pub(crate) fn triple_colours(bands: &BandSet) -> Option<Vec<[[f64; 3]; 3]>> {
+/// The colours of the bands of each block: what fills up the last block has none.
+pub(crate) fn block_colours(bands: &BandSet) -> Option<Vec<[[f64; 3]; 3]>> {
     let all = band_colours(bands)?;
-    let of_triple = |t: usize| {
+    let of_block = |t: usize| {
         let window = bands.window(t);
         std::array::from_fn(|k| window.clone().nth(k).map_or([0.0; 3], |b| all[b]))
     };
-    Some((0..bands.triples()).map(of_triple).collect())
+    Some((0..bands.block_count()).map(of_block).collect())
 }
 
-/// The colour of the radiances of a triple.
+/// The colour of the radiances of a block.
 pub(crate) fn colour_of(colours: &[[f64; 3]; 3], radiance: Bands) -> [f64; 3] {
     let values = radiance.to_rgb();
     std::array::from_fn(|c| (0..3).map(|k| colours[k][c] * values[k]).sum())
@@ -187,9 +187,9 @@ mod tests {
         let four =
             BandSet::by_wavelength(vec![[400.0, 450.0], [450.0, 500.0], [500.0, 600.0], [600.0, 700.0]])
                 .unwrap();
-        let triples = triple_colours(&four).unwrap();
-        assert_eq!((triples.len(), triples[1][1], triples[1][2]), (2, [0.0; 3], [0.0; 3]));
-        let red = colour_of(&triples[1], Bands::ONE);
-        assert_eq!(red, triples[1][0]);
+        let blocks = block_colours(&four).unwrap();
+        assert_eq!((blocks.len(), blocks[1][1], blocks[1][2]), (2, [0.0; 3], [0.0; 3]));
+        let red = colour_of(&blocks[1], Bands::ONE);
+        assert_eq!(red, blocks[1][0]);
     }
 }

@@ -93,7 +93,7 @@ pub enum PaneVisibility {
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
-/// # let solution = Solution { scene, zones, fields, groups, report, further_triples: Vec::new(), scene_hash, version };
+/// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
 /// let camera = Camera {
 ///     name: "front".into(),
 ///     origin: Vec3::ZERO,

@@ -1,13 +1,13 @@
 //! Entry points of the renderer: pictures of one solution by one or several cameras.
 //!
 //! A pixel is the mean radiance over its rays, L = (1/n) Σ_i L(o_i, d_i), at the positions of [`subpixel`]; with `samples` = 0 and
-//! a pinhole the rays are placed by [`AdaptiveSampler`]. Bands with wavelengths are drawn triple by triple and joined by their colours (`spectral_colour`). Cost: rays × (ray–scene intersection + segments of the medium × lights).
+//! a pinhole the rays are placed by [`AdaptiveSampler`]. Bands with wavelengths are drawn block by block and joined by their colours (`spectral_colour`). Cost: rays × (ray–scene intersection + segments of the medium × lights).
 
 pub(crate) mod adaptive_sampling;
 pub(crate) mod camera;
 pub(crate) mod item_buffer;
 
-use crate::image::spectral_colour::{colour_of, triple_colours};
+use crate::image::spectral_colour::{block_colours, colour_of};
 use crate::image::{Image, to_pixel};
 use crate::integrator::node_lattice::Viewpoint;
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
@@ -63,7 +63,7 @@ use zonal_transport::Transport;
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
-/// # let solution = Solution { scene, zones, fields, groups, report, further_triples: Vec::new(), scene_hash, version };
+/// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
 /// let camera = Camera {
 ///     name: "front".into(),
 ///     origin: Vec3::ZERO,
@@ -107,24 +107,24 @@ pub fn render_each<E>(
     progress: &dyn Progress,
     mut take: impl FnMut(usize, Image) -> Result<(), E>,
 ) -> Result<(), E> {
-    let colours = triple_colours(solution.scene.bands());
-    // Bands without wavelengths are drawn as red, green and blue, and there is one triple of them.
-    let drawn = if colours.is_some() { solution.triples().count() } else { 1 };
+    let colours = block_colours(solution.scene.bands());
+    // Bands without wavelengths are drawn as red, green and blue, and there is one block of them.
+    let drawn = if colours.is_some() { solution.blocks().count() } else { 1 };
     let extended: Vec<Option<Solution>> = solution
-        .triples()
+        .blocks()
         .take(drawn)
         .map(|s| even_extension(&s.scene).map(|e| e.extended_solution(s)))
         .collect();
-    let triples: Vec<&Solution> =
-        solution.triples().zip(&extended).map(|(s, extended)| extended.as_ref().unwrap_or(s)).collect();
-    let transports: Vec<Transport> = triples.iter().map(|s| Transport::new(&s.scene)).collect();
+    let blocks: Vec<&Solution> =
+        solution.blocks().zip(&extended).map(|(s, extended)| extended.as_ref().unwrap_or(s)).collect();
+    let transports: Vec<Transport> = blocks.iter().map(|s| Transport::new(&s.scene)).collect();
     let accuracy =
         if options.samples == 0 { DirectLightAccuracy::Clustered } else { DirectLightAccuracy::PerFacet };
-    let of_triple = |(s, transport)| {
+    let of_block = |(s, transport)| {
         let integrator = Integrator::new(s, transport).with_gather(options.gather).with_accuracy(accuracy);
         if samples_skies(options) { integrator } else { integrator.with_skies_of_zones() }
     };
-    let mut integrators: Vec<Integrator> = triples.iter().copied().zip(&transports).map(of_triple).collect();
+    let mut integrators: Vec<Integrator> = blocks.iter().copied().zip(&transports).map(of_block).collect();
     for (i, camera) in cameras.iter().enumerate() {
         let focus = camera.lens.focus.or_else(|| focus_distance(&transports[0], camera));
         let camera = Camera { lens: Lens { focus, ..camera.lens }, ..camera.clone() };
@@ -168,7 +168,7 @@ pub fn sky_noise(solution: &Solution, options: &RenderOptions) -> Option<Diagnos
     Some(Diagnostic::warning("sky-noise", text))
 }
 
-/// The picture in linear sRGB from those of the triples of bands, whose pixels are radiances of bands.
+/// The picture in linear sRGB from those of the blocks of bands, whose pixels are radiances of bands.
 fn join_bands(
     images: impl Iterator<Item = Image>,
     colours: &[[[f64; 3]; 3]],
@@ -225,7 +225,7 @@ fn join_bands(
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
-/// # let solution = Solution { scene, zones, fields, groups, report, further_triples: Vec::new(), scene_hash, version };
+/// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
 /// let camera = Camera {
 ///     name: "front".into(),
 ///     origin: Vec3::ZERO,

@@ -1,8 +1,8 @@
 //! The spectral bands of a scene: their number, names and wavelengths.
 //!
-//! Scenes have 1 to [`MAX_BANDS`] bands. They are stored and solved three at a time: band triple t holds the bands 3t, 3t+1 and 3t+2 in the
-//! three values of [`crate::Bands`]. A scene of up to three bands is one triple; one of N bands is ⌈N/3⌉ scenes of the same geometry
-//! ([`crate::Scene::triples`]). The values of the last triple beyond the last band are copies of the last band. They have no emission in thermal
+//! Scenes have 1 to [`MAX_BANDS`] bands. They are solved in blocks of three: block b holds the bands 3b, 3b+1 and 3b+2 in the
+//! three values of [`crate::Bands`]. A scene of N bands has ⌈N/3⌉ blocks, which share its geometry
+//! ([`crate::Scene::blocks`]). The values of the last block beyond the last band are copies of the last band. They have no emission in thermal
 //! mode and appear in no result.
 //!
 //! A scene in thermal mode with lights has a last band for sunlight, which no temperature of the scene emits: surfaces and media have properties of
@@ -14,8 +14,8 @@ use crate::base::scene_error::{SceneError, invalid};
 /// Largest number of bands.
 pub const MAX_BANDS: usize = 128;
 
-/// Number of bands of a triple.
-pub(crate) const BANDS_PER_TRIPLE: usize = 3;
+/// Number of bands of a block.
+pub(crate) const BANDS_PER_BLOCK: usize = 3;
 
 /// Wavelengths between blue and green and between green and red, nm: where two primaries of sRGB contribute equally to the colour of a narrow band.
 pub(crate) const COLOUR_LIMITS: [f64; 2] = [492.0, 577.0];
@@ -28,9 +28,9 @@ const WAVELENGTH_RANGE: [f64; 2] = [10.0, 1e6];
 /// ```
 /// use zonal_scene::BandSet;
 /// let rgb = BandSet::default();
-/// assert_eq!((rgb.count(), rgb.triples(), rgb.name(2).as_str()), (3, 1, "blue"));
+/// assert_eq!((rgb.count(), rgb.block_count(), rgb.name(2).as_str()), (3, 1, "blue"));
 /// let gas = BandSet::numbered(5)?;
-/// assert_eq!((gas.triples(), gas.name(4).as_str()), (2, "band 4"));
+/// assert_eq!((gas.block_count(), gas.name(4).as_str()), (2, "band 4"));
 /// assert_eq!(gas.window(1), 3..5);
 /// let light = BandSet::by_wavelength(vec![[400.0, 500.0], [500.0, 600.0]])?;
 /// assert_eq!(light.name(1), "500-600 nm");
@@ -51,7 +51,7 @@ pub struct BandSet {
 impl Default for BandSet {
     /// Red, green and blue.
     fn default() -> BandSet {
-        BandSet { count: BANDS_PER_TRIPLE, wavelengths: Vec::new(), is_rgb: true, has_solar_band: false }
+        BandSet { count: BANDS_PER_BLOCK, wavelengths: Vec::new(), is_rgb: true, has_solar_band: false }
     }
 }
 
@@ -124,25 +124,25 @@ impl BandSet {
     pub fn infrared_count(&self) -> usize {
         self.count - usize::from(self.has_solar_band)
     }
-    /// A flux in the band of sunlight, as values of a triple; 0 in all other bands.
-    pub fn in_solar_band(&self, triple: usize, flux: f64) -> Bands {
-        let own = |k: usize| self.has_solar_band && BANDS_PER_TRIPLE * triple + k + 1 == self.count;
+    /// A flux in the band of sunlight, as values of a block; 0 in all other bands.
+    pub fn in_solar_band(&self, block: usize, flux: f64) -> Bands {
+        let own = |k: usize| self.has_solar_band && BANDS_PER_BLOCK * block + k + 1 == self.count;
         Bands::from_fn(|b| if own(b.index()) { flux } else { 0.0 })
     }
-    /// Values of a triple with another property in the band of sunlight.
-    pub fn with_solar_value(&self, triple: usize, values: Bands, solar: f64) -> Bands {
-        // What fills up the last triple is a copy of the last band.
-        let own = |k: usize| self.has_solar_band && BANDS_PER_TRIPLE * triple + k + 1 >= self.count;
+    /// Values of a block with another property in the band of sunlight.
+    pub fn with_solar_value(&self, block: usize, values: Bands, solar: f64) -> Bands {
+        // What fills up the last block is a copy of the last band.
+        let own = |k: usize| self.has_solar_band && BANDS_PER_BLOCK * block + k + 1 >= self.count;
         Bands::from_fn(|b| if own(b.index()) { solar } else { values[b] })
     }
-    /// Number of triples that hold the bands.
-    pub fn triples(&self) -> usize {
-        self.count.div_ceil(BANDS_PER_TRIPLE)
+    /// Number of blocks that hold the bands.
+    pub fn block_count(&self) -> usize {
+        self.count.div_ceil(BANDS_PER_BLOCK)
     }
-    /// The bands of a triple.
-    pub fn window(&self, triple: usize) -> std::ops::Range<usize> {
-        let first = BANDS_PER_TRIPLE * triple;
-        first.min(self.count)..(first + BANDS_PER_TRIPLE).min(self.count)
+    /// The bands of a block.
+    pub fn window(&self, block: usize) -> std::ops::Range<usize> {
+        let first = BANDS_PER_BLOCK * block;
+        first.min(self.count)..(first + BANDS_PER_BLOCK).min(self.count)
     }
     /// Limits of each band in nm, ascending; `None` for bands without wavelengths.
     pub fn wavelengths(&self) -> Option<&[[f64; 2]]> {
@@ -158,11 +158,11 @@ impl BandSet {
             Some([from, to]) => format!("{from}-{to} nm"),
             None if self.has_solar_band && band + 1 == self.count => "solar".into(),
             None if self.has_solar_band && self.count == 2 => "infrared".into(),
-            None if self.is_rgb && band < BANDS_PER_TRIPLE => ["red", "green", "blue"][band].into(),
+            None if self.is_rgb && band < BANDS_PER_BLOCK => ["red", "green", "blue"][band].into(),
             None => format!("band {band}"),
         }
     }
-    /// The values of the bands of a triple for the colour of a file or picture; `None` if the bands have neither colours nor wavelengths and the colour is
+    /// The values of the bands of a block for the colour of a file or picture; `None` if the bands have neither colours nor wavelengths and the colour is
     /// not grey. With wavelengths, blue, green and red stand for the spectrum below, between and above 492 nm and 577 nm.
     ///
     /// ```
@@ -174,7 +174,7 @@ impl BandSet {
     /// assert_eq!(BandSet::numbered(5)?.from_rgb(0, [1.0, 0.5, 0.0]), None);
     /// # Ok::<(), zonal_scene::SceneError>(())
     /// ```
-    pub fn from_rgb(&self, triple: usize, rgb: [f64; 3]) -> Option<Bands> {
+    pub fn from_rgb(&self, block: usize, rgb: [f64; 3]) -> Option<Bands> {
         if self.is_rgb {
             return Some(Bands::from_rgb(rgb));
         }
@@ -188,21 +188,21 @@ impl BandSet {
             blue * within(0.0, low) + green * within(low, high) + red * within(high, f64::INFINITY)
         };
         let values: Vec<f64> = self.wavelengths.iter().map(|w| of_band(*w)).collect();
-        self.triple_of(triple, &values).map(Bands::from_rgb)
+        self.of_block(block, &values).map(Bands::from_rgb)
     }
-    /// The values of one triple out of a list of one value for each band; the last band fills up the last triple.
+    /// The values of one block out of a list of one value for each band; the last band fills up the last block.
     ///
     /// ```
     /// use zonal_scene::BandSet;
     /// let bands = BandSet::numbered(4)?;
-    /// assert_eq!(bands.triple_of(1, &[1, 2, 3, 4]), Some([4, 4, 4]));
-    /// assert_eq!(bands.triple_of(0, &[1, 2, 3]), None);
+    /// assert_eq!(bands.of_block(1, &[1, 2, 3, 4]), Some([4, 4, 4]));
+    /// assert_eq!(bands.of_block(0, &[1, 2, 3]), None);
     /// # Ok::<(), zonal_scene::SceneError>(())
     /// ```
-    pub fn triple_of<T: Clone>(&self, triple: usize, values: &[T]) -> Option<[T; BANDS_PER_TRIPLE]> {
+    pub fn of_block<T: Clone>(&self, block: usize, values: &[T]) -> Option<[T; BANDS_PER_BLOCK]> {
         let last = self.count - 1;
         (values.len() == self.count)
-            .then(|| std::array::from_fn(|k| values[(BANDS_PER_TRIPLE * triple + k).min(last)].clone()))
+            .then(|| std::array::from_fn(|k| values[(BANDS_PER_BLOCK * block + k).min(last)].clone()))
     }
 }
 

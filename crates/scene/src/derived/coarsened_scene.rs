@@ -32,11 +32,11 @@ impl Scene {
     /// # Errors
     /// If the coarsened grid is invalid.
     pub fn coarsened(&self) -> Result<Scene, SceneError> {
-        self.map_triples(|triple| triple.coarsened_triple())
+        self.map_blocks(|block| block.coarsened_block())
     }
 
-    /// As [`Scene::coarsened`], of one triple of bands.
-    fn coarsened_triple(&self) -> Result<Scene, SceneError> {
+    /// As [`Scene::coarsened`], of one block of bands.
+    fn coarsened_block(&self) -> Result<Scene, SceneError> {
         let default = self.patch_size();
         let mut parts = self.clone().into_parts();
         parts.options.patch_size = Some(2.0 * default);
@@ -64,8 +64,8 @@ impl Scene {
         let smallest_pane = zones.panes.iter().fold(f64::INFINITY, |s, p| s.min(patch_size(&p.plate, rule)));
         let default = self.patch_size();
         let refined = |own: f64, limit: f64| if own > 0.0 { own.min(limit) } else { limit } / n as f64;
-        self.map_triples(|triple| {
-            let mut parts = triple.into_parts();
+        self.map_blocks(|block| {
+            let mut parts = block.into_parts();
             parts.options.patch_size =
                 Some(refined(if smallest_pane.is_finite() { smallest_pane } else { 0.0 }, default));
             for (surface, largest) in parts.surfaces.iter_mut().zip(&largest) {
@@ -97,8 +97,8 @@ impl Scene {
         }
         let divided_panes = zones.panes.iter().filter(|p| panes.get(p.pane) == Some(&true));
         let pane = divided_panes.map(|p| patch_size(&p.plate, rule)).fold(f64::INFINITY, f64::min);
-        self.map_triples(|triple| {
-            let mut parts = triple.into_parts();
+        self.map_blocks(|block| {
+            let mut parts = block.into_parts();
             parts.options.patch_size = Some(default.min(pane / n as f64));
             for (k, surface) in parts.surfaces.iter_mut().enumerate() {
                 let own = surface.patch_size.unwrap_or(default);

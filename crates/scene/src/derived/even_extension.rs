@@ -473,7 +473,7 @@ impl EvenExtension {
             fields,
             groups: solution.groups.iter().map(|g| images.extended_group(g)).collect(),
             report: solution.report.clone(),
-            further_triples: Vec::new(),
+            further_blocks: Vec::new(),
             scene_hash: solution.scene_hash.clone(),
             version: solution.version.clone(),
         }

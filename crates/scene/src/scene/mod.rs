@@ -9,7 +9,7 @@ use crate::bands::Bands;
 use crate::bands::band_set::BandSet;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::printable::printable;
-use crate::base::scene_error::{SceneError, invalid};
+use crate::base::scene_error::SceneError;
 use crate::medium::voxel_grid::VoxelGrid;
 use crate::model::camera::Camera;
 use crate::model::face_table::FaceTable;
@@ -17,12 +17,13 @@ use crate::model::light::{Light, Surroundings};
 use crate::model::options::SolveOptions;
 use crate::model::shading::{ShadedPoint, ShadingNormals, curved_point, mapped_normal};
 use crate::model::surface::{Facet, Pane, Surface, Texture};
-use crate::scene::scene_parts::SceneParts;
-use crate::scene::validation::{check_parts, check_triples};
+use crate::scene::scene_parts::{SceneGeometry, SceneOptics, SceneParts};
+use crate::scene::validation::{check_blocks, check_parts};
 use crate::thermal::emissivity::SideEmissivity;
 use crate::thermal::{Thermal, ThermalCondition};
 use crate::zones::Patch;
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 use zonal_math::Vec3;
 
@@ -61,10 +62,9 @@ const DEFAULT_PATCHES_PER_DIAGONAL: f64 = 30.0;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    parts: SceneParts,
-    bounds: (Vec3, Vec3),
-    /// The further triples of bands.
-    further_triples: Arc<[Scene]>,
+    geometry: Arc<SceneGeometry>,
+    /// The optical properties of each block of bands, of which there is at least one. The accessors show the first.
+    optics: Vec<Arc<SceneOptics>>,
 }
 
 impl Scene {
@@ -75,76 +75,92 @@ impl Scene {
     pub fn new(mut parts: SceneParts) -> Result<Scene, SceneError> {
         parts.names_mut().for_each(escape_name);
         check_parts(&parts)?;
-        let bounds = parts.bounds();
-        Ok(Scene { parts, bounds, further_triples: Arc::default() })
+        Ok(Scene::of_checked_parts(parts))
     }
 
-    /// A scene of any number of bands from its triples, in order; they differ in spectral properties only.
+    /// A scene of any number of bands from its blocks of up to three, in order; they differ in optical properties only. The geometry of the first is kept.
     ///
     /// # Errors
-    /// If a triple is missing or has another geometry, or if the band fractions of thermal mode are out of range.
-    pub fn from_triples(mut triples: Vec<Scene>) -> Result<Scene, SceneError> {
-        check_triples(&triples.iter().map(|s| &s.parts).collect::<Vec<_>>())?;
-        let further = triples.split_off(1);
-        match triples.pop() {
-            Some(first) => Ok(Scene { further_triples: further.into(), ..first }),
-            None => invalid("bands", "the scene has no bands; give at least one"),
-        }
+    /// If a block is missing or has another geometry, or if the band fractions of thermal mode are out of range.
+    pub fn from_blocks(blocks: Vec<Scene>) -> Result<Scene, SceneError> {
+        check_blocks(&blocks)?;
+        let geometry = blocks[0].geometry.clone();
+        Ok(Scene { geometry, optics: blocks.into_iter().map(|mut b| b.optics.swap_remove(0)).collect() })
     }
 
     /// The bands of the whole scene.
     pub fn bands(&self) -> &BandSet {
-        &self.parts.bands
+        &self.geometry.bands
     }
-    /// The bands that this triple holds.
-    pub fn window(&self) -> std::ops::Range<usize> {
-        self.parts.bands.window(self.parts.triple)
+    /// The bands that this block holds.
+    pub fn window(&self) -> Range<usize> {
+        self.geometry.bands.window(self.block())
     }
-    /// This scene and its further triples of bands.
-    pub fn triples(&self) -> impl Iterator<Item = &Scene> + Clone {
-        std::iter::once(self).chain(self.further_triples.iter())
+    /// The number of this block.
+    pub fn block(&self) -> usize {
+        self.own().block
     }
-    /// The first triple of bands as a scene of its own.
-    pub fn first_triple(&self) -> Scene {
-        Scene { further_triples: Arc::default(), ..self.clone() }
+    /// True if both have the same bands and facets: at once if they share them.
+    pub(crate) fn shares_geometry(&self, other: &Scene) -> bool {
+        let (own, other) = (&self.geometry, &other.geometry);
+        let facets = || {
+            own.facets
+                .iter()
+                .map(|f| (f.surface, f.plate))
+                .eq(other.facets.iter().map(|f| (f.surface, f.plate)))
+        };
+        Arc::ptr_eq(own, other) || own.bands == other.bands && facets()
     }
-    /// Changes every triple of bands.
+    /// The blocks of up to three bands, as scenes of their own that share the geometry.
+    pub fn blocks(&self) -> impl ExactSizeIterator<Item = Scene> + Clone + '_ {
+        self.optics.iter().map(|o| Scene { geometry: self.geometry.clone(), optics: vec![o.clone()] })
+    }
+    /// The first block of bands as a scene of its own.
+    pub fn first_block(&self) -> Scene {
+        Scene { geometry: self.geometry.clone(), optics: vec![self.optics[0].clone()] }
+    }
+    /// Changes every block of bands.
     ///
     /// # Errors
-    /// Those of `change`, and those of [`Scene::from_triples`].
-    pub fn map_triples(
+    /// Those of `change`, and those of [`Scene::from_blocks`].
+    pub fn map_blocks(
         &self,
         change: impl Fn(Scene) -> Result<Scene, SceneError>,
     ) -> Result<Scene, SceneError> {
-        let changed = self.triples().map(|s| change(s.first_triple()));
-        Scene::from_triples(changed.collect::<Result<_, _>>()?)
+        Scene::from_blocks(self.blocks().map(change).collect::<Result<_, _>>()?)
     }
 
     /// A scene of parts that are valid by construction.
     pub(crate) fn of_checked_parts(parts: SceneParts) -> Scene {
-        let bounds = parts.bounds();
-        Scene { parts, bounds, further_triples: Arc::default() }
+        let (geometry, optics) = parts.divided();
+        Scene { geometry: Arc::new(geometry), optics: vec![Arc::new(optics)] }
+    }
+
+    /// The optical properties of the first block.
+    #[inline]
+    fn own(&self) -> &SceneOptics {
+        &self.optics[0]
     }
 
     /// Thermal conditions; `None` in light mode.
     pub fn thermal(&self) -> Option<&Thermal> {
-        self.parts.thermal.as_ref()
+        self.own().thermal.as_ref()
     }
     /// Name.
     pub fn name(&self) -> &str {
-        &self.parts.name
+        &self.geometry.name
     }
     /// Surfaces.
     pub fn surfaces(&self) -> &[Surface] {
-        &self.parts.surfaces
+        &self.own().surfaces
     }
     /// Facets of all surfaces.
     pub fn facets(&self) -> &[Facet] {
-        &self.parts.facets
+        &self.geometry.facets
     }
     /// Normals for pictures of facets that stand for curved surfaces.
     pub fn shading(&self) -> &ShadingNormals {
-        &self.parts.shading
+        &self.geometry.shading
     }
     /// The point of the curved surface for which a facet stands at its parameters (u, v), seen from its front or back and at least `lift` metres above that side, and the
     /// unit normal there, without normal maps; `None` of a flat facet.
@@ -154,10 +170,10 @@ impl Scene {
         uv: [f64; 2],
         lift: f64,
     ) -> Option<ShadedPoint> {
-        let corners = self.parts.shading.of_facet(facet)?;
+        let corners = self.geometry.shading.of_facet(facet)?;
         Some(self.point_above(
             (facet, front),
-            curved_point(&self.parts.facets[facet], &corners, front, uv),
+            curved_point(&self.geometry.facets[facet], &corners, front, uv),
             lift,
         ))
     }
@@ -168,45 +184,45 @@ impl Scene {
         uv: [f64; 2],
         lift: f64,
     ) -> Option<ShadedPoint> {
-        let f = &self.parts.facets[facet];
-        let Some(map) = self.parts.shading.map_of(f.surface) else {
+        let f = &self.geometry.facets[facet];
+        let Some(map) = self.geometry.shading.map_of(f.surface) else {
             return self.curved_point((facet, front), uv, lift);
         };
-        let corners = self.parts.shading.of_facet(facet).unwrap_or([f.plate.normal(); 4]);
+        let corners = self.geometry.shading.of_facet(facet).unwrap_or([f.plate.normal(); 4]);
         let at = curved_point(f, &corners, front, uv);
-        let texture = (&self.parts.textures[map.texture], map.scale);
+        let texture = (&self.own().textures[map.texture], map.scale);
         let normal = mapped_normal(f, at.normal, f.uv_at(uv[0], uv[1]), texture);
         Some(self.point_above((facet, front), ShadedPoint { normal, ..at }, lift))
     }
     /// A point of the front of a facet as its front or back, raised by `lift` metres.
     fn point_above(&self, (facet, front): (usize, bool), at: ShadedPoint, lift: f64) -> ShadedPoint {
         let side = if front { 1.0 } else { -1.0 };
-        let up = self.parts.facets[facet].plate.normal() * side;
+        let up = self.geometry.facets[facet].plate.normal() * side;
         ShadedPoint { point: at.point + up * lift, normal: at.normal * side }
     }
     /// Faces of mesh files, and values by face.
     pub fn faces(&self) -> &FaceTable {
-        &self.parts.faces
+        &self.own().faces
     }
     /// Textures.
     pub fn textures(&self) -> &[Texture] {
-        &self.parts.textures
+        &self.own().textures
     }
     /// Panes.
     pub fn panes(&self) -> &[Pane] {
-        &self.parts.panes
+        &self.own().panes
     }
     /// The medium, if any.
     pub fn voxel_grid(&self) -> Option<&VoxelGrid> {
-        self.parts.voxel_grid.as_ref()
+        self.own().voxel_grid.as_ref()
     }
     /// Direct lights.
     pub fn lights(&self) -> &[Light] {
-        &self.parts.lights
+        &self.own().lights
     }
     /// The surroundings.
     pub fn surroundings(&self) -> &Surroundings {
-        &self.parts.surroundings
+        &self.own().surroundings
     }
     /// True if the temperatures of a solve couple its bands: the scene is not grey and some zone has a known net power, or bodies at one temperature or
     /// convection leave temperatures unknown.
@@ -225,11 +241,11 @@ impl Scene {
     }
     /// Axes along which the scene is periodic, with the medium's extent as period.
     pub fn periodic(&self) -> [bool; 3] {
-        self.parts.periodic
+        self.geometry.periodic
     }
     /// Ends of the boundary box that are mirrors, low and high, by axis.
     pub fn mirrors(&self) -> [[bool; 2]; 3] {
-        self.parts.mirrors
+        self.geometry.mirrors
     }
     /// True if an end of the boundary box is a mirror.
     pub fn has_mirrors(&self) -> bool {
@@ -237,7 +253,8 @@ impl Scene {
     }
     /// Axes without an end: periodic ones, and those with mirrors at both ends.
     pub fn endless_axes(&self) -> [bool; 3] {
-        self.parts.endless_axes()
+        let both = |k: usize| self.mirrors()[k] == [true; 2];
+        [0, 1, 2].map(|k| self.periodic()[k] || both(k))
     }
     /// The axis along which a scene without a medium is periodic: all walls extend along it as infinitely long strips.
     pub fn strip_axis(&self) -> Option<usize> {
@@ -245,15 +262,15 @@ impl Scene {
     }
     /// Lower and upper corner of the boundary box, m: the extent of the medium, or the given box of a scene without one.
     pub fn boundary_box(&self) -> Option<(Vec3, Vec3)> {
-        self.parts.boundary_box()
+        self.voxel_grid().map(|v| (v.min(), v.max())).or(self.geometry.boundary_box)
     }
     /// Cameras.
     pub fn cameras(&self) -> &[Camera] {
-        &self.parts.cameras
+        &self.geometry.cameras
     }
     /// Settings.
     pub fn options(&self) -> &SolveOptions {
-        &self.parts.options
+        &self.geometry.options
     }
     /// Whether powers are normalized, and rows of tables scaled, so that closure holds: as set, else in thermal mode only, where missing closure is missing
     /// heat.
@@ -266,56 +283,56 @@ impl Scene {
     }
     /// Notes of the reader.
     pub fn notes(&self) -> &[Diagnostic] {
-        &self.parts.notes
+        &self.geometry.notes
     }
     /// Smallest and largest coordinates of the scene, m.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        self.bounds
+        self.geometry.bounds
     }
     /// Length of the diagonal of the bounds, m.
     pub fn diagonal(&self) -> f64 {
-        (self.bounds.1 - self.bounds.0).length()
+        (self.geometry.bounds.1 - self.geometry.bounds.0).length()
     }
     /// Reflectance of a facet at plate parameters (u, v): that of its face, or texture times factor of the surface, at most 1.
     pub fn reflectance_at(&self, facet: usize, u: f64, v: f64) -> Bands {
-        if let Some(own) = self.parts.faces.values_of(facet).reflectance {
+        if let Some(own) = self.own().faces.values_of(facet).reflectance {
             return own;
         }
-        let f = &self.parts.facets[facet];
-        let s = &self.parts.surfaces[f.surface];
+        let f = &self.geometry.facets[facet];
+        let s = &self.own().surfaces[f.surface];
         self.textured(s.reflectance, s.reflectance_texture, f.uv_at(u, v)).map(|x| x.min(1.0))
     }
     /// Emitted flux of a facet at plate parameters (u, v), W/m²: that of its face, or texture times factor of the surface.
     pub fn emission_at(&self, facet: usize, u: f64, v: f64) -> Bands {
-        if let Some(own) = self.parts.faces.values_of(facet).emission {
+        if let Some(own) = self.own().faces.values_of(facet).emission {
             return own;
         }
-        let f = &self.parts.facets[facet];
-        let s = &self.parts.surfaces[f.surface];
+        let f = &self.geometry.facets[facet];
+        let s = &self.own().surfaces[f.surface];
         self.textured(s.emission, s.emission_texture, f.uv_at(u, v))
     }
     /// Diffuse transmittance of a facet at plate parameters (u, v): texture times factor of the surface, at most 1 − ρ; zero for an opaque surface.
     pub fn transmittance_at(&self, facet: usize, u: f64, v: f64) -> Bands {
-        let f = &self.parts.facets[facet];
-        let Some(own) = self.parts.surfaces[f.surface].transmission else { return Bands::ZERO };
+        let f = &self.geometry.facets[facet];
+        let Some(own) = self.own().surfaces[f.surface].transmission else { return Bands::ZERO };
         let rest = 1.0 - self.reflectance_at(facet, u, v);
         self.textured(own.transmittance, own.texture, f.uv_at(u, v)).min(rest)
     }
     /// Reflectance of a facet without texture: that of its face, or of its surface.
     pub fn facet_reflectance(&self, facet: usize) -> Bands {
-        let own = self.parts.faces.values_of(facet).reflectance;
-        own.unwrap_or(self.parts.surfaces[self.parts.facets[facet].surface].reflectance)
+        let own = self.own().faces.values_of(facet).reflectance;
+        own.unwrap_or(self.own().surfaces[self.geometry.facets[facet].surface].reflectance)
     }
     /// Reflectance of a patch of a thermal scene at `t` kelvin: that of its face, or of its side of the surface.
     pub fn patch_reflectance(&self, patch: &Patch, t: f64) -> Bands {
-        let facet = &self.parts.facets[patch.facet];
-        let emissivities = self.parts.thermal.as_ref().map_or(&[][..], |t| &t.emissivities);
-        let own = match self.parts.faces.values_of(patch.facet).reflectance {
+        let facet = &self.geometry.facets[patch.facet];
+        let emissivities = self.own().thermal.as_ref().map_or(&[][..], |t| &t.emissivities);
+        let own = match self.own().faces.values_of(patch.facet).reflectance {
             None => emissivities.get(facet.surface),
             Some(_) => None,
         };
         let Some(own) = own else { return self.facet_reflectance(patch.facet) };
-        let at = |side: &SideEmissivity| side.reflectance_at(&self.parts.bands, self.parts.triple, t);
+        let at = |side: &SideEmissivity| side.reflectance_at(&self.geometry.bands, self.block(), t);
         match own.back.as_ref().filter(|_| facet.plate.normal().dot(patch.normal) < 0.0) {
             Some(back) => at(back),
             None => at(&SideEmissivity {
@@ -326,38 +343,39 @@ impl Scene {
     }
     /// Thermal condition of a facet: that of its face, or of its surface; `None` in light mode.
     pub fn facet_condition(&self, facet: usize) -> Option<ThermalCondition> {
-        let thermal = self.parts.thermal.as_ref()?;
-        let own = self.parts.faces.values_of(facet).condition;
-        own.or_else(|| thermal.surfaces.get(self.parts.facets[facet].surface).copied())
+        let thermal = self.own().thermal.as_ref()?;
+        let own = self.own().faces.values_of(facet).condition;
+        own.or_else(|| thermal.surfaces.get(self.geometry.facets[facet].surface).copied())
     }
     /// `factor` times the texture, if any, at texture coordinates `uv`.
     fn textured(&self, factor: Bands, texture: Option<usize>, uv: [f64; 2]) -> Bands {
         match texture {
             None => factor,
-            Some(t) => factor * self.parts.textures[t].sample(uv),
+            Some(t) => factor * self.own().textures[t].sample(uv),
         }
     }
     /// Largest patch edge of surfaces without a patch size of their own, m.
     pub fn patch_size(&self) -> f64 {
-        self.parts.options.patch_size.unwrap_or(self.diagonal() / DEFAULT_PATCHES_PER_DIAGONAL)
+        self.geometry.options.patch_size.unwrap_or(self.diagonal() / DEFAULT_PATCHES_PER_DIAGONAL)
     }
     /// True if the emission of this surface is direct light.
     pub fn is_direct_emitter(&self, surface: usize) -> bool {
-        self.parts.lights.iter().any(|l| matches!(l, Light::Emitter { surface: s, .. } if *s == surface))
+        self.own().lights.iter().any(|l| matches!(l, Light::Emitter { surface: s, .. } if *s == surface))
     }
     /// The scene with other settings.
     ///
     /// # Errors
     /// If a setting is out of range.
     pub fn with_options(self, options: SolveOptions) -> Result<Scene, SceneError> {
-        if self.further_triples.is_empty() {
-            return Scene::new(SceneParts { options, ..self.parts });
+        if self.optics.len() == 1 {
+            return Scene::new(SceneParts { options, ..self.into_parts() });
         }
-        self.map_triples(|s| Scene::new(SceneParts { options: options.clone(), ..s.parts }))
+        self.map_blocks(|s| Scene::new(SceneParts { options: options.clone(), ..s.into_parts() }))
     }
-    /// The parts of the scene; of its first triple of bands if there are several.
-    pub fn into_parts(self) -> SceneParts {
-        self.parts
+    /// The parts of the scene; with its first block of bands if there are several.
+    pub fn into_parts(mut self) -> SceneParts {
+        let optics = Arc::unwrap_or_clone(self.optics.swap_remove(0));
+        SceneParts::joined(Arc::unwrap_or_clone(self.geometry), optics)
     }
 }
 

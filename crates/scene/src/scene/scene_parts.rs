@@ -48,15 +48,122 @@ pub struct SceneParts {
     pub cameras: Vec<Camera>,
     /// The bands of the whole scene.
     pub bands: BandSet,
-    /// The triple of bands that these parts describe.
-    pub triple: usize,
+    /// The block of up to three bands that these parts describe.
+    pub block: usize,
     /// Settings.
     pub options: SolveOptions,
     /// Notes of the reader, such as dropped triangles.
     pub notes: Vec<Diagnostic>,
 }
 
+/// What all bands of a scene share.
+#[derive(Clone, Debug)]
+pub(crate) struct SceneGeometry {
+    pub(crate) name: String,
+    pub(crate) facets: Vec<Facet>,
+    pub(crate) shading: ShadingNormals,
+    pub(crate) periodic: [bool; 3],
+    pub(crate) mirrors: [[bool; 2]; 3],
+    pub(crate) boundary_box: Option<(Vec3, Vec3)>,
+    pub(crate) cameras: Vec<Camera>,
+    pub(crate) bands: BandSet,
+    pub(crate) options: SolveOptions,
+    pub(crate) notes: Vec<Diagnostic>,
+    /// Smallest and largest coordinates, m.
+    pub(crate) bounds: (Vec3, Vec3),
+}
+
+/// What belongs to one block of bands: objects with optical properties.
+#[derive(Clone, Debug)]
+pub(crate) struct SceneOptics {
+    pub(crate) surfaces: Vec<Surface>,
+    pub(crate) faces: FaceTable,
+    pub(crate) textures: Vec<Texture>,
+    pub(crate) panes: Vec<Pane>,
+    pub(crate) voxel_grid: Option<VoxelGrid>,
+    pub(crate) lights: Vec<Light>,
+    pub(crate) surroundings: Surroundings,
+    pub(crate) thermal: Option<Thermal>,
+    pub(crate) block: usize,
+}
+
 impl SceneParts {
+    /// The geometry and the optical properties.
+    pub(crate) fn divided(self) -> (SceneGeometry, SceneOptics) {
+        let bounds = self.bounds();
+        let SceneParts {
+            name, surfaces, facets, shading, faces, textures, panes, voxel_grid, lights, ..
+        } = self;
+        let SceneParts {
+            surroundings, periodic, mirrors, boundary_box, thermal, cameras, bands, block, ..
+        } = self;
+        let SceneParts { options, notes, .. } = self;
+        let geometry = SceneGeometry {
+            name,
+            facets,
+            shading,
+            periodic,
+            mirrors,
+            boundary_box,
+            cameras,
+            bands,
+            options,
+            notes,
+            bounds,
+        };
+        let optics = SceneOptics {
+            surfaces,
+            faces,
+            textures,
+            panes,
+            voxel_grid,
+            lights,
+            surroundings,
+            thermal,
+            block,
+        };
+        (geometry, optics)
+    }
+
+    /// The parts of a geometry and optical properties.
+    pub(crate) fn joined(geometry: SceneGeometry, optics: SceneOptics) -> SceneParts {
+        let SceneGeometry { name, facets, shading, periodic, mirrors, boundary_box, cameras, bands, .. } =
+            geometry;
+        let SceneGeometry { options, notes, .. } = geometry;
+        let SceneOptics {
+            surfaces,
+            faces,
+            textures,
+            panes,
+            voxel_grid,
+            lights,
+            surroundings,
+            thermal,
+            block,
+        } = optics;
+        SceneParts {
+            name,
+            surfaces,
+            facets,
+            shading,
+            faces,
+            textures,
+            panes,
+            voxel_grid,
+            lights,
+            surroundings,
+            periodic,
+            mirrors,
+            boundary_box,
+            thermal,
+            cameras,
+            bands,
+            block,
+            options,
+            notes,
+        }
+    }
+
     /// All names, for editing.
     pub(crate) fn names_mut(&mut self) -> impl Iterator<Item = &mut String> {
         let lights = self.lights.iter_mut().filter_map(|l| match l {

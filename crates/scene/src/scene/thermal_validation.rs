@@ -7,12 +7,13 @@ use crate::medium::voxel_grid::VoxelGrid;
 use crate::model::light::Light;
 use crate::model::options::LightGrouping;
 use crate::model::surface::{Pane, Surface};
+use crate::scene::Scene;
 use crate::scene::scene_parts::SceneParts;
 use crate::thermal::{BandFractions, Thermal, ThermalCondition, check_sum};
 
 /// Validates the thermal conditions of a scene.
 pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(), SceneError> {
-    let is_whole = parts.bands.triples() == 1;
+    let is_whole = parts.bands.block_count() == 1;
     for fractions in thermal.all_fractions() {
         if is_whole { fractions.check()? } else { fractions.check_coefficients()? }
     }
@@ -27,7 +28,7 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     if let Some(t) = thermal.surroundings {
         ThermalCondition::Temperature(t).check(|k| format!("surroundings.{k}"))?;
     }
-    // Another triple of bands may emit.
+    // Another block of bands may emit.
     let emitting = is_whole.then(|| thermal.band_fractions.emitting_bands());
     let emitters = direct_emitters(parts);
     for (k, (s, condition)) in parts.surfaces.iter().zip(&thermal.surfaces).enumerate() {
@@ -120,9 +121,9 @@ fn check_cell_fractions(thermal: &Thermal, parts: &SceneParts) -> Result<(), Sce
     Ok(())
 }
 
-/// Validates the band fractions and powers of the triples of a scene together.
-pub(crate) fn check_thermal_triples(triples: &[&SceneParts]) -> Result<(), SceneError> {
-    let thermal: Vec<&Thermal> = triples.iter().filter_map(|s| s.thermal.as_ref()).collect();
+/// Validates the band fractions and powers of the blocks of bands of a scene together.
+pub(crate) fn check_thermal_blocks(blocks: &[Scene]) -> Result<(), SceneError> {
+    let thermal: Vec<&Thermal> = blocks.iter().filter_map(Scene::thermal).collect();
     let [first, _, ..] = thermal.as_slice() else { return Ok(()) };
     if first.band_fractions.is_grey() {
         return invalid(
@@ -131,31 +132,30 @@ pub(crate) fn check_thermal_triples(triples: &[&SceneParts]) -> Result<(), Scene
         );
     }
     for (i, condition) in first.surfaces.iter().enumerate().filter(|(_, c)| c.prescribed_power() != 0.0) {
-        let gives = |s: &SceneParts, t: &Thermal| {
-            let (emitting, reflectance) = (t.band_fractions.emitting_bands(), s.surfaces[i].reflectance);
+        let gives = |s: &Scene, t: &Thermal| {
+            let (emitting, reflectance) = (t.band_fractions.emitting_bands(), s.surfaces()[i].reflectance);
             Band::all().any(|b| emitting[b] && reflectance[b] < 1.0)
         };
-        if !triples.iter().zip(&thermal).any(|(s, t)| gives(s, t)) {
+        if !blocks.iter().zip(&thermal).any(|(s, t)| gives(s, t)) {
             let power_key =
                 if matches!(condition, ThermalCondition::Power(_)) { "net_power" } else { "heat_flux" };
             return invalid(
-                format!("surface '{}'.{power_key}", triples[0].surfaces[i].name),
+                format!("surface '{}'.{power_key}", blocks[0].surfaces()[i].name),
                 "the emissivity is 0 in every band that has a fraction of the emission, so that the surface can give no power; raise it in one of them, or give 0",
             );
         }
     }
-    let media: Vec<_> =
-        triples.iter().filter_map(|s| Some((s.thermal.as_ref()?, s.voxel_grid.as_ref()?))).collect();
+    let media: Vec<_> = blocks.iter().filter_map(|s| Some((s.thermal()?, s.voxel_grid()?))).collect();
     check_heat_sources(&media)?;
     for k in 0..first.all_fractions().count() {
-        let of_triples: Option<Vec<&BandFractions>> =
+        let of_blocks: Option<Vec<&BandFractions>> =
             thermal.iter().map(|t| t.all_fractions().nth(k)).collect();
-        match of_triples {
+        match of_blocks {
             Some(list) => check_sum(&list)?,
             None => {
                 return invalid(
                     "thermal.band_fractions",
-                    "the triples of bands have different kinds of cells; give all the same",
+                    "the blocks of bands have different kinds of cells; give all the same",
                 );
             }
         }
@@ -252,16 +252,16 @@ fn check_medium(thermal: &Thermal, grid: &VoxelGrid) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Refuses heat of cells that absorb in no band, or in none that has a fraction of the emission. `triples` are those of the bands.
-fn check_heat_sources(triples: &[(&Thermal, &VoxelGrid)]) -> Result<(), SceneError> {
-    let Some((_, grid)) = triples.first() else { return Ok(()) };
+/// Refuses heat of cells that absorb in no band, or in none that has a fraction of the emission. `blocks` are the blocks of bands.
+fn check_heat_sources(blocks: &[(&Thermal, &VoxelGrid)]) -> Result<(), SceneError> {
+    let Some((_, grid)) = blocks.first() else { return Ok(()) };
     // The bands that emit, by kind of cell.
     let kinds = |t: &Thermal| t.all_fractions().map(BandFractions::emitting_bands).collect::<Vec<_>>();
-    let emitting: Vec<_> = triples.iter().map(|(t, _)| kinds(t)).collect();
+    let emitting: Vec<_> = blocks.iter().map(|(t, _)| kinds(t)).collect();
     for i in grid.distinct_cells().filter(|&i| grid.heat(i).is_some_and(|h| h.prescribed_power() != 0.0)) {
         let absorption = |g: &VoxelGrid| g.extinction(i) * (1.0 - g.albedo(i));
         let [x, y, z] = grid.coordinates(i);
-        if triples.iter().all(|(_, g)| absorption(g) == Bands::ZERO) {
+        if blocks.iter().all(|(_, g)| absorption(g) == Bands::ZERO) {
             let message = "heat needs a medium that absorbs to come from; raise the extinction, lower the albedo, or give 0";
             return invalid("medium.heat_source", format!("in cell ({x}, {y}, {z}) {message}"));
         }
@@ -269,7 +269,7 @@ fn check_heat_sources(triples: &[(&Thermal, &VoxelGrid)]) -> Result<(), SceneErr
             let kind = t.cell_fractions.as_ref().map_or(0, |f| f.kind_of_cell[i] as usize + 1);
             Band::all().any(|b| emitting[kind][b] && absorption(g)[b] > 0.0)
         };
-        if !triples.iter().zip(&emitting).any(gives) {
+        if !blocks.iter().zip(&emitting).any(gives) {
             return invalid(
                 "medium.heat_source",
                 format!(

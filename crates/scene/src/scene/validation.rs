@@ -7,9 +7,10 @@ use crate::geometry::plate::Plate;
 use crate::model::light::Light;
 use crate::model::options::SolveOptions;
 use crate::model::surface::{Pane, Sides, Surface};
+use crate::scene::Scene;
 use crate::scene::mirror_validation::check_boundary;
 use crate::scene::scene_parts::SceneParts;
-use crate::scene::thermal_validation::{check_thermal, check_thermal_triples};
+use crate::scene::thermal_validation::{check_thermal, check_thermal_blocks};
 use std::collections::HashSet;
 
 /// Largest deviation of the length of a sun's direction from 1.
@@ -39,38 +40,35 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
     }
 }
 
-/// Validates that parts are those of the triples of one scene.
-pub(crate) fn check_triples(triples: &[&SceneParts]) -> Result<(), SceneError> {
-    let Some(first) = triples.first() else {
+/// Validates that scenes are the blocks of bands of one scene.
+pub(crate) fn check_blocks(blocks: &[Scene]) -> Result<(), SceneError> {
+    let Some(first) = blocks.first() else {
         return invalid("bands", "the scene has no bands; give at least one");
     };
-    if triples.len() != first.bands.triples() {
-        let (found, wanted) = (triples.len(), first.bands.triples());
+    if blocks.len() != first.bands().block_count() {
+        let (found, wanted) = (blocks.len(), first.bands().block_count());
         return invalid(
             "bands",
-            format!("{found} triples of bands are given where {wanted} are needed; give all"),
+            format!("{found} blocks of bands are given where {wanted} are needed; give all"),
         );
     }
-    let plates = |s: &SceneParts| s.facets.iter().map(|f| (f.surface, f.plate)).collect::<Vec<_>>();
-    let grid = |s: &SceneParts| s.voxel_grid.as_ref().map(|g| (g.min(), g.cell(), g.dims()));
-    let own = plates(first);
-    for (t, s) in triples.iter().enumerate() {
-        let same = s.bands == first.bands
-            && s.triple == t
-            && s.surfaces.len() == first.surfaces.len()
-            && s.panes.len() == first.panes.len()
-            && s.lights.len() == first.lights.len()
+    let grid = |s: &Scene| s.voxel_grid().map(|g| *g.geometry());
+    for (b, s) in blocks.iter().enumerate() {
+        let same = s.shares_geometry(first)
+            && s.block() == b
+            && s.surfaces().len() == first.surfaces().len()
+            && s.panes().len() == first.panes().len()
+            && s.lights().len() == first.lights().len()
             && grid(s) == grid(first)
-            && plates(s) == own
-            && s.thermal.is_some() == first.thermal.is_some();
+            && s.thermal().is_some() == first.thermal().is_some();
         if !same {
             return invalid(
                 "bands",
-                format!("triple {t} of the bands has another geometry; use one geometry for all bands"),
+                format!("block {b} of the bands has another geometry; use one geometry for all bands"),
             );
         }
     }
-    check_thermal_triples(triples)
+    check_thermal_blocks(blocks)
 }
 
 fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {

@@ -55,19 +55,19 @@ impl Solution {
         self.faces_of(self)
     }
 
-    /// [`Solution::faces`] of every triple of bands. Areas, temperatures and sunlight are the same in all.
+    /// [`Solution::faces`] of every block of bands. Areas, temperatures and sunlight are the same in all.
     #[must_use]
-    pub fn faces_by_triple(&self) -> Vec<Vec<FaceResult>> {
-        self.triples().map(|t| self.faces_of(t)).collect()
+    pub fn faces_by_block(&self) -> Vec<Vec<FaceResult>> {
+        self.blocks().map(|t| self.faces_of(t)).collect()
     }
 
-    fn faces_of(&self, triple: &Solution) -> Vec<FaceResult> {
+    fn faces_of(&self, block: &Solution) -> Vec<FaceResult> {
         let table = self.scene.faces();
         let mut sums = vec![FaceSums::default(); table.len()];
         let heat = self.fields.heat.as_ref();
         for (i, p) in self.zones.patches.iter().enumerate() {
             if let Some(face) = table.face_of(p.facet) {
-                triple.add_patch(i, heat, &mut sums[face]);
+                block.add_patch(i, heat, &mut sums[face]);
                 sums[face].sunlight += p.area * self.absorbed_sunlight(i);
             }
         }
@@ -107,12 +107,12 @@ impl Solution {
 
     /// Sunlight that patch `i` absorbs, W/m²: (1 − ρ) (H + direct light) in the band of sunlight; 0 without one.
     fn absorbed_sunlight(&self, i: usize) -> f64 {
-        let of_triple = |(t, s): (usize, &Solution)| {
+        let of_block = |(t, s): (usize, &Solution)| {
             let own = self.scene.bands().in_solar_band(t, 1.0);
             let incident = s.fields.incident[i] + s.fields.direct_light(i);
             (own * (1.0 - s.zones.patches[i].reflectance) * incident).sum()
         };
-        self.triples().enumerate().map(of_triple).sum()
+        self.blocks().enumerate().map(of_block).sum()
     }
 
     /// Flux that patch `i` emits in light mode, W/m²; that of a direct emitter is taken at the centre of the patch.

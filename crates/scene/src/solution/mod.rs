@@ -30,8 +30,8 @@ pub struct Solution {
     pub groups: Vec<LightGroup>,
     /// The report.
     pub report: Report,
-    /// Solutions of the further triples of bands, on the same zones; empty for up to three bands. Their reports hold what belongs to their bands.
-    pub further_triples: Vec<Solution>,
+    /// Solutions of the further blocks of bands, on the same zones; empty for up to three bands. Their reports hold what belongs to their bands.
+    pub further_blocks: Vec<Solution>,
     /// Hash of the scene, at most 64 hexadecimal digits.
     pub scene_hash: String,
     /// Version of the program.
@@ -39,23 +39,29 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// This solution and those of the further triples of bands.
-    pub fn triples(&self) -> impl Iterator<Item = &Solution> + Clone {
-        std::iter::once(self).chain(self.further_triples.iter())
+    /// The solution of a scene from the solutions of its blocks of bands, in order. There is at least one.
+    #[must_use]
+    pub fn of_blocks(scene: Scene, mut blocks: Vec<Solution>) -> Solution {
+        let further_blocks = blocks.split_off(1);
+        Solution { scene, further_blocks, ..blocks.swap_remove(0) }
+    }
+    /// This solution and those of the further blocks of bands.
+    pub fn blocks(&self) -> impl Iterator<Item = &Solution> + Clone {
+        std::iter::once(self).chain(self.further_blocks.iter())
     }
     /// The light group of light number `light` alone, if its direct light is stored.
     pub fn group_with_direct_light(&self, light: usize) -> Option<&LightGroup> {
         self.groups.iter().find(|g| g.kind == LightGroupKind::Light(light) && !g.direct.is_empty())
     }
-    /// The values of all bands of a quantity that is stored by triples, ascending by band.
+    /// The values of all bands of a quantity that is stored by blocks, ascending by band.
     ///
     /// ```no_run
     /// # fn radiosities(solution: &zonal_scene::Solution) -> Vec<f64> {
-    /// solution.all_bands(|triple| triple.fields.radiosity[0])
+    /// solution.all_bands(|block| block.fields.radiosity[0])
     /// # }
     /// ```
     pub fn all_bands(&self, value: impl Fn(&Solution) -> Bands) -> Vec<f64> {
-        let of_triple = |s: &Solution| value(s).into_iter().take(s.scene.window().len()).collect::<Vec<_>>();
-        self.triples().flat_map(of_triple).collect()
+        let of_block = |s: &Solution| value(s).into_iter().take(s.scene.window().len()).collect::<Vec<_>>();
+        self.blocks().flat_map(of_block).collect()
     }
 }

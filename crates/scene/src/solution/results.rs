@@ -1,6 +1,6 @@
 //! Results of a solution by name, with errors and units.
 
-use crate::bands::band_set::BANDS_PER_TRIPLE;
+use crate::bands::band_set::BANDS_PER_BLOCK;
 use crate::{Bands, HeatReport, HeatRowKind, Solution};
 
 /// What one named surface emits, absorbs and gives.
@@ -96,10 +96,10 @@ impl Solution {
         result
     }
 
-    /// Sums net power and its errors over the bands of the scene: without the values that fill up the last triple, and with further triples.
+    /// Sums net power and its errors over the bands of the scene: without the values that fill up the last block, and with further blocks.
     fn add_bands(&self, index: usize, result: &mut SurfaceResult) {
         let total = |v: Bands| v.into_iter().take(self.scene.window().len()).sum::<f64>();
-        if self.scene.window().len() < BANDS_PER_TRIPLE {
+        if self.scene.window().len() < BANDS_PER_BLOCK {
             let report = &self.report;
             let of = |list: &[(String, Bands)]| list.get(index).map_or(f64::INFINITY, |s| total(s.1));
             let (_, emitted) = self.area_and_emitted_power(index);
@@ -108,7 +108,7 @@ impl Solution {
             let zones = report.discretization_error.as_ref();
             result.discretization_error = zones.map(|z| of(&z.energy.absorbed_surfaces));
         }
-        for other in self.further_triples.iter().map(|t| t.surface_result(index)) {
+        for other in self.further_blocks.iter().map(|t| t.surface_result(index)) {
             result.net_power += other.net_power;
             result.exchange_error += other.exchange_error;
             result.discretization_error =

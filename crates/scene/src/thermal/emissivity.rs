@@ -75,12 +75,12 @@ pub struct SideEmissivity {
 }
 
 impl SideEmissivity {
-    /// ρ at `t` kelvin in the bands of a triple.
+    /// ρ at `t` kelvin in the bands of a block.
     #[must_use]
-    pub fn reflectance_at(&self, bands: &BandSet, triple: usize, t: f64) -> Bands {
+    pub fn reflectance_at(&self, bands: &BandSet, block: usize, t: f64) -> Bands {
         match &self.table {
             Some(table) => {
-                let in_sunlight = bands.with_solar_value(triple, Bands::ZERO, 1.0);
+                let in_sunlight = bands.with_solar_value(block, Bands::ZERO, 1.0);
                 let own = Bands::splat(1.0 - table.at(t));
                 in_sunlight * self.reflectance + (1.0 - in_sunlight) * own
             }

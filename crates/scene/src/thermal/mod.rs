@@ -15,7 +15,7 @@ pub(crate) mod thermal_network;
 
 use crate::bands::Bands;
 use crate::bands::band::{Band, PerBand};
-use crate::bands::band_set::{BANDS_PER_TRIPLE, BandSet};
+use crate::bands::band_set::{BANDS_PER_BLOCK, BandSet};
 use crate::bands::black_body_bands::fraction_below;
 use crate::base::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
 use crate::base::scene_error::{SceneError, invalid};
@@ -149,7 +149,7 @@ impl BandFractions {
             all_bands: None,
         }
     }
-    /// The fractions of one triple out of polynomials of all bands of a scene in the temperature (K), coefficients ascending, constant outside a
+    /// The fractions of one block out of polynomials of all bands of a scene in the temperature (K), coefficients ascending, constant outside a
     /// range. Where some are negative, the positive ones over their sum take their place.
     ///
     /// ```
@@ -163,12 +163,12 @@ impl BandFractions {
     /// ```
     pub fn of_polynomials(
         bands: &BandSet,
-        triple: usize,
+        block: usize,
         polynomials: &[Vec<f64>],
         range: [f64; 2],
     ) -> BandFractions {
-        let window = bands.window(triple);
-        // What fills up the last triple emits nothing.
+        let window = bands.window(block);
+        // What fills up the last block emits nothing.
         let own = |b: Band| {
             let band = window.clone().nth(b.index());
             band.and_then(|k| polynomials.get(k).cloned()).unwrap_or_else(|| vec![0.0])
@@ -182,7 +182,7 @@ impl BandFractions {
             all_bands,
         }
     }
-    /// The fractions of the black body in one triple of bands with wavelengths; those below the first band and above the last count to these. `None`
+    /// The fractions of the black body in one block of bands with wavelengths; those below the first band and above the last count to these. `None`
     /// without wavelengths.
     ///
     /// ```
@@ -193,9 +193,9 @@ impl BandFractions {
     /// assert!((short - 0.25).abs() < 1e-3 && short + long == 1.0 && none == 0.0);
     /// # Ok::<(), zonal_scene::SceneError>(())
     /// ```
-    pub fn of_wavelengths(bands: &BandSet, triple: usize) -> Option<BandFractions> {
+    pub fn of_wavelengths(bands: &BandSet, block: usize) -> Option<BandFractions> {
         let wavelengths = bands.wavelengths()?;
-        let window = bands.window(triple);
+        let window = bands.window(block);
         let of_band = |b: Band| match window.clone().nth(b.index()) {
             Some(k) => {
                 let low = if k == 0 { 0.0 } else { wavelengths[k][0] };
@@ -205,7 +205,7 @@ impl BandFractions {
         };
         Some(BandFractions::BlackBody { limits: PerBand::from_fn(of_band) })
     }
-    /// The polynomials of the bands of the triple; `None` for a grey scene and for a black body.
+    /// The polynomials of the bands of the block; `None` for a grey scene and for a black body.
     pub fn coefficients(&self) -> Option<&PerBand<Vec<f64>>> {
         match self {
             BandFractions::Grey | BandFractions::BlackBody { .. } => None,
@@ -291,20 +291,20 @@ impl BandFractions {
         self.check_coefficients()?;
         check_sum(&[self])
     }
-    /// Validates the fractions of all triples of bands together.
+    /// Validates the fractions of all blocks of bands together.
     ///
     /// ```
     /// use zonal_scene::{BandFractions, Bands};
     /// let half = BandFractions::constant(Bands::from_rgb([0.2, 0.3, 0.0]));
-    /// assert!(BandFractions::check_triples(&[half.clone(), half.clone()]).is_ok());
-    /// assert!(BandFractions::check_triples(&[half]).is_err());
+    /// assert!(BandFractions::check_block_sums(&[half.clone(), half.clone()]).is_ok());
+    /// assert!(BandFractions::check_block_sums(&[half]).is_err());
     /// ```
     ///
     /// # Errors
     /// As [`BandFractions::check`].
-    pub fn check_triples(triples: &[BandFractions]) -> Result<(), SceneError> {
-        triples.iter().try_for_each(BandFractions::check_coefficients)?;
-        check_sum(&triples.iter().collect::<Vec<_>>())
+    pub fn check_block_sums(blocks: &[BandFractions]) -> Result<(), SceneError> {
+        blocks.iter().try_for_each(BandFractions::check_coefficients)?;
+        check_sum(&blocks.iter().collect::<Vec<_>>())
     }
     /// The key of the fractions in a scene file.
     fn key(&self) -> &'static str {
@@ -334,22 +334,22 @@ impl BandFractions {
     }
 }
 
-/// Validates signs and sum of the fractions of all band triples of a scene.
+/// Validates signs and sum of the fractions of all band blocks of a scene.
 ///
 /// # Errors
 /// As [`BandFractions::check`].
-pub(crate) fn check_sum(triples: &[&BandFractions]) -> Result<(), SceneError> {
-    let Some(first @ BandFractions::GreyGases { range, allow_partial, .. }) = triples.first() else {
+pub(crate) fn check_sum(blocks: &[&BandFractions]) -> Result<(), SceneError> {
+    let Some(first @ BandFractions::GreyGases { range, allow_partial, .. }) = blocks.first() else {
         return Ok(());
     };
     let key = first.key();
     for t in check_temperatures(*range) {
         let mut sum = 0.0;
-        for (k, fractions) in triples.iter().enumerate() {
+        for (k, fractions) in blocks.iter().enumerate() {
             let a = fractions.grey_gas_weights(t);
             sum += a.sum();
             if let Some(b) = Band::all().find(|&b| a[b] < -FRACTION_SUM_TOLERANCE) {
-                let (band, fraction) = (BANDS_PER_TRIPLE * k + b.index(), a[b]);
+                let (band, fraction) = (BANDS_PER_BLOCK * k + b.index(), a[b]);
                 return invalid(
                     key,
                     format!(

@@ -10,6 +10,7 @@ use crate::medium::cell_values::CellValues;
 use crate::medium::grid_geometry::GridGeometry;
 use crate::medium::voxel_grid::VoxelGrid;
 use crate::medium::voxel_samples::VoxelSamples;
+use std::sync::Arc;
 use zonal_math::Vec3;
 
 /// A volume zone: the part of a voxel outside solids, or one of the parts into which walls divide it.
@@ -134,8 +135,8 @@ pub struct VoxelZones {
     len: usize,
     /// True if other processes have further zones.
     is_divided: bool,
-    /// `None` if every cell is one whole zone.
-    list: Option<ZoneList>,
+    /// `None` if every cell is one whole zone. All bands share it.
+    list: Option<Arc<ZoneList>>,
     extinction: CellValues<Bands>,
     albedo: CellValues<Bands>,
     emission: CellValues<Bands>,
@@ -172,8 +173,21 @@ impl VoxelZones {
         }
         let of_cells = |values: &CellValues<Bands>| values.gathered(list.cells.iter().map(|c| *c as usize));
         let [extinction, albedo, emission, source] = grid.properties().map(of_cells);
-        let out = VoxelZones::without_medium(*grid.geometry(), Some(list));
+        let out = VoxelZones::without_medium(*grid.geometry(), Some(Arc::new(list)));
         VoxelZones { extinction, albedo, emission, source, ..out }
+    }
+
+    /// Zones at the same places with the properties of the cells of another grid of the same geometry.
+    #[must_use]
+    pub fn with_media_of(&self, grid: &VoxelGrid) -> VoxelZones {
+        let of_cells = |values: &CellValues<Bands>| match &self.list {
+            Some(list) => values.gathered(list.cells.iter().map(|c| *c as usize)),
+            None if self.is_divided => values.gathered(self.first..self.first + self.len),
+            None => values.clone(),
+        };
+        let [extinction, albedo, emission, source] = grid.properties().map(of_cells);
+        let list = self.list.clone();
+        VoxelZones { extinction, albedo, emission, source, list, ..*self }
     }
 
     /// Zones at given places, by ascending cell, each with the properties of the zone `of_zone` of others.
@@ -183,7 +197,7 @@ impl VoxelZones {
         (others, of_zone): (&VoxelZones, &[usize]),
     ) -> VoxelZones {
         let list = ZoneList::new(&geometry, places);
-        let list = (!list.is_all_cells(&geometry)).then_some(list);
+        let list = (!list.is_all_cells(&geometry)).then(|| Arc::new(list));
         let of = |values: &CellValues<Bands>| values.gathered(of_zone.iter().copied());
         VoxelZones {
             extinction: of(&others.extinction),
@@ -194,7 +208,7 @@ impl VoxelZones {
         }
     }
 
-    fn without_medium(geometry: GridGeometry, list: Option<ZoneList>) -> VoxelZones {
+    fn without_medium(geometry: GridGeometry, list: Option<Arc<ZoneList>>) -> VoxelZones {
         let zero = || CellValues::Uniform(Bands::ZERO);
         VoxelZones {
             geometry,
@@ -324,7 +338,7 @@ impl VoxelZones {
     /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         let values = [&self.extinction, &self.albedo, &self.emission, &self.source].map(CellValues::bytes);
-        self.list.as_ref().map_or(0, ZoneList::bytes) + values.iter().sum::<usize>()
+        self.list.as_ref().map_or(0, |l| l.bytes()) + values.iter().sum::<usize>()
     }
 
     /// Replaces the extinction of every zone (1/m) by a function of its index and extinction.

@@ -19,7 +19,7 @@ use zonal_exchange::pair::{
 };
 use zonal_math::Grade;
 use zonal_scene::{Band, Diagnostic, Progress, Scene, SceneError, Zones};
-use zonal_transport::{Transport, build_zones};
+use zonal_transport::{Transport, build_zones, zones_of_bands};
 
 /// Bytes of an entry of one band: the area and its radius.
 const BYTES_PER_ENTRY: u64 = 16;
@@ -115,16 +115,20 @@ impl ExchangeAreas {
         settings: &ExchangeAreaSettings,
         progress: &dyn Progress,
     ) -> Result<ExchangeAreas, SceneError> {
-        let triples = scene.bands().triples();
-        if triples == 1 {
-            return ExchangeAreas::of_triple(scene, settings, progress);
+        let transport = Transport::new(scene);
+        let zones = build_zones(scene, &transport)?;
+        let blocks = scene.bands().block_count();
+        if blocks == 1 {
+            return ExchangeAreas::of_block(&transport, zones, settings, progress);
         }
-        // Each triple of bands has matrices of its own.
-        let memory_limit = settings.memory_limit / triples as u64;
+        // Each block of bands has matrices of its own.
+        let memory_limit = settings.memory_limit / blocks as u64;
         let settings = ExchangeAreaSettings { memory_limit, ..*settings };
         let mut all: Option<ExchangeAreas> = None;
-        for triple in scene.triples() {
-            let own = ExchangeAreas::of_triple(triple, &settings, progress)?.expanded(triple.window().len());
+        for block in scene.blocks() {
+            let (transport, zones) = (transport.with_bands(&block), zones_of_bands(&block, &zones));
+            let own = ExchangeAreas::of_block(&transport, zones, &settings, progress)?;
+            let own = own.expanded(block.window().len());
             match &mut all {
                 None => all = Some(own),
                 Some(all) => all.append(own),
@@ -133,15 +137,15 @@ impl ExchangeAreas {
         all.ok_or_else(|| SceneError::new("bands", "the scene has no bands; give at least one"))
     }
 
-    /// The areas of one triple of bands.
-    fn of_triple(
-        scene: &Scene,
+    /// The areas of one block of bands.
+    fn of_block(
+        transport: &Transport,
+        mut zones: Zones,
         settings: &ExchangeAreaSettings,
         progress: &dyn Progress,
     ) -> Result<ExchangeAreas, SceneError> {
         // Zones and the diagnostics that concern them.
-        let transport = Transport::new(scene);
-        let mut zones = build_zones(scene, &transport)?;
+        let scene = transport.scene();
         set_known_reflectances(scene, &mut zones)?;
         let mut diagnostics = scene.notes().to_vec();
         diagnostics.extend(mirrors::excluded_parts_of(scene, &transport, &zones)?);
@@ -201,7 +205,7 @@ impl ExchangeAreas {
         Ok(areas)
     }
 
-    /// With one matrix for each of the first `bands` bands of a triple.
+    /// With one matrix for each of the first `bands` bands of a block.
     fn expanded(mut self, bands: usize) -> ExchangeAreas {
         let n = self.zone_count();
         let count = self.matrices;

@@ -3,15 +3,15 @@
 pub(crate) mod zonal_solution;
 
 use crate::balance::closure::RowClosure;
+use crate::distribution::Execution;
 use crate::distribution::sum_order::SharedZones;
-use crate::distribution::{Communicator, Execution};
 use crate::iteration::IterationResult;
 use crate::operator::{ErrorModel, IncidentPower};
 use crate::right_hand_side::direct_light::light_field::DirectLight;
 use crate::right_hand_side::light_groups::{self, SourceGroup};
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use zonal_exchange::pair::PairSettings;
-use zonal_scene::{Bands, CheckpointStore, Diagnostic, Progress, Scene, ZoneImages, Zones};
+use crate::settings::SolveSettings;
+use zonal_scene::{Bands, Diagnostic, Scene, ZoneImages, Zones};
 use zonal_transport::Transport;
 
 /// Everything that the phases of a solve read in common.
@@ -28,29 +28,19 @@ pub struct SolveContext<'a> {
     pub direct: &'a DirectLight,
     /// The light groups, one right-hand side each.
     pub sources: &'a [SourceGroup],
-    /// Methods and samples for pairs of zones.
-    pub pair_settings: PairSettings,
-    /// Memory limit, bytes.
-    pub memory_limit: u64,
-    /// Store of finished stages.
-    pub checkpoints: &'a dyn CheckpointStore,
-    /// Observer.
-    pub progress: &'a dyn Progress,
-    /// The processes that share the work.
-    pub communicator: &'a dyn Communicator,
-    /// Whether the hierarchical engine gathers the incident radiation of its solution ([`crate::SolveSettings::final_gather`]).
-    pub final_gather: bool,
+    /// Settings of the solve.
+    pub settings: SolveSettings<'a>,
 }
 
 impl<'a> SolveContext<'a> {
     /// The zones, with the processes that share them.
     pub(crate) fn shared_zones(&self) -> SharedZones<'a> {
-        SharedZones::new(self.zones, self.communicator)
+        SharedZones::new(self.zones, self.settings.communicator)
     }
 
     /// The processes and the observer.
     pub(crate) fn execution(&self) -> Execution<'a> {
-        Execution { communicator: self.communicator, progress: self.progress }
+        self.settings.execution()
     }
 
     /// The source strengths s⁰ of every group, W/m² and W/m³.
@@ -74,4 +64,11 @@ pub(crate) struct BuiltEngine<'a> {
     pub warnings: Vec<Diagnostic>,
     /// The solution, if the engine found it while it was built: the result of each group, and the incident power.
     pub solved: Option<(Vec<IterationResult>, IncidentPower)>,
+}
+
+/// One block of bands with its engine.
+pub(crate) struct BlockEngine<'a> {
+    pub context: SolveContext<'a>,
+    pub built: BuiltEngine<'a>,
+    pub surroundings: SurroundingsExchange,
 }

@@ -49,8 +49,9 @@ impl<'a> BorderedOperator<'a> {
         inner: SpectralOperator<'a>,
         outside: Vec<u32>,
     ) -> (BorderedOperator<'a>, PairCounts) {
-        let (scene, zones, progress) = (context.scene, context.zones, context.progress);
-        let exchange = Exchange::with_settings(scene, zones, context.transport, context.pair_settings);
+        let (scene, zones, progress) = (context.scene, context.zones, context.settings.progress);
+        let exchange =
+            Exchange::with_settings(scene, zones, context.transport, context.settings.pair_settings);
         progress.begin("exchange of patches outside the medium", outside.len() as u64);
         let (mut rows, mut radii, mut counts) = (Vec::new(), Vec::new(), PairCounts::default());
         for &o in &outside {

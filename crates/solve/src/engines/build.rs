@@ -130,7 +130,7 @@ fn build_layered(
     surroundings: &mut SurroundingsExchange,
 ) -> BuiltEngine<'static> {
     let open = stack.is_open();
-    let mut operator = LayeredOperator::new(stack, context.progress);
+    let mut operator = LayeredOperator::new(stack, context.settings.progress);
     if open {
         surroundings.sky = operator.opening_factors();
     }
@@ -145,7 +145,7 @@ pub(crate) fn build_dense<'a>(
     surroundings: &mut SurroundingsExchange,
 ) -> BuiltEngine<'a> {
     let (scene, zones) = (context.scene, context.zones);
-    let exchange = Exchange::with_settings(scene, zones, context.transport, context.pair_settings);
+    let exchange = Exchange::with_settings(scene, zones, context.transport, context.settings.pair_settings);
     let groups = band_groups(scene, InteriorPanes::of(context.transport));
     let sums = ImageSums { exchange: &exchange, images: context.images };
     let panes = zones.panes.len() / context.images.map_or(1, ZoneImages::image_count);
@@ -153,7 +153,7 @@ pub(crate) fn build_dense<'a>(
         &sums,
         [context.images.map_or(zones.len(), ZoneImages::zone_count), panes],
         groups,
-        context.checkpoints,
+        context.settings.checkpoints,
         context.execution(),
     );
     drop(exchange);
@@ -178,19 +178,20 @@ fn close_dense_rows(
     surroundings: &mut SurroundingsExchange,
 ) -> RowClosure {
     let (scene, zones) = (context.scene, context.zones);
-    if exact_rows::are_known_later(scene, zones, &context.pair_settings) && context.images.is_none() {
+    if exact_rows::are_known_later(scene, zones, &context.settings.pair_settings) && context.images.is_none()
+    {
         let settings = SolveSettings {
-            checkpoints: context.checkpoints,
-            pair_settings: context.pair_settings,
-            communicator: context.communicator,
-            ..SolveSettings::new(context.memory_limit, context.progress)
+            checkpoints: context.settings.checkpoints,
+            pair_settings: context.settings.pair_settings,
+            communicator: context.settings.communicator,
+            ..SolveSettings::new(context.settings.memory_limit, context.settings.progress)
         };
         let pilot = std::mem::take(surroundings);
         let place = (scene, zones, context.transport);
         *surroundings = exact_rows::complete(operator, place, pilot, &settings);
     }
     let mut measured = closure::measure(operator, context.shared_zones(), surroundings);
-    match exact_rows::are_restored(scene, &context.pair_settings) {
+    match exact_rows::are_restored(scene, &context.settings.pair_settings) {
         true => {
             let restore = match scene.options().restore_closure {
                 Some(_) => least_squares_closure::restore_fully,

@@ -52,7 +52,7 @@ const LAYER_PAIR_MICROSECONDS: f64 = 0.3;
 const PRODUCT_NANOSECONDS: f64 = 0.6;
 const EXPECTED_PRODUCTS: f64 = 25.0;
 
-/// Nanoseconds of the total exchange areas for each triple of zones.
+/// Nanoseconds of the total exchange areas for each block of zones.
 const TRIPLE_NANOSECONDS: f64 = 1.0;
 
 /// Expected cost of a solve.
@@ -331,14 +331,14 @@ impl CostEstimate {
         discretization::basis_of(self.has_slopes)
     }
 
-    /// For a scene of several triples of bands, each at the cost of this one; temperatures that couple them keep all operators in memory.
+    /// For a scene of several blocks of bands, each at the cost of this one; temperatures that couple them keep all operators in memory.
     #[must_use]
     pub fn for_bands(mut self, scene: &Scene) -> CostEstimate {
-        let triples = scene.bands().triples();
-        self.parts.iter_mut().for_each(|p| p.1 *= triples as f64);
-        self.seconds = self.seconds.map(|s| s * triples as f64);
+        let blocks = scene.bands().block_count();
+        self.parts.iter_mut().for_each(|p| p.1 *= blocks as f64);
+        self.seconds = self.seconds.map(|s| s * blocks as f64);
         if scene.couples_bands() {
-            self.bytes = self.bytes.map(|b| b * triples as u64);
+            self.bytes = self.bytes.map(|b| b * blocks as u64);
         }
         self
     }

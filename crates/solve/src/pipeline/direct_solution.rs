@@ -8,21 +8,21 @@
 //! built. The light that zones exchange is missing, so that the errors of `incident` are unknown: infinite. Cost: the shadow rays of all lights, and the rays
 //! to the surroundings if they have a radiance. Still earlier there are zones without that light, B_i = E_i, for a viewer that draws suns itself.
 
+use crate::context::zonal_solution::ZonalSolution;
 use crate::pipeline::illuminate_stage;
 use crate::pipeline::mirrors::{self, MirroredSolve};
 use crate::pipeline::zone_division;
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::right_hand_side::light_groups::{self, SourceGroup};
 use crate::right_hand_side::surroundings::stage::measure;
-use crate::settings::triple_checkpoints::TripleCheckpoints;
+use crate::settings::block_checkpoints::BlockCheckpoints;
 use crate::settings::{SolveSettings, check_interrupted};
-use crate::thermal;
 use zonal_math::Grade;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, ErrorEstimate, Fields, LightGroup, PerBand, Report, Scene, SceneError,
     Solution, SolveStatus, ZoneValues, Zones,
 };
-use zonal_transport::Transport;
+use zonal_transport::{Transport, zones_of_bands};
 
 /// Name of the engine in the report of a solution of direct light, and of one without it.
 const ENGINE: &str = "direct light";
@@ -61,27 +61,30 @@ fn solve_first_light(
     if scene.thermal().is_some() {
         return Err(SceneError::new("mode", "direct light alone is a solution in light mode only"));
     }
-    let one = |(t, triple): (usize, &Scene)| {
-        let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
-        solve_triple(triple.first_triple(), &settings.of_triple(t, &checkpoints), light)
-    };
-    let solve_all = || scene.triples().enumerate().map(one).collect::<Result<Vec<_>, _>>();
-    let mut solutions = solve_all()?;
-    light_groups::unify_groups(&mut solutions)?;
-    let further_triples = solutions.split_off(1);
-    let first = solutions.swap_remove(0);
-    Ok(Solution { scene, further_triples, ..first })
+    let transport = Transport::new(&scene);
+    let zones = zone_division::known_or_shared_zones(&scene, &transport, settings)?;
+    let mut solved = Vec::new();
+    for (b, block) in scene.blocks().enumerate() {
+        let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
+        let (transport, zones) = (transport.with_bands(&block), zones_of_bands(&block, &zones));
+        solved.push(solve_block(&block, &transport, zones, &settings.of_block(b, &checkpoints), light)?);
+    }
+    drop(transport);
+    light_groups::unify_groups(&mut solved)?;
+    Ok(Solution::of_blocks(scene, solved))
 }
 
-/// The solution of one triple of bands.
-fn solve_triple(scene: Scene, settings: &SolveSettings, light: FirstLight) -> Result<Solution, SceneError> {
-    // Cut the scene into zones.
-    let transport = Transport::new(&scene);
-    let mut zones = zone_division::known_or_shared_zones(&scene, &transport, settings)?;
-    let mut warnings = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
-    thermal::apply_boundary_conditions(&scene, std::slice::from_mut(&mut zones));
+/// The solution of one block of bands.
+fn solve_block(
+    scene: &Scene,
+    transport: &Transport,
+    zones: Zones,
+    settings: &SolveSettings,
+    light: FirstLight,
+) -> Result<Solution, SceneError> {
+    let mut warnings = mirrors::excluded_parts_of(scene, transport, &zones)?;
     // Compute the light of the scene, or of its even extension.
-    let (fields, groups) = match MirroredSolve::of(&scene, &zones)? {
+    let (fields, groups) = match MirroredSolve::of(scene, &zones)? {
         Some(m) => {
             let images = Transport::new(&m.extension.scene);
             let extended = ZonedScene { scene: &m.extension.scene, zones: &m.zones, transport: &images };
@@ -89,7 +92,7 @@ fn solve_triple(scene: Scene, settings: &SolveSettings, light: FirstLight) -> Re
             (m.fields_of_part(fields), m.groups_of_part(groups))
         }
         None => {
-            let whole = ZonedScene { scene: &scene, zones: &zones, transport: &transport };
+            let whole = ZonedScene { scene, zones: &zones, transport };
             whole.first_fields(None, settings, light)?
         }
     };
@@ -111,17 +114,16 @@ fn solve_triple(scene: Scene, settings: &SolveSettings, light: FirstLight) -> Re
         grade: Grade::Statistical,
         ..Report::default()
     };
-    drop(transport);
-    Ok(Solution {
-        scene,
+    let solved = ZonalSolution {
+        scene: scene.clone(),
         zones,
         fields,
         groups,
         report,
-        further_triples: Vec::new(),
-        scene_hash: String::new(),
-        version: env!("CARGO_PKG_VERSION").to_string(),
-    })
+        emitters: Bands::ZERO,
+        has_slopes: false,
+    };
+    Ok(solved.into_solution())
 }
 
 /// A scene with its zones.

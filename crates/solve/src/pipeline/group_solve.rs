@@ -2,7 +2,7 @@
 //!
 //! The groups are the columns of a multivector. Higher-order unknowns (slopes of the radiosity) have the weight and target of their zone.
 
-use crate::context::{BuiltEngine, SolveContext};
+use crate::context::{BlockEngine, SolveContext};
 use crate::iteration::{
     IterationResult, LinearSystem, StoppingCriterion, bicgstab, conjugate_gradients, neumann_series,
 };
@@ -10,6 +10,7 @@ use crate::operator::mixed_sides::MixedSides;
 use crate::operator::{ErrorModel, IncidentPower, extend_to_slopes};
 use crate::right_hand_side::light_groups::SourceGroup;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
+use crate::settings::SolveSettings;
 use crate::settings::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::{Band, Bands, Engine, LightGroup, NoCheckpoints, NoProgress, SolveStatus};
@@ -27,20 +28,14 @@ pub(crate) struct SolvedColumns {
     pub spare: [Vec<Bands>; 2],
 }
 
-/// Solves all groups, from a warm start if `initial_groups` has some of them; an engine that solved them already hands over its solution.
-pub(crate) fn solve_groups(
-    context: &SolveContext,
-    built: &mut BuiltEngine,
-    surroundings: &SurroundingsExchange,
-    engine: Engine,
-    initial_groups: &[LightGroup],
-) -> SolvedColumns {
-    match built.solved.take() {
+/// Solves all groups, from a warm start if the settings have some of them; an engine that solved them already hands over its solution.
+pub(crate) fn solve_groups(block: &mut BlockEngine, engine: Engine) -> SolvedColumns {
+    match block.built.solved.take() {
         Some((results, incident)) => {
             SolvedColumns { results, incident: Some(incident), spare: Default::default() }
         }
         None => {
-            let (results, spare) = iterate(context, built, surroundings, engine, initial_groups);
+            let (results, spare) = iterate(block, engine);
             SolvedColumns { results, incident: None, spare }
         }
     }
@@ -67,7 +62,8 @@ pub(crate) fn respond(
         sums: context.shared_zones().order(),
     };
     let stop = StoppingCriterion { residual, max_iterations: context.scene.options().max_iterations };
-    let context = SolveContext { checkpoints: &NoCheckpoints, progress: &NoProgress, ..*context };
+    let settings = SolveSettings { checkpoints: &NoCheckpoints, progress: &NoProgress, ..context.settings };
+    let context = SolveContext { settings, ..*context };
     let columns = vec![sources];
     if let Some(orders) = context.scene.options().scattering_orders {
         let series = neumann_series::solve(&system, &columns, orders, &NoCheckpoints, &NoProgress);
@@ -115,20 +111,15 @@ fn whole_over_sum(orders: &[f64]) -> f64 {
 }
 
 /// The results of all groups, the vector of the weights, and one of the iteration.
-fn iterate(
-    context: &SolveContext,
-    built: &BuiltEngine,
-    surroundings: &SurroundingsExchange,
-    engine: Engine,
-    initial_groups: &[LightGroup],
-) -> (Vec<IterationResult>, [Vec<Bands>; 2]) {
+fn iterate(block: &BlockEngine, engine: Engine) -> (Vec<IterationResult>, [Vec<Bands>; 2]) {
+    let BlockEngine { context, built, surroundings } = block;
     // Extend weights, targets, sources and the warm start to the higher-order unknowns.
     let slope_zones = built.operator.slope_zones();
     let (mut weights, mut targets) = (reflection_weights(context.zones), closure_targets(context.zones));
     extend_to_slopes(&mut weights, &slope_zones);
     extend_to_slopes(&mut targets, &slope_zones);
     let mut columns = context.source_strengths(surroundings);
-    let initial = warm_start(context, &columns, initial_groups).map(|mut columns| {
+    let initial = warm_start(context, &columns, context.settings.initial_groups).map(|mut columns| {
         columns.iter_mut().for_each(|c| c.resize(targets.len(), Bands::ZERO));
         columns
     });
@@ -148,7 +139,13 @@ fn iterate(
     };
     let options = context.scene.options();
     if let Some(n) = options.scattering_orders {
-        let results = neumann_series::solve(&system, &columns, n, context.checkpoints, context.progress);
+        let results = neumann_series::solve(
+            &system,
+            &columns,
+            n,
+            context.settings.checkpoints,
+            context.settings.progress,
+        );
         return (results, [weights, Vec::new()]);
     }
     let floor =
@@ -167,7 +164,7 @@ fn solve_system(
     initial: Option<Vec<Vec<Bands>>>,
     stop: StoppingCriterion,
 ) -> (Vec<IterationResult>, Vec<Bands>) {
-    let (checkpoints, progress) = (context.checkpoints, context.progress);
+    let (checkpoints, progress) = (context.settings.checkpoints, context.settings.progress);
     if context.zones.sheets.is_empty() {
         return conjugate_gradients::solve(system, columns, initial.as_deref(), stop, checkpoints, progress);
     }

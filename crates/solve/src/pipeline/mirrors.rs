@@ -11,6 +11,7 @@
 //!
 //! The dense engine keeps sums over images only, F_ij = Σ_g F'(i, g·j): a matrix of the scene's zones (`dense/image_sums.rs`).
 
+use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::estimate::error_estimate;
 use crate::right_hand_side::direct_light::light_field::LightField;
@@ -117,6 +118,19 @@ impl MirroredSolve {
     /// Light groups of the scene from those of the extension.
     pub(crate) fn groups_of_part(&self, groups: Vec<LightGroup>) -> Vec<LightGroup> {
         groups.into_iter().map(|g| self.images.mean_group(g)).collect()
+    }
+
+    /// The solution of the scene from that of the extension.
+    pub(crate) fn part_of(&self, solved: ZonalSolution, scene: &Scene, zones: &Zones) -> ZonalSolution {
+        let fields = self.fields_of_part(solved.fields);
+        ZonalSolution {
+            scene: scene.clone(),
+            groups: self.groups_of_part(solved.groups),
+            report: self.report_of_part(solved.report, scene, zones, &fields),
+            emitters: solved.emitters / self.images.image_count() as f64,
+            fields,
+            ..solved
+        }
     }
 
     /// The report of the scene from that of the extension; `fields` and `zones` are those of the scene.

@@ -1,6 +1,6 @@
 //! The phases of a solve, in the order in which they run.
 //!
-//! Bands are solved three at a time. Every phase runs for each triple of bands; temperatures couple the triples in one iteration.
+//! Bands are solved in blocks of three. A scene is cut into zones once; every other phase runs for each block. Temperatures couple the blocks in one iteration.
 //!
 //! [`solve_with_settings`] is the sequence for a scene: zones, boundary conditions, the zonal equations, temperatures, checks, and the
 //! discretization error by a second run of the same sequence on other zones. `solve_equations` is the sequence of the zonal equations.
@@ -28,12 +28,12 @@ use self::emitter_exchange::EmitterExchange;
 use self::group_solve::SolvedColumns;
 use self::mirrors::MirroredSolve;
 use crate::context::zonal_solution::ZonalSolution;
-use crate::context::{BuiltEngine, SolveContext};
+use crate::context::{BlockEngine, SolveContext};
 use crate::engines::problem_size::ProblemSize;
 use crate::engines::rays::stored_rays::ray_sampling::rays_measure_escape;
 use crate::engines::selection::EngineChoice;
 use crate::engines::{build, selection};
-use crate::errors::discretization::{self, FirstTriple};
+use crate::errors::discretization;
 use crate::errors::finite;
 use crate::report::balanced_report;
 use crate::report::{back_faces, diagnostics};
@@ -41,15 +41,14 @@ use crate::right_hand_side::direct_light::illumination;
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::right_hand_side::light_groups::{self, SourceGroup};
 use crate::right_hand_side::surroundings::{self, SurroundingsExchange, exact_rows};
-use crate::settings::triple_checkpoints::TripleCheckpoints;
+use crate::settings::block_checkpoints::BlockCheckpoints;
 use crate::settings::{SolveSettings, check_interrupted};
-use crate::thermal::newton::TripleEngine;
-use crate::thermal::{self, SolvedTriple, TemperatureSolve, TripleZones};
+use crate::thermal::{self, TemperatureSolve};
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
     Diagnostic, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones,
 };
-use zonal_transport::Transport;
+use zonal_transport::{Transport, zones_of_bands};
 
 /// Solves a scene within a memory limit in bytes.
 ///
@@ -74,136 +73,109 @@ fn on_worker_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     rayon::scope(|_| run())
 }
 
+/// Cuts a scene into zones once for all bands, and solves its blocks of bands: those that temperatures couple together, others one after the other, which
+/// takes the memory of one.
 fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
-    if scene.thermal().is_some() || scene.bands().triples() == 1 {
-        return solve_triples(scene, settings);
-    }
-    // The bands of light are independent: their triples are solved one after the other.
-    let one = |(t, triple): (usize, &Scene)| {
-        let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
-        solve_triples(triple.first_triple(), &settings.of_triple(t, &checkpoints))
-    };
-    let mut solutions = scene.triples().enumerate().map(one).collect::<Result<Vec<_>, _>>()?;
-    light_groups::unify_groups(&mut solutions)?;
-    let further = solutions.split_off(1);
-    let first = solutions.swap_remove(0);
-    Ok(Solution { scene, further_triples: further, ..first })
-}
-
-/// Solves all triples of the bands of a scene together.
-fn solve_triples(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
-    // Divide the scene into zones.
     let transport = Transport::new(&scene);
     let zones = zone_division::known_or_shared_zones(&scene, &transport, settings)?;
-    let excluded = mirrors::excluded_parts_of(&scene, &transport, &zones)?;
-    let zones = zone_division::divide(&scene, &transport, zones, settings)?;
+    let solved = if scene.thermal().is_some() || scene.bands().block_count() == 1 {
+        solve_blocks(&scene, transport.clone(), zones, settings)?
+    } else {
+        let mut solved = Vec::new();
+        for (b, block) in scene.blocks().enumerate() {
+            let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
+            let (transport, zones) = (transport.with_bands(&block), zones_of_bands(&block, &zones));
+            solved.extend(solve_blocks(&block, transport, zones, &settings.of_block(b, &checkpoints))?);
+        }
+        light_groups::unify_groups(&mut solved)?;
+        solved
+    };
+    drop(transport);
+    Ok(Solution::of_blocks(scene, solved))
+}
+
+/// Solves the blocks of bands of a scene together, with their errors. `transport` and `zones` belong to the first.
+fn solve_blocks(
+    scene: &Scene,
+    transport: Transport,
+    zones: Zones,
+    settings: &SolveSettings,
+) -> Result<Vec<Solution>, SceneError> {
+    let excluded = mirrors::excluded_parts_of(scene, &transport, &zones)?;
+    let zones = zone_division::divide(scene, &transport, zones, settings)?;
     // Solve for the fields.
-    let mut solved = solve_on_zones(&scene, transport, zones, settings)?;
+    let mut solved = solve_on_zones(scene, transport, zones, settings)?;
     solved[0].report.warnings.splice(0..0, excluded);
     // Estimate the discretization error by the same solve on other zones, or that of thick cells without one.
     let basis = discretization::basis_of(solved[0].has_slopes);
-    let mut triples = FirstTriple::all(&scene, &mut solved);
-    if discretization::is_requested(&scene) {
+    if discretization::is_requested(scene) {
         let solve_other = |scene: &Scene, transport: Transport, zones: Zones, settings: &SolveSettings| {
             let solved = solve_on_zones(scene, transport, zones, settings)?;
             Ok(solved.into_iter().map(|s| s.report).collect())
         };
-        discretization::estimate(&scene, basis, &mut triples, settings, &solve_other);
+        discretization::estimate(scene, basis, &mut solved, settings, &solve_other);
         // Return an interruption of the second solve as such, not as an unknown error.
         check_interrupted(settings.progress)?;
     } else {
-        discretization::state_thick_scattering(&scene, basis, &mut triples, settings.communicator);
+        discretization::state_thick_scattering(basis, &mut solved, settings.communicator);
     }
-    Ok(join_triples(scene, solved))
+    Ok(solved.into_iter().map(ZonalSolution::into_solution).collect())
 }
 
-/// The solution of a scene from those of its triples of bands.
-fn join_triples(scene: Scene, solved: Vec<ZonalSolution>) -> Solution {
-    let scenes: Vec<Scene> = scene.triples().map(Scene::first_triple).collect();
-    let of_triple = |(scene, s): (Scene, ZonalSolution)| Solution {
-        scene,
-        zones: s.zones,
-        fields: s.fields,
-        groups: s.groups,
-        report: s.report,
-        further_triples: Vec::new(),
-        scene_hash: String::new(),
-        version: env!("CARGO_PKG_VERSION").to_string(),
-    };
-    let mut solutions: Vec<Solution> = scenes.into_iter().zip(solved).map(of_triple).collect();
-    let further_triples = solutions.split_off(1);
-    Solution { scene, further_triples, ..solutions.swap_remove(0) }
-}
-
-/// Applies the boundary conditions to zones, solves the zonal equations, recovers temperatures and checks the result, for every triple of the bands.
+/// Applies the boundary conditions to zones, solves the zonal equations, recovers temperatures and checks the result, for every block of bands.
 fn solve_on_zones(
     scene: &Scene,
     transport: Transport,
     zones: Zones,
     settings: &SolveSettings,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
-    // The zones of the other triples have the same geometry.
-    let others: Vec<Transport> = scene.triples().skip(1).map(Transport::new).collect();
+    let blocks: Vec<Scene> = scene.blocks().collect();
+    let mut transports = vec![transport];
     let mut zones = vec![zones];
-    for (scene, transport) in scene.triples().skip(1).zip(&others) {
-        let merged = zones[0].merged.clone();
-        zones.push(Zones { merged, ..zone_division::shared_zones(scene, transport, settings.communicator)? });
+    for block in &blocks[1..] {
+        transports.push(transports[0].with_bands(block));
+        zones.push(zones_of_bands(block, &zones[0]));
     }
-    let transports: Vec<&Transport> = std::iter::once(&transport).chain(&others).collect();
-    thermal::emissivity::solve(scene, zones, settings, |zones, settings| {
-        solve_with_reflectances(scene, &transports, zones, settings)
+    thermal::emissivity::solve(&blocks, zones, settings, |zones, settings| {
+        solve_with_reflectances(&blocks, &transports, zones, settings)
     })
 }
 
 /// The solution on zones that have the reflectances of their temperatures.
 fn solve_with_reflectances(
-    scene: &Scene,
-    transports: &[&Transport],
+    scenes: &[Scene],
+    transports: &[Transport],
     mut zones: Vec<Zones>,
     settings: &SolveSettings,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
-    thermal::apply_boundary_conditions(scene, &mut zones);
-    let triples: Vec<TripleInput> = scene
-        .triples()
-        .zip(&zones)
-        .zip(transports)
-        .map(|((scene, zones), transport)| TripleInput { scene, zones, transport, mirrored: None })
-        .collect();
-    let mut solved = solve_equations(&triples, settings)?;
+    thermal::apply_boundary_conditions(scenes, &mut zones);
+    let block = |((scene, zones), transport)| BandBlock { scene, zones, transport, mirrored: None };
+    let blocks: Vec<BandBlock> = scenes.iter().zip(&zones).zip(transports).map(block).collect();
+    let mut solved = solve_equations(&blocks, settings)?;
     solved.iter_mut().zip(zones).for_each(|(s, zones)| s.zones = zones);
-    let explained = thermal::recover_temperatures(&mut solved_triples(scene, &mut solved));
+    let explained = thermal::recover_temperatures(&mut solved);
     // Errors of rows that do not close are no explanation where closure can be restored.
-    let explained = if scene.restores_closure() { explained } else { 0.0 };
+    let explained = if scenes[0].restores_closure() { explained } else { 0.0 };
     let backs = back_faces::lost_on_backs(
-        scene,
+        &scenes[0],
         &solved[0].zones,
-        transports[0],
+        &transports[0],
         &solved[0].fields,
         &solved[0].report,
     );
     solved[0].report.warnings.extend(backs);
-    for (scene, s) in scene.triples().zip(&mut solved) {
-        s.report.warnings.extend(diagnostics::heat_balance(scene, &s.zones, &s.fields, &s.report, explained));
-        let checked = finite::check_finite(scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report);
+    for s in &mut solved {
+        s.report
+            .warnings
+            .extend(diagnostics::heat_balance(&s.scene, &s.zones, &s.fields, &s.report, explained));
+        let checked = finite::check_finite(&s.scene, &s.zones, &mut s.fields, &mut s.groups, &mut s.report);
         finite::agree(checked, &s.zones, settings.communicator)?;
         s.zones.own_reflectances = Vec::new();
     }
     Ok(solved)
 }
 
-fn solved_triples<'a>(scene: &'a Scene, solved: &'a mut [ZonalSolution]) -> Vec<SolvedTriple<'a>> {
-    let of_triple = |(scene, s): (&'a Scene, &'a mut ZonalSolution)| SolvedTriple {
-        scene,
-        zones: &mut s.zones,
-        fields: &mut s.fields,
-        groups: &mut s.groups,
-        report: &mut s.report,
-        emitters: s.emitters,
-    };
-    scene.triples().zip(solved).map(of_triple).collect()
-}
-
-/// Solves the zonal equations on given zones of a scene of one triple of bands, with boundary conditions applied by
+/// Solves the zonal equations on given zones of a scene of one block of bands, with boundary conditions applied by
 /// [`thermal::apply_boundary_conditions`]: the fields of all light, those of each light group, and the report.
 ///
 /// # Errors
@@ -215,15 +187,15 @@ pub fn solve_zones(
     settings: &SolveSettings,
 ) -> Result<(Fields, Vec<LightGroup>, Report), SceneError> {
     let solved = on_worker_thread(|| {
-        solve_equations(&[TripleInput { scene, zones, transport, mirrored: None }], settings)
+        solve_equations(&[BandBlock { scene, zones, transport, mirrored: None }], settings)
     });
     let ZonalSolution { fields, groups, report, .. } = solved?.swap_remove(0);
     Ok((fields, groups, report))
 }
 
-/// Scene, zones and transport of one triple of bands.
+/// Scene, zones and transport of one block of bands.
 #[derive(Clone, Copy)]
-struct TripleInput<'a> {
+struct BandBlock<'a> {
     scene: &'a Scene,
     zones: &'a Zones,
     transport: &'a Transport<'a>,
@@ -231,68 +203,58 @@ struct TripleInput<'a> {
     mirrored: Option<&'a MirroredSolve>,
 }
 
-/// Solves the zonal equations of all triples of the bands; those of a scene with mirrors on its even extension.
-fn solve_equations(
-    triples: &[TripleInput],
-    settings: &SolveSettings,
-) -> Result<Vec<ZonalSolution>, SceneError> {
+/// Solves the zonal equations of all blocks of bands; those of a scene with mirrors on its even extension.
+fn solve_equations(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<ZonalSolution>, SceneError> {
     let mut mirrored = Vec::new();
-    for t in triples {
-        mirrored.extend(MirroredSolve::of(t.scene, t.zones)?);
+    for b in blocks {
+        mirrored.extend(MirroredSolve::of(b.scene, b.zones)?);
     }
-    if mirrored.is_empty() {
-        return solve_without_mirrors(triples, settings);
-    }
+    let Some(first) = mirrored.first() else { return solve_without_mirrors(blocks, settings) };
     mirrors::check_settings(settings)?;
-    let initial = settings.initial_groups.iter().map(|g| mirrored[0].images.extended_group(g));
+    let initial = settings.initial_groups.iter().map(|g| first.images.extended_group(g));
     let initial_groups: Vec<LightGroup> = initial.collect();
     let settings = &SolveSettings { initial_groups: &initial_groups, ..*settings };
-    let transports: Vec<Transport> = mirrored.iter().map(|m| Transport::new(&m.extension.scene)).collect();
-    let extended: Vec<TripleInput> = mirrored
-        .iter()
-        .zip(&transports)
-        .map(|(m, transport)| TripleInput {
-            scene: &m.extension.scene,
-            zones: &m.zones,
-            transport,
-            mirrored: Some(m),
-        })
-        .collect();
+    let transport = Transport::new(&first.extension.scene);
+    let transports: Vec<Transport> =
+        mirrored.iter().map(|m| transport.with_bands(&m.extension.scene)).collect();
+    let extended = mirrored.iter().zip(&transports).map(|(m, transport)| BandBlock {
+        scene: &m.extension.scene,
+        zones: &m.zones,
+        transport,
+        mirrored: Some(m),
+    });
+    let extended: Vec<BandBlock> = extended.collect();
     let solved =
-        solve_without_mirrors(&extended, settings).map_err(|e| mirrors::explain(triples[0].scene, e))?;
-    let of_part = |((s, m), t): ((ZonalSolution, &MirroredSolve), &TripleInput)| {
-        let fields = m.fields_of_part(s.fields);
-        let groups = m.groups_of_part(s.groups);
-        let report = m.report_of_part(s.report, t.scene, t.zones, &fields);
-        let emitters = s.emitters / m.images.image_count() as f64;
-        ZonalSolution { fields, groups, report, emitters, ..s }
-    };
-    Ok(solved.into_iter().zip(&mirrored).zip(triples).map(of_part).collect())
+        solve_without_mirrors(&extended, settings).map_err(|e| mirrors::explain(blocks[0].scene, e))?;
+    Ok(solved
+        .into_iter()
+        .zip(&mirrored)
+        .zip(blocks)
+        .map(|((s, m), b)| m.part_of(s, b.scene, b.zones))
+        .collect())
 }
 
-/// The phases of the zonal equations for all triples of the bands. Triples that temperatures couple are solved together; others one after the other,
+/// The phases of the zonal equations for all blocks of bands. Blocks that temperatures couple are solved together; others one after the other,
 /// which takes the memory of one.
 fn solve_without_mirrors(
-    triples: &[TripleInput],
+    blocks: &[BandBlock],
     settings: &SolveSettings,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
-    if triples.len() == 1 || triples[0].scene.couples_bands() {
-        return solve_together(triples, settings);
+    if blocks.len() == 1 || blocks[0].scene.couples_bands() {
+        return solve_together(blocks, settings);
     }
     let mut out = Vec::new();
-    for (t, triple) in triples.iter().enumerate() {
-        let checkpoints = TripleCheckpoints { store: settings.checkpoints, triple: t };
+    for (b, block) in blocks.iter().enumerate() {
+        let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
         let settings = SolveSettings { checkpoints: &checkpoints, ..*settings };
-        out.extend(solve_together(std::slice::from_ref(triple), &settings)?);
+        out.extend(solve_together(std::slice::from_ref(block), &settings)?);
     }
     Ok(out)
 }
 
-/// What precedes the engine of one triple of bands.
-struct Preparation {
+/// What precedes the engine of one block of bands.
+struct Prepared {
     choice: EngineChoice,
-    engine: Engine,
-    reason: String,
     thickness: f64,
     emitters: EmitterExchange,
     direct: DirectLight,
@@ -300,212 +262,161 @@ struct Preparation {
     merged: Option<Diagnostic>,
 }
 
-/// Selects the engine, and computes direct light and surroundings.
-fn prepare(
-    triple: &TripleInput,
-    settings: &SolveSettings,
-) -> Result<(Preparation, SurroundingsExchange), SceneError> {
-    let TripleInput { scene, zones, transport, mirrored } = *triple;
-    check_interrupted(settings.progress)?;
-    // Select the engine.
-    let size = ProblemSize::new(scene, zones, transport).with_images(mirrored.map(|m| &m.images));
-    let (limits, ranks) = ((settings.pair_settings, settings.memory_limit), settings.communicator.size());
-    let choice = selection::select_engine(scene, zones, transport, &size, limits, ranks)?;
-    let (engine, reason) = (choice.engine, choice.reason.clone());
-    // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
-    let shadow_rays = |l: usize| illuminate_triple(triple, l, settings);
-    let emitters = EmitterExchange::of(scene, zones, engine, settings.pair_settings);
-    let direct = DirectLight { lights: lights_by_shadow_rays(scene, &emitters, shadow_rays)? };
-    // Sample the surroundings.
-    let is_completed = engine == Engine::Dense && mirrored.is_none();
-    let completed_later = || exact_rows::are_known_later(scene, zones, &settings.pair_settings);
-    let mut exterior = match is_completed && completed_later() {
-        true => surroundings::stage::pilot(scene, zones, transport, settings),
-        false => measure_surroundings(scene, zones, transport, engine, settings)?,
-    };
-    if let Some(m) = mirrored {
-        exterior = m.even_surroundings(&exterior);
+impl BandBlock<'_> {
+    /// Selects the engine, and computes direct light and surroundings.
+    fn prepare(&self, settings: &SolveSettings) -> Result<(Prepared, SurroundingsExchange), SceneError> {
+        let BandBlock { scene, zones, transport, mirrored } = *self;
+        check_interrupted(settings.progress)?;
+        // Select the engine.
+        let size = ProblemSize::new(scene, zones, transport).with_images(mirrored.map(|m| &m.images));
+        let (limits, ranks) = ((settings.pair_settings, settings.memory_limit), settings.communicator.size());
+        let choice = selection::select_engine(scene, zones, transport, &size, limits, ranks)?;
+        // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
+        let emitters = EmitterExchange::of(scene, zones, choice.engine, settings.pair_settings);
+        let light = |l: usize| match emitters.surface(l) {
+            Some(_) => Ok(LightField::default()),
+            None => self.light(l, settings),
+        };
+        let lights = (0..scene.lights().len()).map(light).collect::<Result<_, _>>()?;
+        // Sample the surroundings.
+        let is_completed = choice.engine == Engine::Dense && mirrored.is_none();
+        let completed_later = || exact_rows::are_known_later(scene, zones, &settings.pair_settings);
+        let mut exterior = if is_completed && completed_later() {
+            surroundings::stage::pilot(scene, zones, transport, settings)
+        } else {
+            measure_surroundings(scene, zones, transport, choice.engine, settings)?
+        };
+        if let Some(m) = mirrored {
+            exterior = m.even_surroundings(&exterior);
+        }
+        // Choose the right-hand sides.
+        let (sources, merged) = light_groups::select_groups(scene, zones);
+        let thickness = size.thickness;
+        let direct = DirectLight { lights };
+        Ok((Prepared { choice, thickness, emitters, direct, sources, merged }, exterior))
     }
-    // Choose the right-hand sides.
-    let (sources, merged) = light_groups::select_groups(scene, zones);
-    let thickness = size.thickness;
-    Ok((Preparation { choice, engine, reason, thickness, emitters, direct, sources, merged }, exterior))
+
+    /// Direct light of light number `l` by shadow rays, with its mirror images.
+    fn light(&self, l: usize, settings: &SolveSettings) -> Result<LightField, SceneError> {
+        let light = illuminate_stage(self.scene, self.zones, self.transport, l, settings)?;
+        Ok(match self.mirrored {
+            Some(m) => m.even_light(l, light),
+            None => light,
+        })
+    }
 }
 
-/// Solves triples of bands whose operators are in memory at the same time.
-fn solve_together(
-    triples: &[TripleInput],
-    settings: &SolveSettings,
-) -> Result<Vec<ZonalSolution>, SceneError> {
-    let first = &triples[0];
+/// Solves blocks of bands whose operators are in memory at the same time.
+fn solve_together(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<ZonalSolution>, SceneError> {
+    let first = &blocks[0];
+    let count = blocks.len() as u64;
     let other_memory = thermal::memory_bytes(first.scene, first.zones);
-    let memory_limit = settings.memory_limit.saturating_sub(other_memory * triples.len() as u64);
-    let memory_limit = memory_limit / triples.len() as u64;
-    let stores = (0..triples.len()).map(|triple| TripleCheckpoints { store: settings.checkpoints, triple });
-    let stores: Vec<TripleCheckpoints> = stores.collect();
-    let own_settings = |t: usize| SolveSettings { memory_limit, checkpoints: &stores[t], ..*settings };
-    // Prepare each triple, and build its engine.
-    let mut prepared = Vec::new();
-    let mut exterior = Vec::new();
-    for (t, triple) in triples.iter().enumerate() {
-        let (preparation, outside) = prepare(triple, &own_settings(t))?;
-        prepared.push(preparation);
+    let memory_limit = settings.memory_limit.saturating_sub(other_memory * count) / count;
+    let store = |block| BlockCheckpoints { store: settings.checkpoints, block };
+    let stores: Vec<BlockCheckpoints> = (0..blocks.len()).map(store).collect();
+    let own_settings = |checkpoints| SolveSettings { memory_limit, checkpoints, ..*settings };
+    // Prepare each block, and build its engine.
+    let (mut prepared, mut exterior) = (Vec::new(), Vec::new());
+    for (block, store) in blocks.iter().zip(&stores) {
+        let (own, outside) = block.prepare(&own_settings(store))?;
+        prepared.push(own);
         exterior.push(outside);
     }
-    let contexts: Vec<SolveContext> =
-        (0..triples.len()).map(|t| context_of(&triples[t], &prepared[t], own_settings(t))).collect();
-    let mut built = Vec::new();
-    for ((context, preparation), outside) in contexts.iter().zip(&prepared).zip(&mut exterior) {
-        built.push(build::build(preparation.choice.clone(), context, outside)?);
+    // What replaces parts of the contexts of the engines lives longer than they.
+    let (completed, coupled);
+    let mut engines = Vec::new();
+    for (((block, store), own), mut surroundings) in blocks.iter().zip(&stores).zip(&prepared).zip(exterior) {
+        let context = SolveContext {
+            scene: block.scene,
+            zones: block.zones,
+            transport: block.transport,
+            images: block.mirrored.map(|m| &m.images),
+            direct: &own.direct,
+            sources: &own.sources,
+            settings: own_settings(store),
+        };
+        let built = build::build(own.choice.clone(), &context, &mut surroundings)?;
+        engines.push(BlockEngine { context, built, surroundings });
         check_interrupted(settings.progress)?;
     }
-    let completed = complete_direct_light(triples, &contexts, &built, &exterior, &prepared)?;
-    let contexts: Vec<SolveContext> = contexts
-        .into_iter()
-        .zip(&completed)
-        .map(|(context, completed)| SolveContext {
-            direct: completed.as_ref().unwrap_or(context.direct),
-            ..context
-        })
-        .collect();
-    // Solve the linear systems, or iterate on temperatures if they couple the bands.
-    let (columns, coupled) = solve_columns(&contexts, &mut built, &exterior, &prepared, settings)?;
-    let contexts: Vec<SolveContext> = contexts
-        .into_iter()
-        .enumerate()
-        .map(|(t, context)| SolveContext {
-            zones: coupled.as_ref().map_or(context.zones, |z| &z[t]),
-            ..context
-        })
-        .collect();
-    finish(&contexts, built, &exterior, &prepared, columns)
-}
-
-/// The direct light of each triple, completed by the exchange areas of its engine; `None` where shadow rays give all of it.
-fn complete_direct_light(
-    triples: &[TripleInput],
-    contexts: &[SolveContext],
-    built: &[BuiltEngine],
-    exterior: &[SurroundingsExchange],
-    prepared: &[Preparation],
-) -> Result<Vec<Option<DirectLight>>, SceneError> {
-    let complete = |t: usize| {
-        let context = &contexts[t];
-        let settings = SolveSettings {
-            checkpoints: context.checkpoints,
-            pair_settings: context.pair_settings,
-            communicator: context.communicator,
-            ..SolveSettings::new(context.memory_limit, context.progress)
-        };
-        let shadow_rays = |l: usize| illuminate_triple(&triples[t], l, &settings);
-        emitter_exchange::complete(context, &built[t], &exterior[t], &prepared[t].emitters, shadow_rays)
+    // Complete the direct light by the exchange areas of the engines.
+    let complete = |((engine, block), own): ((&BlockEngine, &BandBlock), &Prepared)| {
+        let shadow_rays = |l: usize| block.light(l, &engine.context.settings);
+        emitter_exchange::complete(
+            &engine.context,
+            &engine.built,
+            &engine.surroundings,
+            &own.emitters,
+            shadow_rays,
+        )
     };
-    (0..triples.len()).map(complete).collect()
-}
-
-/// The context of a triple before its direct light is complete.
-fn context_of<'a>(
-    triple: &TripleInput<'a>,
-    preparation: &'a Preparation,
-    settings: SolveSettings<'a>,
-) -> SolveContext<'a> {
-    SolveContext {
-        scene: triple.scene,
-        zones: triple.zones,
-        transport: triple.transport,
-        images: triple.mirrored.map(|m| &m.images),
-        direct: &preparation.direct,
-        sources: &preparation.sources,
-        pair_settings: settings.pair_settings,
-        memory_limit: settings.memory_limit,
-        checkpoints: settings.checkpoints,
-        progress: settings.progress,
-        communicator: settings.communicator,
-        final_gather: settings.final_gather,
+    let all = engines.iter().zip(blocks).zip(&prepared).map(complete);
+    completed = all.collect::<Result<Vec<Option<DirectLight>>, _>>()?;
+    for (engine, direct) in engines.iter_mut().zip(&completed) {
+        engine.context.direct = direct.as_ref().unwrap_or(engine.context.direct);
     }
+    // Solve the linear systems, or iterate on temperatures if they couple the bands.
+    let columns;
+    (columns, coupled) = solve_columns(&mut engines, &prepared)?;
+    for (engine, zones) in engines.iter_mut().zip(&coupled) {
+        engine.context.zones = zones;
+    }
+    finish(engines, &prepared, columns)
 }
 
-/// Computes fields with errors, balances the energy and writes the reports of all triples.
+/// Computes fields with errors, balances the energy and writes the reports of all blocks.
 fn finish(
-    contexts: &[SolveContext],
-    mut built: Vec<BuiltEngine>,
-    exterior: &[SurroundingsExchange],
-    prepared: &[Preparation],
+    mut engines: Vec<BlockEngine>,
+    prepared: &[Prepared],
     columns: Vec<SolvedColumns>,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
-    let progress = contexts[0].progress;
-    let mut assembled = Vec::new();
+    let (scene, progress) = (engines[0].context.scene, engines[0].context.settings.progress);
     // The errors of a final gather contain those of the powers that zones send out.
     let contain_sources = columns.iter().all(|c| c.incident.is_some());
-    for (t, columns) in columns.into_iter().enumerate() {
+    let (mut fields, mut others) = (Vec::new(), Vec::new());
+    for ((engine, prepared), columns) in engines.iter_mut().zip(prepared).zip(columns) {
         let SolvedColumns { mut results, incident, spare } = columns;
-        let (fields, groups) = solution_fields::assemble(
-            &contexts[t],
-            &mut built[t],
-            &exterior[t],
-            (&mut results, incident, spare),
-            prepared[t].engine,
-        );
-        assembled.push((fields, groups, results));
+        let solved = (results.as_mut_slice(), incident, spare);
+        let (own, groups) = solution_fields::assemble(engine, solved, prepared.choice.engine);
+        fields.push(own);
+        others.push((groups, results));
         check_interrupted(progress)?;
     }
-    if let Some(kind) = TemperatureSolve::to_propagate(contexts[0].scene, contain_sources) {
-        let engines = triple_engines(contexts, &built, exterior);
-        let mut fields: Vec<&mut Fields> = assembled.iter_mut().map(|a| &mut a.0).collect();
+    if let Some(kind) = TemperatureSolve::to_propagate(scene, contain_sources) {
         thermal::propagate_errors(&engines, &mut fields, kind);
         check_interrupted(progress)?;
     }
     let mut out = Vec::new();
-    for (t, ((mut fields, groups, results), preparation)) in assembled.into_iter().zip(prepared).enumerate() {
-        let mut report = balanced_report::balance_and_report(
-            &contexts[t],
-            &built[t],
-            &exterior[t],
-            (&mut fields, &groups),
-            &results,
-            preparation.thickness,
-        );
-        describe_engine(&mut report, preparation, contexts[t].scene);
-        let has_slopes = built[t].operator.len() > contexts[t].zones.len();
-        let emitters = contexts[t].direct.emitted_power();
-        out.push(ZonalSolution { zones: Zones::default(), fields, groups, report, emitters, has_slopes });
+    for (((engine, prepared), mut fields), (groups, results)) in
+        engines.iter().zip(prepared).zip(fields).zip(others)
+    {
+        let mut report =
+            balanced_report::balance_and_report(engine, &mut fields, &groups, &results, prepared.thickness);
+        describe_engine(&mut report, prepared, engine.context.scene);
+        out.push(ZonalSolution {
+            scene: engine.context.scene.clone(),
+            zones: Zones::default(),
+            fields,
+            groups,
+            report,
+            emitters: engine.context.direct.emitted_power(),
+            has_slopes: engine.built.operator.len() > engine.context.zones.len(),
+        });
     }
     Ok(out)
 }
 
 /// Adds to a report the engine, merged light groups and a missed tolerance.
-fn describe_engine(report: &mut Report, preparation: &Preparation, scene: &Scene) {
-    let engine = preparation.engine;
-    (report.engine, report.reason) = (engine.name().into(), preparation.reason.clone());
-    report.warnings.extend(preparation.merged.clone());
+fn describe_engine(report: &mut Report, prepared: &Prepared, scene: &Scene) {
+    let engine = prepared.choice.engine;
+    (report.engine, report.reason) = (engine.name().into(), prepared.choice.reason.clone());
+    report.warnings.extend(prepared.merged.clone());
     let tolerance = scene.options().tolerance;
     let samples =
-        preparation.choice.has_patches_outside() || !matches!(engine, Engine::Spectral | Engine::Layered);
+        prepared.choice.has_patches_outside() || !matches!(engine, Engine::Spectral | Engine::Layered);
     let missed = diagnostics::missed_tolerance(engine, tolerance, &report.estimate, &report.warnings);
     let missed = missed.filter(|_| samples);
     report.warnings.extend(missed);
-}
-
-fn triple_engines<'a>(
-    contexts: &'a [SolveContext<'a>],
-    built: &'a [BuiltEngine<'a>],
-    exterior: &'a [SurroundingsExchange],
-) -> Vec<TripleEngine<'a>> {
-    let all = contexts.iter().zip(built).zip(exterior);
-    all.map(|((context, built), surroundings)| TripleEngine { context, built, surroundings }).collect()
-}
-
-/// Direct light of all lights by shadow rays; empty for emitters whose light follows from exchange areas.
-fn lights_by_shadow_rays(
-    scene: &Scene,
-    emitters: &EmitterExchange,
-    shadow_rays: impl Fn(usize) -> Result<LightField, SceneError>,
-) -> Result<Vec<LightField>, SceneError> {
-    let light = |l: usize| match emitters.surface(l) {
-        Some(_) => Ok(LightField::default()),
-        None => shadow_rays(l),
-    };
-    (0..scene.lights().len()).map(light).collect()
 }
 
 /// The exchange with the surroundings by rays; zeros if the engine determines it.
@@ -529,49 +440,29 @@ pub(crate) fn measure_surroundings(
     Ok(exterior)
 }
 
-/// Solves the linear system of all groups, or iterates on temperatures if they couple the bands; then the zones with the emission of the
-/// temperatures found follow.
+/// Solves the linear system of all groups, or iterates on temperatures if they couple the bands; then the zones of each block with the emission of the
+/// temperatures found follow, else none.
 fn solve_columns(
-    contexts: &[SolveContext],
-    built: &mut [BuiltEngine],
-    exterior: &[SurroundingsExchange],
-    prepared: &[Preparation],
-    settings: &SolveSettings,
-) -> Result<(Vec<SolvedColumns>, Option<Vec<Zones>>), SceneError> {
-    let triples: Vec<TripleZones> =
-        contexts.iter().map(|c| TripleZones { scene: c.scene, zones: c.zones }).collect();
-    thermal::check_temperature_level(&triples, exterior)?;
-    if contexts[0].scene.couples_bands() {
-        let coupled = thermal::newton::solve(&triple_engines(contexts, built, exterior))?;
-        built[0].counts.push(("products with all bands".into(), coupled.products as u64));
+    engines: &mut [BlockEngine],
+    prepared: &[Prepared],
+) -> Result<(Vec<SolvedColumns>, Vec<Zones>), SceneError> {
+    thermal::check_temperature_level(engines)?;
+    if engines[0].context.scene.couples_bands() {
+        let coupled = thermal::newton::solve(engines)?;
+        engines[0].built.counts.push(("products with all bands".into(), coupled.products as u64));
         let columns = coupled.results.into_iter().map(|r| SolvedColumns {
             results: vec![r],
             incident: None,
             spare: Default::default(),
         });
-        return Ok((columns.collect(), Some(coupled.zones)));
+        return Ok((columns.collect(), coupled.zones));
     }
     let mut columns = Vec::new();
-    for (t, context) in contexts.iter().enumerate() {
-        let engine = prepared[t].engine;
-        let initial = settings.initial_groups;
-        columns.push(group_solve::solve_groups(context, &mut built[t], &exterior[t], engine, initial));
-        check_interrupted(settings.progress)?;
+    for (engine, prepared) in engines.iter_mut().zip(prepared) {
+        columns.push(group_solve::solve_groups(engine, prepared.choice.engine));
+        check_interrupted(engine.context.settings.progress)?;
     }
-    Ok((columns, None))
-}
-
-/// Direct light of light number `l` by shadow rays, with its mirror images.
-fn illuminate_triple(
-    triple: &TripleInput,
-    l: usize,
-    settings: &SolveSettings,
-) -> Result<LightField, SceneError> {
-    let light = illuminate_stage(triple.scene, triple.zones, triple.transport, l, settings)?;
-    Ok(match triple.mirrored {
-        Some(m) => m.even_light(l, light),
-        None => light,
-    })
+    Ok((columns, Vec::new()))
 }
 
 /// Direct light of light number `l` by shadow rays: the stage `light-…`, or computed and saved.

@@ -1,7 +1,7 @@
 //! Fields of a solution and of its light groups, with their errors, from the strengths of the iteration.
 
 use crate::balance::energy_balance::{GroupFields, balance_group};
-use crate::context::{BuiltEngine, SolveContext};
+use crate::context::{BlockEngine, BuiltEngine, SolveContext};
 use crate::engines::merged_operator::PatchGroups;
 use crate::engines::rays::stored_rays::power_normalization::normalize_power;
 use crate::errors::closure_error::take_unexplained_fractions;
@@ -23,12 +23,11 @@ pub(crate) type SolvedIteration<'a> = (&'a mut [IterationResult], Option<Inciden
 /// The fields of all light and of each group. `incident` is the incident power if the engine determined it; `spare` are vectors whose memory the fields
 /// take. Where nothing leaves the scene, the results have no strengths afterwards: the incident power takes their memory.
 pub(crate) fn assemble(
-    context: &SolveContext,
-    built: &mut BuiltEngine,
-    surroundings: &SurroundingsExchange,
+    block: &mut BlockEngine,
     (results, incident, [mut spare, of_error]): SolvedIteration,
     engine: Engine,
 ) -> (Fields, Vec<LightGroup>) {
+    let BlockEngine { context, built, surroundings } = block;
     let (zones, n) = (context.zones, context.zones.len());
     if let Some(groups) = PatchGroups::of(zones) {
         results.iter_mut().for_each(|r| groups.average(&mut r.strengths));

@@ -1,22 +1,21 @@
 //! Balance of the powers of a solution, and its report.
 
-use crate::context::{BuiltEngine, SolveContext};
+use crate::context::BlockEngine;
 use crate::errors::direct_error;
 use crate::errors::{consistency, propagation};
 use crate::iteration::IterationResult;
 use crate::report::{diagnostics, summary};
-use crate::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, Report};
 
 /// Balances the energy of a solution, widens its errors by the residual of the balance, and writes the report with the errors of all powers.
 pub(crate) fn balance_and_report(
-    context: &SolveContext,
-    built: &BuiltEngine,
-    exterior: &SurroundingsExchange,
-    (fields, groups): (&mut Fields, &[LightGroup]),
+    block: &BlockEngine,
+    fields: &mut Fields,
+    groups: &[LightGroup],
     results: &[IterationResult],
     thickness: f64,
 ) -> Report {
+    let BlockEngine { context, built, surroundings: exterior } = block;
     let (scene, zones, direct) = (context.scene, context.zones, context.direct);
     let shared = context.shared_zones();
     let mut energy = EnergyBalance::default();

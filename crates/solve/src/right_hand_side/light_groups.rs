@@ -142,26 +142,26 @@ pub fn select_groups(scene: &Scene, zones: &Zones) -> (Vec<SourceGroup>, Option<
     }
 }
 
-/// Gives the solutions of all triples of bands the same light groups: a light that emits nothing in the bands of one triple has a group of zeros there.
+/// Gives the solutions of all blocks of bands the same light groups: a light that emits nothing in the bands of one block has a group of zeros there.
 ///
 /// # Errors
-/// If the lights of some triples were solved as one sum and those of others were not.
-pub(crate) fn unify_groups(triples: &mut [Solution]) -> Result<(), SceneError> {
+/// If the lights of some blocks were solved as one sum and those of others were not.
+pub(crate) fn unify_groups(blocks: &mut [Solution]) -> Result<(), SceneError> {
     let mut all: Vec<(LightGroupKind, String)> = Vec::new();
-    for group in triples.iter().flat_map(|s| &s.groups) {
+    for group in blocks.iter().flat_map(|s| &s.groups) {
         if !all.iter().any(|(kind, _)| *kind == group.kind) {
             all.push((group.kind, group.name.clone()));
         }
     }
-    let merged = triples.iter().filter(|s| s.groups.iter().any(|g| g.kind == LightGroupKind::All)).count();
-    if merged == triples.len() || all.len() == 1 {
+    let merged = blocks.iter().filter(|s| s.groups.iter().any(|g| g.kind == LightGroupKind::All)).count();
+    if merged == blocks.len() || all.len() == 1 {
         return Ok(());
     }
     if merged > 0 {
         let what = "the lights of some bands are one group, and those of other bands are several; give light_groups = \"all\" or \"each\"";
         return Err(SceneError::new("solve.light_groups", what));
     }
-    for s in triples {
+    for s in blocks {
         let mut own = std::mem::take(&mut s.groups);
         let surfaces = s.scene.surfaces().iter().map(|x| (x.name.clone(), Bands::ZERO));
         let energy = EnergyBalance { absorbed_surfaces: surfaces.collect(), ..EnergyBalance::default() };

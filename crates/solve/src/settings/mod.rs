@@ -2,12 +2,12 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `triple_checkpoints`, `stage_codec` | stages of one triple of bands in a checkpoint, and their bytes |
+//! | `block_checkpoints`, `stage_codec` | stages of one block of bands in a checkpoint, and their bytes |
 //! | `zone_power` | powers of the zones that closure and normalization compare |
 //! | `unobstructed_cells` | cells that no facet touches |
 
+pub(crate) mod block_checkpoints;
 pub(crate) mod stage_codec;
-pub(crate) mod triple_checkpoints;
 pub(crate) mod unobstructed_cells;
 pub(crate) mod zone_power;
 
@@ -54,8 +54,8 @@ impl<'a> SolveSettings<'a> {
         }
     }
 
-    /// The settings of triple `t` of bands that are solved apart: zones and solution of an earlier solve serve the first.
-    pub(crate) fn of_triple<'b>(&self, t: usize, checkpoints: &'b dyn CheckpointStore) -> SolveSettings<'b>
+    /// The settings of block `t` of bands that are solved apart: zones and solution of an earlier solve serve the first.
+    pub(crate) fn of_block<'b>(&self, t: usize, checkpoints: &'b dyn CheckpointStore) -> SolveSettings<'b>
     where
         'a: 'b,
     {

@@ -1,4 +1,4 @@
-//! Exchange areas of all pairs in one triple of bands as an operator on strengths s = c B, for closure and for the light of emitters.
+//! Exchange areas of all pairs in one block of bands as an operator on strengths s = c B, for closure and for the light of emitters.
 //!
 //! g_ij = F_ij/(c_i c_j), hence P_i = (1/c_i) Σ_j F_ij s_j/c_j; zones with c = 0 exchange nothing. With the radii δF of independent errors,
 //! δP_i = (1/c_i) √(Σ_j (δF_ij s_j/c_j)²).
@@ -19,13 +19,13 @@ use zonal_scene::{Band, Bands, Zones};
 /// Direct exchange areas with a symmetric scaling.
 pub(super) struct AreaOperator<'a> {
     areas: &'a ExchangeAreas,
-    /// Number of bands before the triple.
+    /// Number of bands before the block.
     first_band: usize,
     /// c of every zone, 1 or κ.
     coefficients: Vec<Bands>,
     /// d of every zone.
     pub(super) scaling: Vec<Bands>,
-    /// The matrices of the triple after a restoration of closure.
+    /// The matrices of the block after a restoration of closure.
     pub(super) adjusted: Option<Vec<f64>>,
     /// Codes of the radii δF_ij/(c_i c_j), row by row, where an adjustment needed them.
     codes: OnceLock<Vec<u8>>,
@@ -34,11 +34,11 @@ pub(super) struct AreaOperator<'a> {
 }
 
 impl<'a> AreaOperator<'a> {
-    /// Of triple number `triple`, whose zones are `zones`.
-    pub(super) fn new(areas: &'a ExchangeAreas, zones: &Zones, triple: usize) -> AreaOperator<'a> {
+    /// Of block number `block`, whose zones are `zones`.
+    pub(super) fn new(areas: &'a ExchangeAreas, zones: &Zones, block: usize) -> AreaOperator<'a> {
         let n = zones.len();
         let coefficients = (0..n).map(|i| scaled_radiosity_coefficient(zones, i)).collect();
-        let first_band = triple * Band::count();
+        let first_band = block * Band::count();
         AreaOperator {
             areas,
             first_band,
@@ -50,26 +50,26 @@ impl<'a> AreaOperator<'a> {
         }
     }
 
-    /// The matrix of a band out of those of the triple.
+    /// The matrix of a band out of those of the block.
     fn matrix<'b>(&self, matrices: &'b [f64], band: Band) -> &'b [f64] {
         let n = self.len();
         let index = band.index().min(self.matrices().len() - 1);
         &matrices[index * n * n..][..n * n]
     }
 
-    /// The numbers of the matrices of the triple among those of all bands.
+    /// The numbers of the matrices of the block among those of all bands.
     pub(super) fn matrices(&self) -> Range<usize> {
         let first = self.first_band.min(self.areas.matrices - 1);
         first..(self.first_band + Band::count()).min(self.areas.matrices).max(first + 1)
     }
 
-    /// The entries of the matrices of the triple among those of all bands.
+    /// The entries of the matrices of the block among those of all bands.
     pub(super) fn entries(&self) -> Range<usize> {
         let (matrices, n) = (self.matrices(), self.len());
         matrices.start * n * n..matrices.end * n * n
     }
 
-    /// The areas of the triple.
+    /// The areas of the block.
     fn direct(&self) -> &[f64] {
         match &self.adjusted {
             Some(own) => own,

@@ -1,8 +1,8 @@
 //! What a geometry and its properties contribute to thermal states, as plain arrays.
 
+use super::block_data::BlockData;
 use super::light_data::{LightData, POWERS};
 use super::surroundings_data::SurroundingsData;
-use super::triple_data::TripleData;
 use super::zone_fractions::ZoneFractions;
 use crate::areas::exchange_areas::{AreaMatrices, ExchangeAreas};
 use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
@@ -10,6 +10,7 @@ use crate::settings::{DEFAULT_MEMORY_LIMIT, SolveSettings, check_interrupted};
 use zonal_scene::{
     FaceMesh, MAX_BANDS, Progress, Scene, SceneError, SurfaceEmissivity, Thermal, ThermalCondition,
 };
+use zonal_transport::Transport;
 
 /// Exchange areas, properties and conditions of all zones of a thermal scene.
 #[derive(Clone, Debug, Default)]
@@ -103,36 +104,37 @@ impl ExchangeData {
             ..ExchangeData::default()
         };
         let settings = SolveSettings::new(DEFAULT_MEMORY_LIMIT, progress);
-        for (t, own) in scene.triples().enumerate() {
-            let mut triple = TripleData::measure(own, areas, t, &settings)?;
+        let transport = Transport::new(scene);
+        for (t, own) in scene.blocks().enumerate() {
+            let mut block = BlockData::measure(&transport.with_bands(&own), areas, &settings)?;
             check_interrupted(progress)?;
-            if let Some((entries, adjusted)) = triple.adjusted.take() {
+            if let Some((entries, adjusted)) = block.adjusted.take() {
                 data.direct.areas[entries].copy_from_slice(&adjusted);
             }
             if t == 0 {
-                data.conditions.clone_from(&triple.properties.conditions);
-                data.band_fractions = ZoneFractions::of(scene, triple.properties.kinds.clone());
+                data.conditions.clone_from(&block.properties.conditions);
+                data.band_fractions = ZoneFractions::of(scene, block.properties.kinds.clone());
             }
-            data.append(triple, if is_grey { 1 } else { own.window().len() });
+            data.append(block, if is_grey { 1 } else { own.window().len() });
         }
         Ok(data)
     }
 
-    /// Adds the first `bands` bands of a triple.
-    fn append(&mut self, triple: TripleData, bands: usize) {
-        let reflectances = &triple.properties.reflectances;
+    /// Adds the first `bands` bands of a block.
+    fn append(&mut self, block: BlockData, bands: usize) {
+        let reflectances = &block.properties.reflectances;
         for b in 0..bands {
             self.reflectances.extend(reflectances.iter().map(|r| r.as_slice()[b]));
         }
-        let (own, more) = (&mut self.surroundings, triple.surroundings);
+        let (own, more) = (&mut self.surroundings, block.surroundings);
         own.areas.extend(more.areas);
         own.radii.extend(more.radii);
         own.backfaces.extend(more.backfaces);
         own.scaling.extend(more.scaling);
         own.closure_error.extend(more.closure_error);
-        self.light.incident.extend(triple.light.incident);
-        self.light.error.extend(triple.light.error);
-        self.light.powers.extend(triple.light.powers);
+        self.light.incident.extend(block.light.incident);
+        self.light.error.extend(block.light.error);
+        self.light.powers.extend(block.light.powers);
     }
 
     /// ρ or Ω of a zone in a band.

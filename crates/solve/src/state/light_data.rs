@@ -37,7 +37,7 @@ impl LightData {
         [&self.incident, &self.error].map(|list| list.get(rows.clone()).unwrap_or_default())
     }
 
-    /// Adds the first `bands` bands of a triple of `zones` zones, of which the first `patches` are patches.
+    /// Adds the first `bands` bands of a block of `zones` zones, of which the first `patches` are patches.
     pub(super) fn append(&mut self, light: &DirectLight, (zones, patches, bands): (usize, usize, usize)) {
         let share = |i: usize| if i < patches { 1.0 } else { 0.25 };
         let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
@@ -60,7 +60,7 @@ impl LightData {
     }
 }
 
-/// Direct light of all lights in one triple of bands: by shadow rays, or of emitters from the exchange areas.
+/// Direct light of all lights in one block of bands: by shadow rays, or of emitters from the exchange areas.
 pub(super) fn direct_light(
     rays: &RayTracing,
     exchange: &PatchExchange,

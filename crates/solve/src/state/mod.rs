@@ -32,8 +32,8 @@
 //! | module | content |
 //! |---|---|
 //! | `exchange_data` | what a geometry contributes, as plain arrays |
-//! | `triple_data` | the part of one triple of bands: surroundings, closure, lights |
-//! | `ray_tracing`, `surroundings_data`, `light_data` | rays of a triple; surroundings and direct light |
+//! | `block_data` | the part of one block of bands: surroundings, closure, lights |
+//! | `ray_tracing`, `surroundings_data`, `light_data` | rays of a block; surroundings and direct light |
 //! | `zone_fractions` | emissive powers of the zones in each band |
 //! | `area_operator` | exchange areas as an operator, for closure and emitters |
 //! | `cholesky`, `gaussian_elimination` | decomposition and solution |
@@ -48,6 +48,7 @@ mod area_operator;
 mod assembly;
 mod band_state;
 mod band_system;
+mod block_data;
 mod cholesky;
 mod exchange_data;
 mod gaussian_elimination;
@@ -57,7 +58,6 @@ mod ray_tracing;
 mod state_solver;
 mod surroundings_data;
 mod thermal_state;
-mod triple_data;
 mod zone_fractions;
 
 pub use exchange_data::ExchangeData;

@@ -1,4 +1,4 @@
-//! Rays of one triple of bands: surroundings and lights, in a scene with mirrors by its even extension.
+//! Rays of one block of bands: surroundings and lights, in a scene with mirrors by its even extension.
 
 use super::area_operator::AreaOperator;
 use crate::pipeline::mirrors::MirroredSolve;
@@ -9,7 +9,7 @@ use crate::settings::SolveSettings;
 use zonal_scene::{Engine, Scene, SceneError, Zones};
 use zonal_transport::Transport;
 
-/// A scene of one triple of bands, in which rays are traced.
+/// A scene of one block of bands, in which rays are traced.
 pub(super) struct RayTracing<'a> {
     pub scene: &'a Scene,
     pub zones: &'a Zones,

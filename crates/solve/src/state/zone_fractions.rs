@@ -5,7 +5,7 @@ use zonal_scene::{Band, BandFractions, Scene, SceneError, Thermal};
 /// The fraction of the emission in each band, for each kind of zone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneFractions {
-    /// The fractions of every triple of bands, for each kind; the first kind is that of the scene and of its surroundings.
+    /// The fractions of every block of bands, for each kind; the first kind is that of the scene and of its surroundings.
     pub kinds: Vec<Vec<BandFractions>>,
     /// The kind of each zone; empty if all have the first.
     pub kind_of_zone: Vec<usize>,
@@ -21,7 +21,8 @@ impl Default for ZoneFractions {
 impl ZoneFractions {
     /// Of a scene in thermal mode, with the kind of each zone as an index into [`Thermal::all_fractions`].
     pub(super) fn of(scene: &Scene, kind_of_zone: Vec<usize>) -> ZoneFractions {
-        let thermal: Vec<&Thermal> = scene.triples().filter_map(Scene::thermal).collect();
+        let blocks: Vec<Scene> = scene.blocks().collect();
+        let thermal: Vec<&Thermal> = blocks.iter().filter_map(Scene::thermal).collect();
         let count = thermal.first().map_or(0, |t| t.all_fractions().count());
         let kind = |k: usize| thermal.iter().filter_map(|t| t.all_fractions().nth(k).cloned()).collect();
         let is_uniform = kind_of_zone.iter().all(|k| *k == 0);
@@ -46,12 +47,12 @@ impl ZoneFractions {
     /// w_b and dw_b/dE of the first `bands` bands for a kind of zone with the black emissive power `e`, W/m².
     #[must_use]
     pub fn emissive_powers(&self, kind: usize, e: f64, bands: usize) -> Vec<[f64; 2]> {
-        let of_triple = |f: &BandFractions| {
+        let of_block = |f: &BandFractions| {
             let [w, slope] = f.emissive_powers(e);
             let pairs: Vec<[f64; 2]> = w.into_iter().zip(slope).map(|(w, s)| [w, s]).collect();
             pairs
         };
-        self.kinds[kind].iter().flat_map(of_triple).take(bands).collect()
+        self.kinds[kind].iter().flat_map(of_block).take(bands).collect()
     }
 
     /// For each of the first `bands` bands, whether some zone emits in it at some temperature.
@@ -76,8 +77,8 @@ impl ZoneFractions {
             let what = "the band fractions do not fit the zones and bands; write the exchange areas again";
             Err(SceneError::new(name, what))
         };
-        let triples = if self.is_grey() { 1 } else { bands.div_ceil(Band::count()) };
-        if self.kinds.is_empty() || self.kinds.iter().any(|k| k.len() != triples) {
+        let blocks = if self.is_grey() { 1 } else { bands.div_ceil(Band::count()) };
+        if self.kinds.is_empty() || self.kinds.iter().any(|k| k.len() != blocks) {
             return wrong("band_fractions");
         }
         if self.is_grey() && (bands != 1 || self.kinds.len() != 1) {
@@ -87,6 +88,6 @@ impl ZoneFractions {
         if !(self.kind_of_zone.is_empty() || self.kind_of_zone.len() == zones) || !is_known {
             return wrong("zone_fractions");
         }
-        self.kinds.iter().try_for_each(|k| BandFractions::check_triples(k))
+        self.kinds.iter().try_for_each(|k| BandFractions::check_block_sums(k))
     }
 }

@@ -1,26 +1,26 @@
 //! Thermal boundary conditions as emission and sources of the zones (header of [`super`]).
 
 use super::nodes::fixes_level;
-use super::spectral_balance::{SpectralBalances, TripleZones};
+use super::spectral_balance::{BlockZones, SpectralBalances};
 use super::zone_balance::ZoneBalances;
-use crate::right_hand_side::surroundings::SurroundingsExchange;
+use crate::context::BlockEngine;
 use zonal_scene::{Bands, Scene, SceneError, ThermalCondition, Zones};
 
-/// Sets the emission of zones with known temperature, and turns zones with known power into white zones with a source. `zones` are those of every
-/// triple of bands of the scene. No effect in light mode.
-pub fn apply_boundary_conditions(scene: &Scene, zones: &mut [Zones]) {
-    if scene.thermal().is_none() {
+/// Sets the emission of zones with known temperature, and turns zones with known power into white zones with a source. `scenes` are the blocks of bands of
+/// a scene, each with its zones. No effect in light mode.
+pub fn apply_boundary_conditions(scenes: &[Scene], zones: &mut [Zones]) {
+    if scenes[0].thermal().is_none() {
         return;
     }
-    let triples: Vec<TripleZones> =
-        scene.triples().zip(&*zones).map(|(scene, zones)| TripleZones { scene, zones }).collect();
-    let balances = SpectralBalances::new(&triples);
-    let patches = triples[0].zones.voxel_offset();
-    let of_triple = |t: usize| -> Vec<(ThermalCondition, Bands)> {
+    let blocks: Vec<BlockZones> =
+        scenes.iter().zip(&*zones).map(|(scene, zones)| BlockZones { scene, zones }).collect();
+    let balances = SpectralBalances::new(&blocks);
+    let patches = blocks[0].zones.voxel_offset();
+    let of_block = |t: usize| -> Vec<(ThermalCondition, Bands)> {
         let of_zone = |i: usize| (balances.first(i).condition, balances.source(t, i, i < patches));
         (0..balances.len()).map(of_zone).collect()
     };
-    let all: Vec<_> = (0..triples.len()).map(of_triple).collect();
+    let all: Vec<_> = (0..blocks.len()).map(of_block).collect();
     zones.iter_mut().zip(all).for_each(|(zones, sources)| set_sources(zones, &sources));
 }
 
@@ -64,24 +64,23 @@ pub(super) fn set_emissive_powers(scene: &Scene, zones: &mut Zones, emissive: &[
     }
 }
 
-/// Refuses a closed scene in which no absorbing zone has a known temperature, so that the level of the temperatures is undetermined. `triples` are
+/// Refuses a closed scene in which no absorbing zone has a known temperature, so that the level of the temperatures is undetermined. `blocks` are
 /// those of its bands, each with its surroundings.
-pub(crate) fn check_temperature_level(
-    triples: &[TripleZones],
-    surroundings: &[SurroundingsExchange],
-) -> Result<(), SceneError> {
-    if triples[0].scene.thermal().is_none() || !surroundings.iter().all(SurroundingsExchange::is_closed) {
+pub(crate) fn check_temperature_level(blocks: &[BlockEngine]) -> Result<(), SceneError> {
+    let first = blocks[0].context.scene;
+    if first.thermal().is_none() || !blocks.iter().all(|b| b.surroundings.is_closed()) {
         return Ok(());
     }
-    let fixes = |t: &TripleZones| {
-        let balances = ZoneBalances::new(t.scene, t.zones);
-        (0..t.zones.len()).any(|i| {
-            let l = balances.of(t.zones, i);
+    let fixes = |t: &BlockEngine| {
+        let zones = t.context.zones;
+        let balances = ZoneBalances::new(t.context.scene, zones);
+        (0..zones.len()).any(|i| {
+            let l = balances.of(zones, i);
             matches!(l.condition, ThermalCondition::Temperature(_)) && l.absorption_weight().any(|m| m > 0.0)
         })
     };
-    let network = triples[0].scene.thermal().and_then(|t| t.network.as_ref());
-    if triples.iter().any(fixes) || network.is_some_and(fixes_level) {
+    let network = first.thermal().and_then(|t| t.network.as_ref());
+    if blocks.iter().any(fixes) || network.is_some_and(fixes_level) {
         return Ok(());
     }
     Err(SceneError::new(

@@ -11,7 +11,7 @@
 //! leaves is added as an error of the emissivity: to powers times the power that the patches emit, to temperatures by δT/T = δε/(4ε). If the
 //! iteration does not converge, the errors are unknown.
 
-use super::spectral_balance::{SpectralBalances, TripleZones};
+use super::spectral_balance::{BlockZones, SpectralBalances};
 use crate::context::zonal_solution::ZonalSolution;
 use crate::settings::{SolveSettings, check_interrupted};
 use std::collections::HashMap;
@@ -32,22 +32,23 @@ const FACTOR_OF_UNKNOWN_SLOPE: f64 = 2.0;
 /// Decrease of f in a step beyond which a bracket is halved.
 const SLOW_DECREASE: f64 = 0.5;
 
-/// Solves a scene on zones of all triples of bands by `solve`, which takes zones with the reflectances of their temperatures.
+/// Solves a scene on zones of all blocks of bands by `solve`, which takes zones with the reflectances of their temperatures.
 ///
 /// # Errors
 /// Those of `solve`, and if the observer interrupts the iteration.
 pub(crate) fn solve(
-    scene: &Scene,
+    scenes: &[Scene],
     mut zones: Vec<Zones>,
     settings: &SolveSettings,
     solve: impl Fn(Vec<Zones>, &SolveSettings) -> Result<Vec<ZonalSolution>, SceneError>,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
+    let scene = &scenes[0];
     let Some(thermal) = scene.thermal().filter(|t| t.has_varied_emissivities()) else {
         return solve(zones, settings);
     };
-    let mut temperatures = known_temperatures(scene, &zones);
+    let mut temperatures = known_temperatures(scenes, &zones);
     if !thermal.emissivities.iter().any(SurfaceEmissivity::depends_on_temperature) {
-        set_reflectances(scene, &mut zones, &temperatures);
+        set_reflectances(scenes, &mut zones, &temperatures);
         return solve(zones, settings);
     }
     let stages = FactorStages { inner: settings.checkpoints, kept: Mutex::default() };
@@ -57,7 +58,7 @@ pub(crate) fn solve(
     let mut solves = 0;
     loop {
         solves += 1;
-        set_reflectances(scene, &mut zones, &temperatures);
+        set_reflectances(scenes, &mut zones, &temperatures);
         let mut solved = solve(zones.clone(), &own_settings)?;
         check_interrupted(settings.progress)?;
         // A patch without a temperature keeps its reflectance.
@@ -160,17 +161,17 @@ pub(crate) fn set_known_reflectances(scene: &Scene, zones: &mut Zones) -> Result
         let what = "the emissivity depends on a temperature that only `zonal solve` finds; give a temperature, or one emissivity";
         return Err(SceneError::new(key, what));
     }
-    let own = std::slice::from_mut(zones);
-    let temperatures = known_temperatures(scene, own);
-    set_reflectances(scene, own, &temperatures);
+    let (scenes, own) = (std::slice::from_ref(scene), std::slice::from_mut(zones));
+    let temperatures = known_temperatures(scenes, own);
+    set_reflectances(scenes, own, &temperatures);
     Ok(())
 }
 
 /// The known temperature of each patch, or the initial temperature of the iteration, K.
-fn known_temperatures(scene: &Scene, zones: &[Zones]) -> Vec<f64> {
-    let triples: Vec<TripleZones> =
-        scene.triples().zip(zones).map(|(scene, zones)| TripleZones { scene, zones }).collect();
-    let balances = SpectralBalances::new(&triples);
+fn known_temperatures(scenes: &[Scene], zones: &[Zones]) -> Vec<f64> {
+    let blocks: Vec<BlockZones> =
+        scenes.iter().zip(zones).map(|(scene, zones)| BlockZones { scene, zones }).collect();
+    let balances = SpectralBalances::new(&blocks);
     let initial = balances.tables[0].initial_temperature();
     let of_patch = |i: usize| match balances.first(i).condition {
         ThermalCondition::Temperature(t) => t,
@@ -179,9 +180,9 @@ fn known_temperatures(scene: &Scene, zones: &[Zones]) -> Vec<f64> {
     (0..zones[0].voxel_offset()).map(of_patch).collect()
 }
 
-/// Gives the patches of every triple the reflectances at temperatures in K.
-fn set_reflectances(scene: &Scene, zones: &mut [Zones], temperatures: &[f64]) {
-    for (scene, zones) in scene.triples().zip(zones) {
+/// Gives the patches of every block the reflectances at temperatures in K.
+fn set_reflectances(scenes: &[Scene], zones: &mut [Zones], temperatures: &[f64]) {
+    for (scene, zones) in scenes.iter().zip(zones) {
         zones.own_reflectances =
             zones.patches.iter().zip(temperatures).map(|(p, t)| scene.patch_reflectance(p, *t)).collect();
         for (p, own) in zones.patches.iter_mut().zip(&zones.own_reflectances) {
@@ -201,7 +202,7 @@ struct ReflectanceStep {
 }
 
 impl ReflectanceStep {
-    /// From the reflectances of the zones of the first triple to those at temperatures in K.
+    /// From the reflectances of the zones of the first block to those at temperatures in K.
     fn of(scene: &Scene, zones: &Zones, temperatures: &[f64]) -> ReflectanceStep {
         let mut step = ReflectanceStep { change: 0.0, relative_change: 0.0, emitted: 0.0 };
         for ((p, t), old) in zones.patches.iter().zip(temperatures).zip(&zones.own_reflectances) {

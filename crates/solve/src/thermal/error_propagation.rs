@@ -6,9 +6,10 @@
 
 use super::coupled_bicgstab::{self, IterationCheckpoint};
 use super::linearized_zone::{BandCoupling, Linearization, Place};
-use super::newton::{TripleEngine, coupled_operator};
+use super::newton::coupled_operator;
 use super::nodes::NodeZones;
-use super::spectral_balance::{SpectralBalances, TripleZones};
+use super::spectral_balance::{BlockZones, SpectralBalances};
+use crate::context::BlockEngine;
 use crate::iteration::StoppingCriterion;
 use zonal_scene::{Bands, Fields, Scene, Zones};
 
@@ -38,15 +39,11 @@ const ERROR_SOLVE: StoppingCriterion = StoppingCriterion { residual: 0.1, max_it
 /// Name of its stage.
 const STAGE: &str = "state-errors";
 
-/// Adds to the errors of the incident fields of every triple of bands those of the powers that the zones send out because of them.
-pub(crate) fn propagate_errors(
-    triples: &[TripleEngine],
-    fields: &mut [&mut Fields],
-    solve: TemperatureSolve,
-) {
-    let context = triples[0].context;
-    let zones: Vec<TripleZones> =
-        triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
+/// Adds to the errors of the incident fields of every block of bands those of the powers that the zones send out because of them.
+pub(crate) fn propagate_errors(blocks: &[BlockEngine], fields: &mut [Fields], solve: TemperatureSolve) {
+    let context = &blocks[0].context;
+    let zones: Vec<BlockZones> =
+        blocks.iter().map(|t| BlockZones { scene: t.context.scene, zones: t.context.zones }).collect();
     let balances = SpectralBalances::new(&zones);
     let n = balances.len();
     let of_zone = |f: &Fields, i: usize| balances.first(i).incident_share * f.total_error(i);
@@ -59,12 +56,12 @@ pub(crate) fn propagate_errors(
     let reflected = |place: Place, h: &dyn Fn(usize) -> Bands, nodes: &[f64]| match &linearized {
         Some(all) => all.reflected(place, h, nodes),
         None => {
-            let (rho, _) = responses[place.triple].response(place.zone);
-            rho / balances.first(place.zone).incident_share * h(place.triple)
+            let (rho, _) = responses[place.block].response(place.zone);
+            rho / balances.first(place.zone).incident_share * h(place.block)
         }
     };
     // Solve for the errors of the powers sent out.
-    let operator = coupled_operator(triples, &balances, BandCoupling::of(&balances), false);
+    let operator = coupled_operator(blocks, &balances, BandCoupling::of(&balances), false);
     let powers = |h: &[Bands]| {
         let absorbed = |nodes: &NodeZones| nodes.absorbed(&balances, |t, i| h[t * n + i]);
         let nodes = match (&linearized, &nodes) {
@@ -78,11 +75,11 @@ pub(crate) fn propagate_errors(
         return;
     }
     let checkpoint = IterationCheckpoint {
-        store: context.checkpoints,
+        store: context.settings.checkpoints,
         stage: STAGE,
         number: 0,
         resumes: true,
-        progress: context.progress,
+        progress: context.settings.progress,
     };
     let reflect = |u: &[Bands]| powers(&operator.incident_flux(u));
     let end = coupled_bicgstab::solve(reflect, &source, source.clone(), ERROR_SOLVE, &checkpoint);
@@ -90,12 +87,8 @@ pub(crate) fn propagate_errors(
 }
 
 /// Zones of known power and nodes, linearized about the temperatures of the radiosities found.
-fn linearization(
-    balances: &SpectralBalances,
-    nodes: Option<&NodeZones>,
-    fields: &[&mut Fields],
-) -> Linearization {
-    let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
+fn linearization(balances: &SpectralBalances, nodes: Option<&NodeZones>, fields: &[Fields]) -> Linearization {
+    let incident = |t: usize, i: usize| balances.first(i).incident_flux(&fields[t], i);
     let of_nodes = nodes.map_or_else(Vec::new, |nodes| nodes.found(balances, incident));
     let emissive = |i: usize| match balances.first(i).node {
         Some(k) => of_nodes[k as usize],
@@ -108,8 +101,8 @@ fn linearization(
     }
 }
 
-/// Adds the errors `more` of the incident flux of all triples, W/m², to those of their fields.
-fn add_caused_errors(balances: &SpectralBalances, more: &[Bands], fields: &mut [&mut Fields]) {
+/// Adds the errors `more` of the incident flux of all blocks, W/m², to those of their fields.
+fn add_caused_errors(balances: &SpectralBalances, more: &[Bands], fields: &mut [Fields]) {
     let n = balances.len();
     for (t, fields) in fields.iter_mut().enumerate() {
         for (i, e) in fields.error.iter_mut().enumerate() {

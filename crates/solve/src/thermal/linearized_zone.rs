@@ -25,7 +25,7 @@ impl BandCoupling {
     }
 }
 
-/// Radiosity of a zone in one triple of bands as a linear function of the incident flux.
+/// Radiosity of a zone in one block of bands as a linear function of the incident flux.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinearizedZone {
     pub own: Bands,
@@ -37,10 +37,10 @@ pub(super) struct LinearizedZone {
     pub node: Option<u32>,
 }
 
-/// The radiosities of all zones in every triple of bands as linear functions of the incident flux.
+/// The radiosities of all zones in every block of bands as linear functions of the incident flux.
 pub(super) struct Linearization {
-    /// The zones of each triple.
-    pub triples: Vec<Vec<LinearizedZone>>,
+    /// The zones of each block.
+    pub blocks: Vec<Vec<LinearizedZone>>,
     /// The balances of the nodes.
     nodes: Option<NodeLinearization>,
 }
@@ -48,11 +48,11 @@ pub(super) struct Linearization {
 impl Linearization {
     /// About the black emissive powers of all zones, W/m².
     pub(super) fn of(balances: &SpectralBalances, emissive: impl Fn(usize) -> f64 + Sync) -> Linearization {
-        let triples = balances.triples();
+        let blocks = balances.blocks();
         let all: Vec<Vec<LinearizedZone>> =
             (0..balances.len()).into_par_iter().map(|i| linearize(balances, i, emissive(i))).collect();
-        let triples = (0..triples).map(|t| all.iter().map(|z| z[t]).collect()).collect();
-        Linearization { triples, nodes: None }
+        let blocks = (0..blocks).map(|t| all.iter().map(|z| z[t]).collect()).collect();
+        Linearization { blocks, nodes: None }
     }
     /// With the balances of the nodes about their black emissive powers `e`, W/m².
     pub(super) fn with_nodes(
@@ -62,7 +62,7 @@ impl Linearization {
         e: &[f64],
     ) -> Linearization {
         let linear = nodes.linearize(balances, e);
-        for zone in self.triples.iter_mut().flatten() {
+        for zone in self.blocks.iter_mut().flatten() {
             if let Some(k) = zone.node {
                 zone.own += zone.reemitted * linear.own(k as usize);
             }
@@ -74,20 +74,20 @@ impl Linearization {
     pub(super) fn node_response(&self, absorbed: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
         self.nodes.as_ref().map_or_else(Vec::new, |n| n.response(&absorbed()))
     }
-    /// The part of the radiosity of a zone that depends on the incident flux `h` of every triple, and on the response of its node.
+    /// The part of the radiosity of a zone that depends on the incident flux `h` of every block, and on the response of its node.
     pub(super) fn reflected(&self, place: Place, h: &dyn Fn(usize) -> Bands, nodes: &[f64]) -> Bands {
-        let zone = &self.triples[place.triple][place.zone];
+        let zone = &self.blocks[place.block][place.zone];
         if let Some(k) = zone.node {
             // A body at one temperature has no slope.
             let change = if place.is_slope { 0.0 } else { nodes[k as usize] };
-            return zone.reflect * h(place.triple) + zone.reemitted * change;
+            return zone.reflect * h(place.block) + zone.reemitted * change;
         }
-        zone.reflect * h(place.triple) + zone.reemitted * self.absorbed(place.zone, h)
+        zone.reflect * h(place.block) + zone.reemitted * self.absorbed(place.zone, h)
     }
-    /// Power that zone `i` absorbs and reemits for an incident flux `h` of every triple, W/m² or W/m³.
+    /// Power that zone `i` absorbs and reemits for an incident flux `h` of every block, W/m² or W/m³.
     pub(super) fn absorbed(&self, i: usize, h: impl Fn(usize) -> Bands) -> f64 {
-        let of = |t: usize| (self.triples[t][i].absorption * h(t)).sum();
-        (1..self.triples.len()).fold(of(0), |s, t| s + of(t))
+        let of = |t: usize| (self.blocks[t][i].absorption * h(t)).sum();
+        (1..self.blocks.len()).fold(of(0), |s, t| s + of(t))
     }
 }
 
@@ -104,21 +104,18 @@ fn fixed_zone(l: &ZoneBalance, fractions: &BandFractions, e: f64) -> (Linearized
     (fixed, [w, slope])
 }
 
-/// Zone `i` about the black emissive power `e` in every triple.
+/// Zone `i` about the black emissive power `e` in every block.
 fn linearize(balances: &SpectralBalances, i: usize, e: f64) -> Vec<LinearizedZone> {
-    let triples = 0..balances.triples();
+    let blocks = 0..balances.blocks();
     let mut parts: Vec<(LinearizedZone, [Bands; 2])> =
-        triples.clone().map(|t| fixed_zone(&balances.zones[t][i], balances.fractions(t, i), e)).collect();
+        blocks.clone().map(|t| fixed_zone(&balances.zones[t][i], balances.fractions(t, i), e)).collect();
     let q = match balances.first(i).condition {
         ThermalCondition::Temperature(_) => return parts.into_iter().map(|p| p.0).collect(),
         ThermalCondition::Flux(q) | ThermalCondition::Power(q) => q,
     };
     if parts.iter().any(|(_, [_, slope])| slope.any(|s| s < 0.0)) {
         let t = blackbody_temperature(e.max(0.0));
-        parts
-            .iter_mut()
-            .zip(triples)
-            .for_each(|(p, k)| p.1[1] = balances.fractions(k, i).grey_gas_weights(t));
+        parts.iter_mut().zip(blocks).for_each(|(p, k)| p.1[1] = balances.fractions(k, i).grey_gas_weights(t));
     }
     if let Some(node) = balances.first(i).node {
         let of_node = |(t, (fixed, [_, slope])): (usize, &(LinearizedZone, [Bands; 2]))| LinearizedZone {
@@ -214,9 +211,9 @@ impl PowerScaling {
     }
 }
 
-/// The operators of all triples of bands, with one vector of powers: the unknowns of one triple after those of the other.
+/// The operators of all blocks of bands, with one vector of powers: the unknowns of one block after those of the other.
 pub(super) struct CoupledOperator<'a> {
-    /// The operator of each triple. The zones are common to all; each has higher-order unknowns or none.
+    /// The operator of each block. The zones are common to all; each has higher-order unknowns or none.
     pub operators: Vec<&'a dyn ExchangeOperator>,
     /// Their scaling.
     pub scaling: CoupledScaling,
@@ -225,68 +222,68 @@ pub(super) struct CoupledOperator<'a> {
 impl CoupledOperator<'_> {
     /// h of every unknown by the exchange between the zones, W/m².
     pub(super) fn incident_flux(&self, u: &[Bands]) -> Vec<Bands> {
-        let of_triple = |(t, o): (usize, &&dyn ExchangeOperator)| {
-            self.scaling.triples[t].incident_flux(*o, &u[self.scaling.range(t)])
+        let of_block = |(t, o): (usize, &&dyn ExchangeOperator)| {
+            self.scaling.blocks[t].incident_flux(*o, &u[self.scaling.range(t)])
         };
-        let mut parts: Vec<Vec<Bands>> = self.operators.iter().enumerate().map(of_triple).collect();
+        let mut parts: Vec<Vec<Bands>> = self.operators.iter().enumerate().map(of_block).collect();
         if parts.len() == 1 { parts.pop().unwrap_or_default() } else { parts.concat() }
     }
 }
 
-/// Conversion between radiosities and powers of the unknowns of all triples of bands. A triple without higher-order unknowns has constant fields
-/// in its zones: its slopes are 0 where another triple has some.
+/// Conversion between radiosities and powers of the unknowns of all blocks of bands. A block without higher-order unknowns has constant fields
+/// in its zones: its slopes are 0 where another block has some.
 pub(super) struct CoupledScaling {
-    /// That of each triple.
-    pub triples: Vec<PowerScaling>,
-    /// Index of the first unknown of each triple, and the number of all.
+    /// That of each block.
+    pub blocks: Vec<PowerScaling>,
+    /// Index of the first unknown of each block, and the number of all.
     offsets: Vec<usize>,
 }
 
 impl CoupledScaling {
-    /// Of the triples of a scene.
-    pub(super) fn new(triples: Vec<PowerScaling>) -> CoupledScaling {
+    /// Of the blocks of a scene.
+    pub(super) fn new(blocks: Vec<PowerScaling>) -> CoupledScaling {
         let mut offsets = vec![0];
-        triples.iter().for_each(|s| offsets.push(offsets[offsets.len() - 1] + s.flux_over_power.len()));
-        CoupledScaling { triples, offsets }
+        blocks.iter().for_each(|s| offsets.push(offsets[offsets.len() - 1] + s.flux_over_power.len()));
+        CoupledScaling { blocks, offsets }
     }
-    /// Number of unknowns of all triples.
+    /// Number of unknowns of all blocks.
     pub(super) fn len(&self) -> usize {
-        self.offsets[self.triples.len()]
+        self.offsets[self.blocks.len()]
     }
-    /// The unknowns of a triple among those of all.
-    pub(super) fn range(&self, triple: usize) -> std::ops::Range<usize> {
-        self.offsets[triple]..self.offsets[triple + 1]
+    /// The unknowns of a block among those of all.
+    pub(super) fn range(&self, block: usize) -> std::ops::Range<usize> {
+        self.offsets[block]..self.offsets[block + 1]
     }
-    /// The triple and the unknown in it of an unknown of all triples.
+    /// The block and the unknown in it of an unknown of all blocks.
     pub(super) fn place(&self, k: usize) -> (usize, usize) {
-        let triple = self.offsets.partition_point(|first| *first <= k) - 1;
-        (triple, k - self.offsets[triple])
+        let block = self.offsets.partition_point(|first| *first <= k) - 1;
+        (block, k - self.offsets[block])
     }
-    /// The entry of an unknown of triple `t` in a vector over all unknowns; 0 if the triple does not have it.
+    /// The entry of an unknown of block `t` in a vector over all unknowns; 0 if the block does not have it.
     fn entry(&self, h: &[Bands], t: usize, unknown: usize) -> Bands {
         let k = self.offsets[t] + unknown;
         if k < self.offsets[t + 1] { h[k] } else { Bands::ZERO }
     }
-    /// Powers of all unknowns, W. `radiosity` gives that of a triple's unknown and its zone from the incident fluxes of all triples.
+    /// Powers of all unknowns, W. `radiosity` gives that of a block's unknown and its zone from the incident fluxes of all blocks.
     pub(super) fn powers(
         &self,
         h: &[Bands],
         radiosity: impl Fn(Place, &dyn Fn(usize) -> Bands) -> Bands + Sync,
     ) -> Vec<Bands> {
         let one = |k: usize| {
-            let (triple, unknown) = self.place(k);
-            let scaling = &self.triples[triple];
-            let place = Place { triple, zone: scaling.zone(unknown), is_slope: unknown >= scaling.zones };
+            let (block, unknown) = self.place(k);
+            let scaling = &self.blocks[block];
+            let place = Place { block, zone: scaling.zone(unknown), is_slope: unknown >= scaling.zones };
             scaling.power_of(unknown, radiosity(place, &|t: usize| self.entry(h, t, unknown)))
         };
         (0..self.len()).into_par_iter().map(one).collect()
     }
 }
 
-/// An unknown of a triple of bands.
+/// An unknown of a block of bands.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
-    pub triple: usize,
+    pub block: usize,
     /// Its zone.
     pub zone: usize,
     /// True if it is a higher-order unknown.

@@ -15,7 +15,7 @@
 //! | module | content |
 //! |---|---|
 //! | `boundary_conditions` | emission and sources of the zones |
-//! | `zone_balance` | m, a, r of a zone in one triple of bands; its condition |
+//! | `zone_balance` | m, a, r of a zone in one block of bands; its condition |
 //! | `spectral_balance` | sums over all bands; E from h |
 //! | `linearized_zone` | radiosity of a zone linearized about E |
 //! | `nodes` | bodies at one temperature with links |
@@ -43,15 +43,14 @@ mod zone_balance;
 pub use boundary_conditions::apply_boundary_conditions;
 pub(crate) use boundary_conditions::check_temperature_level;
 pub(crate) use error_propagation::{TemperatureSolve, propagate_errors};
-pub(crate) use recover_temperatures::{SolvedTriple, recover_temperatures};
-pub(crate) use spectral_balance::TripleZones;
+pub(crate) use recover_temperatures::recover_temperatures;
 
 use zonal_scene::{Bands, Scene, ThermalCondition, Zones};
 
 /// Bytes of a zone: its balance, the vectors of the error propagation, those of them that are saved as a stage, temperatures and net powers.
 const BYTES_PER_ZONE: u64 = 500 + 5 * 24;
 
-/// Properties of the zones of one triple of bands by the scene.
+/// Properties of the zones of one block of bands by the scene.
 pub(crate) struct ZoneProperties {
     /// Thermal condition of each zone, never the power of a whole surface.
     pub conditions: Vec<ThermalCondition>,

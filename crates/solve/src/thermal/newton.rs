@@ -7,7 +7,7 @@
 //! ```
 //!
 //! which is linear in the incident flux: light of one band is absorbed and reemitted in all bands, and power is conserved. The sums are over
-//! all bands of the scene; their triples have operators of their own, and the vectors of the linear solve hold one triple after the other. Constant band fractions
+//! all bands of the scene; their blocks have operators of their own, and the vectors of the linear solve hold one block after the other. Constant band fractions
 //! are solved by one step. Otherwise E is updated and the next step is taken about it. The residual is the emission that the linearization
 //! assigns to wrong bands, relative to all emission:
 //!
@@ -25,9 +25,9 @@ use super::boundary_conditions::set_emissive_powers;
 use super::coupled_bicgstab::{self, IterationCheckpoint};
 use super::linearized_zone::{BandCoupling, CoupledOperator, CoupledScaling, Linearization, PowerScaling};
 use super::nodes::NodeZones;
-use super::spectral_balance::{SpectralBalances, TripleZones};
+use super::spectral_balance::{BlockZones, SpectralBalances};
 use super::zone_balance::ZoneBalance;
-use crate::context::{BuiltEngine, SolveContext};
+use crate::context::{BlockEngine, SolveContext};
 use crate::distribution::multivector;
 use crate::iteration::{IterationResult, StoppingCriterion};
 use crate::operator::ExchangeOperator;
@@ -57,39 +57,31 @@ const LINEAR_STAGE: &str = "state-temperatures-linear";
 
 /// Solution of a scene with coupled bands.
 pub(crate) struct CoupledSolution {
-    /// Zones with the emission of the temperatures found, for each triple of bands.
+    /// Zones with the emission of the temperatures found, for each block of bands.
     pub zones: Vec<Zones>,
-    /// Strengths of each triple, with the status of the iteration over temperatures in every band.
+    /// Strengths of each block, with the status of the iteration over temperatures in every band.
     pub results: Vec<IterationResult>,
     /// Number of products with the operators of all bands.
     pub products: usize,
 }
 
-/// One triple of bands with its engine.
-#[derive(Clone, Copy)]
-pub(crate) struct TripleEngine<'a> {
-    pub context: &'a SolveContext<'a>,
-    pub built: &'a BuiltEngine<'a>,
-    pub surroundings: &'a SurroundingsExchange,
-}
-
-/// Iterates over the temperatures of a scene, given as its triples of bands.
+/// Iterates over the temperatures of a scene, given as its blocks of bands.
 ///
 /// # Errors
-/// If the triples have different unknowns, if the iteration exceeds the memory limit, or if the observer interrupts it.
-pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneError> {
-    let context = triples[0].context;
-    let zones: Vec<TripleZones> =
-        triples.iter().map(|t| TripleZones { scene: t.context.scene, zones: t.context.zones }).collect();
-    check_memory(context, triples.iter().map(|t| t.built.operator.len()).sum())?;
+/// If the blocks have different unknowns, if the iteration exceeds the memory limit, or if the observer interrupts it.
+pub(crate) fn solve(blocks: &[BlockEngine]) -> Result<CoupledSolution, SceneError> {
+    let context = &blocks[0].context;
+    let zones: Vec<BlockZones> =
+        blocks.iter().map(|t| BlockZones { scene: t.context.scene, zones: t.context.zones }).collect();
+    check_memory(context, blocks.iter().map(|t| t.built.operator.len()).sum())?;
     let balances = SpectralBalances::new(&zones);
-    let coupled = coupled_operator(triples, &balances, BandCoupling::of(&balances), true);
+    let coupled = coupled_operator(blocks, &balances, BandCoupling::of(&balances), true);
     let surfaces: Vec<usize> = context.zones.patches.iter().map(|p| p.surface).collect();
     let nodes = NodeZones::new(&balances, &surfaces);
     let iteration = NewtonIteration {
         context,
         balances: &balances,
-        outside: outside_flux(triples, &balances, &coupled.scaling),
+        outside: outside_flux(blocks, &balances, &coupled.scaling),
         operator: &coupled,
         residual: context.scene.options().residual,
         is_linear: (0..balances.len()).all(|i| balances.is_linear(i))
@@ -98,21 +90,21 @@ pub(crate) fn solve(triples: &[TripleEngine]) -> Result<CoupledSolution, SceneEr
     };
     let NewtonState { e, u, products, history } = iteration.run(balances.tables[0].initial_temperature())?;
     // Set the emission of the zones by their temperatures.
-    let of_triple = |t: usize| {
+    let of_block = |t: usize| {
         let emissive: Vec<Bands> =
             (0..balances.len()).map(|i| balances.emissive_powers(t, i, e[i])).collect();
-        let mut zones = triples[t].context.zones.clone();
-        set_emissive_powers(triples[t].context.scene, &mut zones, &emissive);
+        let mut zones = blocks[t].context.zones.clone();
+        set_emissive_powers(blocks[t].context.scene, &mut zones, &emissive);
         let own = &u[coupled.scaling.range(t)];
         let result = IterationResult {
-            strengths: coupled.scaling.triples[t].strengths(own),
+            strengths: coupled.scaling.blocks[t].strengths(own),
             status: PerBand::splat(history.status.unwrap_or(SolveStatus::MaxIterations)),
             residuals: PerBand::splat(history.residuals.clone()),
             power: Bands::splat(coupled_bicgstab::absolute_sum(&u)),
         };
         (zones, result)
     };
-    let (zones, results) = (0..triples.len()).map(of_triple).unzip();
+    let (zones, results) = (0..blocks.len()).map(of_block).unzip();
     Ok(CoupledSolution { zones, results, products })
 }
 
@@ -146,7 +138,7 @@ impl NewtonIteration<'_> {
     fn run(&self, initial_temperature: f64) -> Result<NewtonState, SceneError> {
         let (context, balances) = (self.context, self.balances);
         let initial = blackbody_emissive_power(initial_temperature);
-        let kept = context.checkpoints.load(STAGE);
+        let kept = context.settings.checkpoints.load(STAGE);
         let unknowns = balances.len() + self.nodes.map_or(0, NodeZones::len);
         let kept = kept.and_then(|b| NewtonState::decode(&b, unknowns, self.outside.len(), self.residual));
         let mut state = kept.unwrap_or_else(|| NewtonState {
@@ -159,17 +151,17 @@ impl NewtonIteration<'_> {
             history: ConvergenceHistory::new(self.residual),
         });
         let first = state.history.residuals.len();
-        context.progress.begin("temperatures", MAX_STEPS as u64);
-        context.progress.advance(first as u64);
+        context.settings.progress.begin("temperatures", MAX_STEPS as u64);
+        context.settings.progress.advance(first as u64);
         while state.history.status.is_none() {
             state = self.step(state, first);
-            check_interrupted(context.progress)?;
-            if context.checkpoints.keeps() {
-                context.checkpoints.save(STAGE, &state.encode());
+            check_interrupted(context.settings.progress)?;
+            if context.settings.checkpoints.keeps() {
+                context.settings.checkpoints.save(STAGE, &state.encode());
             }
-            context.progress.advance(1);
+            context.settings.progress.advance(1);
         }
-        context.progress.end();
+        context.settings.progress.end();
         Ok(state)
     }
 
@@ -183,7 +175,7 @@ impl NewtonIteration<'_> {
         }
         let scaling = &operator.scaling;
         // Sources of the zones and of the surroundings; higher-order unknowns have no source of their own.
-        let first_of: Vec<usize> = (0..balances.triples()).map(|t| scaling.range(t).start).collect();
+        let first_of: Vec<usize> = (0..balances.blocks()).map(|t| scaling.range(t).start).collect();
         let absorbed = |h: &[Bands]| {
             self.nodes.map_or_else(Vec::new, |n| n.absorbed(balances, |t, i| h[first_of[t] + i]))
         };
@@ -191,7 +183,7 @@ impl NewtonIteration<'_> {
         let from_outside = response(outside);
         let source = scaling.powers(outside, |place, h| {
             let own =
-                if place.is_slope { Bands::ZERO } else { linearized.triples[place.triple][place.zone].own };
+                if place.is_slope { Bands::ZERO } else { linearized.blocks[place.block][place.zone].own };
             own + linearized.reflected(place, h, &from_outside)
         });
         // Solve the linear system from the last solution.
@@ -203,11 +195,11 @@ impl NewtonIteration<'_> {
         let start = if u.is_empty() { source.clone() } else { u };
         let number = history.residuals.len();
         let checkpoint = IterationCheckpoint {
-            store: self.context.checkpoints,
+            store: self.context.settings.checkpoints,
             stage: LINEAR_STAGE,
             number,
             resumes: number == first,
-            progress: self.context.progress,
+            progress: self.context.settings.progress,
         };
         let max_iterations = self.context.scene.options().max_iterations;
         let stop = StoppingCriterion { residual: history.linear_residual(self.is_linear), max_iterations };
@@ -225,34 +217,30 @@ impl NewtonIteration<'_> {
 /// Refuses an iteration that exceeds the memory limit.
 fn check_memory(context: &SolveContext, unknowns: usize) -> Result<(), SceneError> {
     let bytes = BYTES_PER_UNKNOWN * unknowns as u64;
-    if bytes <= context.memory_limit {
+    if bytes <= context.settings.memory_limit {
         return Ok(());
     }
     let what = format!(
         "the iteration over temperatures of {} zones needs {:.3} GB, more than the {:.3} GB allowed; use larger patches or fewer cells, or allow more (--max-memory)",
         context.zones.len(),
         bytes as f64 / 1e9,
-        context.memory_limit as f64 / 1e9
+        context.settings.memory_limit as f64 / 1e9
     );
     Err(SceneError::out_of_memory("solve.patch_size", what))
 }
 
 /// h of every unknown from the surroundings and from direct light, W/m².
-fn outside_flux(
-    triples: &[TripleEngine],
-    balances: &SpectralBalances,
-    scaling: &CoupledScaling,
-) -> Vec<Bands> {
-    let surroundings: Vec<&SurroundingsExchange> = triples.iter().map(|t| t.surroundings).collect();
-    let sky: Vec<Bands> = triples.iter().map(|t| t.context.scene.surroundings().radiosity()).collect();
-    let direct = triples.iter().map(|t| match t.context.direct.lights.is_empty() {
+fn outside_flux(blocks: &[BlockEngine], balances: &SpectralBalances, scaling: &CoupledScaling) -> Vec<Bands> {
+    let surroundings: Vec<&SurroundingsExchange> = blocks.iter().map(|t| &t.surroundings).collect();
+    let sky: Vec<Bands> = blocks.iter().map(|t| t.context.scene.surroundings().radiosity()).collect();
+    let direct = blocks.iter().map(|t| match t.context.direct.lights.is_empty() {
         true => Vec::new(),
         false => t.context.direct.fields(balances.len()),
     });
     let direct: Vec<Vec<Bands>> = direct.collect();
     let one = |k: usize| {
         let (t, k) = scaling.place(k);
-        let incoming = surroundings[t].incoming(k, sky[t])[0] * scaling.triples[t].flux_over_power[k];
+        let incoming = surroundings[t].incoming(k, sky[t])[0] * scaling.blocks[t].flux_over_power[k];
         match direct[t].get(k) {
             Some(light) => incoming + balances.first(k).incident_share * light,
             None => incoming,
@@ -261,20 +249,20 @@ fn outside_flux(
     (0..scaling.len()).into_par_iter().map(one).collect()
 }
 
-/// The operators of all triples with their scaling, with the higher-order unknowns or without them.
+/// The operators of all blocks with their scaling, with the higher-order unknowns or without them.
 pub(super) fn coupled_operator<'a>(
-    triples: &[TripleEngine<'a>],
+    blocks: &'a [BlockEngine],
     balances: &SpectralBalances,
     coupling: BandCoupling,
     with_slopes: bool,
 ) -> CoupledOperator<'a> {
     let operators: Vec<&dyn ExchangeOperator> =
-        triples.iter().map(|t| t.built.operator.as_ref() as &dyn ExchangeOperator).collect();
+        blocks.iter().map(|t| t.built.operator.as_ref() as &dyn ExchangeOperator).collect();
     let scaling = |t: usize| {
         let slopes = if with_slopes { operators[t].slope_zones() } else { Vec::new() };
-        PowerScaling::new(operators[t], triples[t].context.zones, &balances.zones[t], coupling, &slopes)
+        PowerScaling::new(operators[t], blocks[t].context.zones, &balances.zones[t], coupling, &slopes)
     };
-    let scaling = CoupledScaling::new((0..triples.len()).map(scaling).collect());
+    let scaling = CoupledScaling::new((0..blocks.len()).map(scaling).collect());
     CoupledOperator { operators, scaling }
 }
 
@@ -385,7 +373,7 @@ struct EmissiveUpdate<'a> {
 }
 
 impl EmissiveUpdate<'_> {
-    /// E after the step, and R. `h` gives the incident flux of a triple and a zone.
+    /// E after the step, and R. `h` gives the incident flux of a block and a zone.
     fn run(&self, h: impl Fn(usize, usize) -> Bands + Sync, step_length: f64) -> (Vec<f64>, f64) {
         let (balances, count) = (self.balances, self.balances.len());
         let (found, response) = match self.nodes {
@@ -434,8 +422,8 @@ impl EmissiveUpdate<'_> {
             }
         };
         let (mut off, mut all) = (0.0, 0.0);
-        for t in 0..balances.triples() {
-            let zone = &self.linearized.triples[t][i];
+        for t in 0..balances.blocks() {
+            let zone = &self.linearized.blocks[t][i];
             let (l, w) = (&balances.zones[t][i], balances.emissive_powers(t, i, e));
             // Emission in each band by the linearization.
             let linear = zone.own + zone.reemitted * change;

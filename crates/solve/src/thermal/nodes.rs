@@ -119,7 +119,7 @@ impl<'a> NodeZones<'a> {
         };
         self.unknown.iter().all(of_node) && self.links.iter().all(|l| l.conductance == 0.0)
     }
-    /// Power absorbed by the zones of each node for an incident flux h of every triple and zone, W.
+    /// Power absorbed by the zones of each node for an incident flux h of every block and zone, W.
     pub(super) fn absorbed(
         &self,
         balances: &SpectralBalances,
@@ -128,7 +128,7 @@ impl<'a> NodeZones<'a> {
         let counted = balances.counted();
         let of_zone = |i: usize| {
             let of = |t: usize| (balances.zones[t][i].absorption_weight() * counted * h(t, i)).sum();
-            balances.first(i).measure * (1..balances.triples()).fold(of(0), |s, t| s + of(t))
+            balances.first(i).measure * (1..balances.blocks()).fold(of(0), |s, t| s + of(t))
         };
         let of_node = |zones: &Vec<u32>| zones.iter().map(|i| of_zone(*i as usize)).sum();
         self.zones.par_iter().map(of_node).collect()
@@ -204,7 +204,7 @@ impl<'a> NodeZones<'a> {
         }
         e
     }
-    /// E of all nodes for the incident flux h of every triple and zone, W/m².
+    /// E of all nodes for the incident flux h of every block and zone, W/m².
     pub(super) fn found(
         &self,
         balances: &SpectralBalances,

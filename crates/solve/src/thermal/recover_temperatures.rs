@@ -8,85 +8,74 @@
 use super::boundary_conditions::set_emissive_powers;
 use super::heat_table::{self, ZoneSums};
 use super::nodes::NodeZones;
-use super::spectral_balance::{SpectralBalances, TripleZones};
+use super::spectral_balance::{BlockZones, SpectralBalances};
 use crate::balance::energy_balance::balance_zones;
+use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::consistency;
 use crate::errors::estimate::error_estimate;
 use rayon::prelude::*;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{
-    Band, Bands, Diagnostic, EnergyBalance, Fields, HeatReport, LightGroup, Report, Scene, ThermalCondition,
-    ThermalFields, Zones,
+    Band, Bands, Diagnostic, EnergyBalance, Fields, HeatReport, Scene, ThermalCondition, ThermalFields,
 };
 
 /// Residual of the balance, over the absorbed and the net powers of all zones, that rounding leaves.
 const ROUNDING_OF_BALANCE: f64 = 1e-12;
 
-/// One triple of the bands of a solved scene.
-pub(crate) struct SolvedTriple<'a> {
-    pub scene: &'a Scene,
-    pub zones: &'a mut Zones,
-    pub fields: &'a mut Fields,
-    pub groups: &'a mut [LightGroup],
-    pub report: &'a mut Report,
-    /// Power that emitters send as direct light, W per band.
-    pub emitters: Bands,
-}
-
-/// Gives the zones the emission of the temperatures found, and adds temperatures, net powers and the table by name to the first triple of bands. No
+/// Gives the zones the emission of the temperatures found, and adds temperatures, net powers and the table by name to the first block of bands. No
 /// effect in light mode. Returns the residual of the heat balance, W, that the stated errors explain.
-pub(crate) fn recover_temperatures(triples: &mut [SolvedTriple]) -> f64 {
-    let scenes: Vec<&Scene> = triples.iter().map(|t| t.scene).collect();
+pub(crate) fn recover_temperatures(blocks: &mut [ZonalSolution]) -> f64 {
+    let scenes: Vec<Scene> = blocks.iter().map(|t| t.scene.clone()).collect();
     if scenes[0].thermal().is_none() {
         return 0.0;
     }
-    let parts = scenes.iter().zip(&*triples).map(|(scene, t)| TripleZones { scene, zones: t.zones });
+    let parts = scenes.iter().zip(&*blocks).map(|(scene, t)| BlockZones { scene, zones: &t.zones });
     let balances = SpectralBalances::new(&parts.collect::<Vec<_>>());
     let n = balances.len();
     // Find E and q of every zone, and widen the errors by the residual of the balance.
-    let surfaces: Vec<usize> = triples[0].zones.patches.iter().map(|p| p.surface).collect();
+    let surfaces: Vec<usize> = blocks[0].zones.patches.iter().map(|p| p.surface).collect();
     let nodes = NodeZones::new(&balances, &surfaces);
-    let (found, of_nodes) = find_zones(&balances, nodes.as_ref(), triples);
-    let explained = widen_by_heat_balance(&balances, &found, triples);
+    let (found, of_nodes) = find_zones(&balances, nodes.as_ref(), blocks);
+    let explained = widen_by_heat_balance(&balances, &found, blocks);
     // Convert them to temperatures and net powers with errors.
-    let node_errors = nodes.as_ref().map_or_else(Vec::new, |n| node_errors(&balances, n, &of_nodes, triples));
-    let errors = zone_errors(&balances, &found, triples, &node_errors);
+    let node_errors = nodes.as_ref().map_or_else(Vec::new, |n| node_errors(&balances, n, &of_nodes, blocks));
+    let errors = zone_errors(&balances, &found, blocks, &node_errors);
     let heat = thermal_fields(&found, &errors);
-    triples[0].report.warnings.extend(undefined_temperatures(&balances, &heat));
+    blocks[0].report.warnings.extend(undefined_temperatures(&balances, &heat));
     // Give the zones their emission, and recompute radiosity and balance.
     let energy = |i: usize| if found[i].0.is_nan() { 0.0 } else { found[i].0 };
-    let of_triple = |t: usize| (0..n).map(|i| balances.emissive_powers(t, i, energy(i))).collect();
-    let emissive: Vec<Vec<Bands>> = (0..scenes.len()).map(of_triple).collect();
-    triples.iter_mut().enumerate().for_each(|(t, own)| set_emission(&balances, t, own, &emissive[t]));
+    let of_block = |t: usize| (0..n).map(|i| balances.emissive_powers(t, i, energy(i))).collect();
+    let emissive: Vec<Vec<Bands>> = (0..scenes.len()).map(of_block).collect();
+    blocks.iter_mut().enumerate().for_each(|(t, own)| set_emission(&balances, t, own, &emissive[t]));
     // Sum by name.
-    let sunlight = absorbed_sunlight(&balances, triples);
+    let sunlight = absorbed_sunlight(&balances, blocks);
     let of_zone = |i: usize, size: f64| {
         let ([dq, de], (e, q)) = (errors[i], found[i]);
         let emissive = if e >= 0.0 { [size, size * e, size * de] } else { [0.0; 3] };
         ZoneSums { size, emissive, power: [size * q, size * dq], sunlight: size * sunlight[i] }
     };
-    let undistributed = undistributed_power(&balances, &emissive, triples);
-    triples.iter_mut().for_each(estimate_errors);
+    let undistributed = undistributed_power(&balances, &emissive, blocks);
+    blocks.iter_mut().for_each(estimate_errors);
     let radiated = |i: usize| balances.first(i).measure * found[i].1;
     let node_results = heat_table::nodes(nodes.as_ref(), (&of_nodes, &node_errors), radiated);
-    let rows = heat_table::rows(scenes[0], triples[0].zones, undistributed, of_zone);
-    let total = |power: fn(&EnergyBalance) -> Bands| balances.total(|t| power(&triples[t].report.energy));
+    let rows = heat_table::rows(&scenes[0], &blocks[0].zones, undistributed, of_zone);
+    let total = |power: fn(&EnergyBalance) -> Bands| balances.total(|t| power(&blocks[t].report.energy));
     let outside = [total(|e| e.incoming - e.escaped), total(|e| e.absorbed_backfaces)];
-    triples[0].report.heat = Some(HeatReport {
+    blocks[0].report.heat = Some(HeatReport {
         rows,
         nodes: node_results,
         surroundings: outside[0],
         absorbed_backfaces: outside[1],
-        emitters: balances.total(|t| triples[t].emitters),
+        emitters: balances.total(|t| blocks[t].emitters),
     });
-    triples[0].fields.heat = Some(heat);
+    blocks[0].fields.heat = Some(heat);
     explained
 }
 
-/// Sets the errors in the report of a triple from those of its fields.
-fn estimate_errors(own: &mut SolvedTriple) {
-    let (zones, fields) = (&*own.zones, &*own.fields);
+/// Sets the errors in the report of a block from those of its fields.
+fn estimate_errors(own: &mut ZonalSolution) {
+    let (zones, fields) = (&own.zones, &own.fields);
     own.report.estimate = error_estimate(SharedZones::alone(zones), fields, own.report.estimate.grade);
     own.report.energy_error =
         consistency::power_errors(SharedZones::alone(zones), &own.report.energy, fields, |i| {
@@ -95,15 +84,15 @@ fn estimate_errors(own: &mut SolvedTriple) {
 }
 
 /// Sunlight that every zone absorbs, W/m² or W/m³; 0 without.
-fn absorbed_sunlight(balances: &SpectralBalances, triples: &[SolvedTriple]) -> Vec<f64> {
-    let bands = triples[0].scene.bands();
+fn absorbed_sunlight(balances: &SpectralBalances, blocks: &[ZonalSolution]) -> Vec<f64> {
+    let bands = blocks[0].scene.bands();
     let of_zone = |i: usize| {
         let absorbed = |t: usize| {
             let own = bands.in_solar_band(t, 1.0);
             own * balances.zones[t][i].absorption_weight()
-                * balances.first(i).incident_flux(triples[t].fields, i)
+                * balances.first(i).incident_flux(&blocks[t].fields, i)
         };
-        (0..triples.len()).map(|t| absorbed(t).sum()).sum()
+        (0..blocks.len()).map(|t| absorbed(t).sum()).sum()
     };
     match bands.has_solar_band() {
         true => (0..balances.len()).map(of_zone).collect(),
@@ -115,9 +104,9 @@ fn absorbed_sunlight(balances: &SpectralBalances, triples: &[SolvedTriple]) -> V
 fn find_zones(
     balances: &SpectralBalances,
     nodes: Option<&NodeZones>,
-    triples: &[SolvedTriple],
+    blocks: &[ZonalSolution],
 ) -> (Vec<(f64, f64)>, Vec<f64>) {
-    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
+    let fields: Vec<&Fields> = blocks.iter().map(|t| &t.fields).collect();
     let incident = |t: usize, i: usize| balances.first(i).incident_flux(fields[t], i);
     let of_nodes = nodes.map_or_else(Vec::new, |nodes| nodes.found(balances, incident));
     let find = |i: usize| match balances.first(i).node {
@@ -135,17 +124,17 @@ fn node_errors(
     balances: &SpectralBalances,
     nodes: &NodeZones,
     e: &[f64],
-    triples: &[SolvedTriple],
+    blocks: &[ZonalSolution],
 ) -> Vec<f64> {
-    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
+    let fields: Vec<&Fields> = blocks.iter().map(|t| &t.fields).collect();
     let share = |t: usize, i: usize| balances.first(i).incident_share * fields[t].total_error(i);
     nodes.linearize(balances, e).response(&nodes.absorbed(balances, share))
 }
 
-/// Gives the zones of triple `t` their emission, and recomputes radiosity and balance.
-fn set_emission(balances: &SpectralBalances, t: usize, own: &mut SolvedTriple, emissive: &[Bands]) {
-    set_emissive_powers(own.scene, own.zones, emissive);
-    let (fields, zones) = (&*own.fields, &balances.zones[t]);
+/// Gives the zones of block `t` their emission, and recomputes radiosity and balance.
+fn set_emission(balances: &SpectralBalances, t: usize, own: &mut ZonalSolution, emissive: &[Bands]) {
+    set_emissive_powers(&own.scene, &mut own.zones, emissive);
+    let (fields, zones) = (&own.fields, &balances.zones[t]);
     let radiosity = |i: usize| {
         let (l, h) = (&zones[i], zones[i].incident_flux(fields, i));
         l.absorb * emissive[i] + l.reflect * h
@@ -154,7 +143,8 @@ fn set_emission(balances: &SpectralBalances, t: usize, own: &mut SolvedTriple, e
     own.report.energy = Default::default();
     let incident = [own.fields.incident.as_slice(), &own.fields.direct];
     for g in own.groups.iter_mut() {
-        g.energy = balance_zones(own.scene, SharedZones::alone(own.zones), incident, &g.energy, own.emitters);
+        g.energy =
+            balance_zones(&own.scene, SharedZones::alone(&own.zones), incident, &g.energy, own.emitters);
         own.report.energy.add(&g.energy);
     }
 }
@@ -163,10 +153,10 @@ fn set_emission(balances: &SpectralBalances, t: usize, own: &mut SolvedTriple, e
 fn undistributed_power(
     balances: &SpectralBalances,
     emissive: &[Vec<Bands>],
-    triples: &[SolvedTriple],
+    blocks: &[ZonalSolution],
 ) -> f64 {
     let emitted = |i: usize| balances.first(i).measure * balances.weighted_total(i, |t| emissive[t][i].abs());
-    let residuals = triples.iter().flat_map(|t| &t.report.residuals);
+    let residuals = blocks.iter().flat_map(|t| &t.report.residuals);
     (0..balances.len()).map(emitted).sum::<f64>()
         * residuals.filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r))
 }
@@ -175,10 +165,10 @@ fn undistributed_power(
 fn zone_errors(
     balances: &SpectralBalances,
     found: &[(f64, f64)],
-    triples: &[SolvedTriple],
+    blocks: &[ZonalSolution],
     node_errors: &[f64],
 ) -> Vec<[f64; 2]> {
-    let fields: Vec<&Fields> = triples.iter().map(|t| &*t.fields).collect();
+    let fields: Vec<&Fields> = blocks.iter().map(|t| &t.fields).collect();
     let error = |i: usize| {
         let l = balances.first(i);
         let q = balances.total(|t| {
@@ -217,25 +207,24 @@ fn thermal_fields(found: &[(f64, f64)], errors: &[[f64; 2]]) -> ThermalFields {
 }
 
 /// Power that leaves the scene or ends on black backs, W.
-fn leaving_power(balances: &SpectralBalances, triples: &[SolvedTriple]) -> f64 {
+fn leaving_power(balances: &SpectralBalances, blocks: &[ZonalSolution]) -> f64 {
     let of = |g: usize| {
-        balances
-            .total(|t| triples[t].groups[g].energy.escaped + triples[t].groups[g].energy.absorbed_backfaces)
+        balances.total(|t| blocks[t].groups[g].energy.escaped + blocks[t].groups[g].energy.absorbed_backfaces)
     };
-    (0..triples[0].groups.len()).map(of).sum()
+    (0..blocks[0].groups.len()).map(of).sum()
 }
 
 /// Sum of the net powers of all zones (found: E, q), of the surroundings, of emitters and of black backs, which is 0 in an exact balance, W.
-fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[SolvedTriple]) -> f64 {
+fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], blocks: &[ZonalSolution]) -> f64 {
     let zones: f64 = found.iter().enumerate().map(|(i, x)| balances.first(i).measure * x.1).sum();
     let outside = |g: usize| {
         balances.total(|t| {
-            let e = &triples[t].groups[g].energy;
+            let e = &blocks[t].groups[g].energy;
             e.incoming - e.escaped - e.absorbed_backfaces
         })
     };
-    let emitters = balances.total(|t| triples[t].emitters);
-    (zones + emitters + (0..triples[0].groups.len()).map(outside).sum::<f64>()).abs()
+    let emitters = balances.total(|t| blocks[t].emitters);
+    (zones + emitters + (0..blocks[0].groups.len()).map(outside).sum::<f64>()).abs()
 }
 
 /// Distributes the residual of the heat balance beyond the stated errors, in proportion to the power absorbed by the zones of known temperature, or to the power
@@ -243,7 +232,7 @@ fn imbalance(balances: &SpectralBalances, found: &[(f64, f64)], triples: &[Solve
 fn widen_by_heat_balance(
     balances: &SpectralBalances,
     found: &[(f64, f64)],
-    triples: &mut [SolvedTriple],
+    blocks: &mut [ZonalSolution],
 ) -> f64 {
     // Zones of known power emit it in any case: a residual belongs to the zones of known temperature, of nodes and with convection.
     let is_free = |i: &usize| {
@@ -251,22 +240,22 @@ fn widen_by_heat_balance(
         matches!(l.condition, ThermalCondition::Temperature(_)) || l.node.is_some() || l.convection.is_some()
     };
     let (fraction, explained) = {
-        let triples = &*triples;
+        let blocks = &*blocks;
         let explained = |i: usize| {
             let l = balances.first(i);
-            let error = |t: usize| l.incident_share * triples[t].fields.total_error(i);
+            let error = |t: usize| l.incident_share * blocks[t].fields.total_error(i);
             l.measure * balances.total(|t| balances.zones[t][i].absorption_weight() * error(t))
         };
-        let missing = imbalance(balances, found, triples);
+        let missing = imbalance(balances, found, blocks);
         let known: f64 = (0..balances.len()).filter(is_free).map(explained).sum();
-        let explained = known + balances.total(|t| triples[t].report.energy_error.escaped);
+        let explained = known + balances.total(|t| blocks[t].report.energy_error.escaped);
         let excess = missing - explained;
         let absorbed = |i: usize| {
             let l = balances.first(i);
-            l.measure * balances.weighted_total(i, |t| l.incident_flux(triples[t].fields, i).abs())
+            l.measure * balances.weighted_total(i, |t| l.incident_flux(&blocks[t].fields, i).abs())
         };
         let all = match (0..balances.len()).filter(is_free).map(absorbed).sum() {
-            0.0 => match leaving_power(balances, triples) {
+            0.0 => match leaving_power(balances, blocks) {
                 leaving if excess <= consistency::MAX_SHARE_OF_LEAVING * leaving => leaving,
                 _ => 0.0,
             },
@@ -281,7 +270,7 @@ fn widen_by_heat_balance(
             false => (f64::INFINITY, explained),
         }
     };
-    triples.iter_mut().for_each(|t| consistency::distribute(Bands::splat(fraction), t.fields));
+    blocks.iter_mut().for_each(|t| consistency::distribute(Bands::splat(fraction), &mut t.fields));
     explained
 }
 
@@ -295,15 +284,15 @@ fn undefined_temperatures(balances: &SpectralBalances, heat: &ThermalFields) -> 
     ];
     let mut counts = [0; 4];
     for i in (0..balances.len()).filter(|&i| heat.temperature[i].is_nan()) {
-        let triples = 0..balances.triples();
+        let blocks = 0..balances.blocks();
         let weight = |t: usize| balances.zones[t][i].absorption_weight();
         let emits = |t: usize| {
             let emitting = balances.fractions(t, i).emitting_bands();
             Band::all().any(|b| emitting[b] && weight(t)[b] > 0.0)
         };
         let reason = match balances.first(i).condition {
-            _ if triples.clone().all(|t| weight(t) == Bands::ZERO) => 0,
-            _ if !triples.clone().any(emits) => 1,
+            _ if blocks.clone().all(|t| weight(t) == Bands::ZERO) => 0,
+            _ if !blocks.clone().any(emits) => 1,
             ThermalCondition::Flux(q) | ThermalCondition::Power(q) if q < 0.0 => 2,
             _ => 3,
         };

@@ -1,7 +1,7 @@
-//! Balances of zones over all bands of a scene: sums over its triples of bands.
+//! Balances of zones over all bands of a scene: sums over its blocks of bands.
 //!
-//! E and q of a zone are common to all bands; m, a, r and the band fractions belong to one triple each. In a grey scene every band holds the whole
-//! power, and there is one triple; otherwise the power is the sum over the bands.
+//! E and q of a zone are common to all bands; m, a, r and the band fractions belong to one block each. In a grey scene every band holds the whole
+//! power, and there is one block; otherwise the power is the sum over the bands.
 
 use super::zone_balance::{ZoneBalance, ZoneBalances};
 use zonal_scene::thermal::blackbody_emissive_power;
@@ -12,41 +12,41 @@ const MAX_BRACKETING_STEPS: usize = 200;
 /// Change of E relative to it below which its iteration ends.
 const RELATIVE_STEP: f64 = 4.0 * f64::EPSILON;
 
-/// A scene of one triple of bands and its zones.
+/// A scene of one block of bands and its zones.
 #[derive(Clone, Copy)]
-pub(crate) struct TripleZones<'a, 'b> {
+pub(crate) struct BlockZones<'a, 'b> {
     pub scene: &'a Scene,
     pub zones: &'b Zones,
 }
 
-/// The balances of all zones in every triple of bands.
+/// The balances of all zones in every block of bands.
 pub(super) struct SpectralBalances<'a> {
-    /// The coefficients of each triple.
+    /// The coefficients of each block.
     pub tables: Vec<ZoneBalances<'a>>,
-    /// The balances of each triple, by zone.
+    /// The balances of each block, by zone.
     pub zones: Vec<Vec<ZoneBalance>>,
 }
 
 impl<'a> SpectralBalances<'a> {
-    /// Of the triples of a scene in thermal mode.
-    pub(super) fn new(triples: &[TripleZones<'a, '_>]) -> SpectralBalances<'a> {
-        let tables: Vec<ZoneBalances> = triples.iter().map(|t| ZoneBalances::new(t.scene, t.zones)).collect();
-        let zones = tables.iter().zip(triples).map(|(table, t)| table.all(t.zones)).collect();
+    /// Of the blocks of a scene in thermal mode.
+    pub(super) fn new(blocks: &[BlockZones<'a, '_>]) -> SpectralBalances<'a> {
+        let tables: Vec<ZoneBalances> = blocks.iter().map(|t| ZoneBalances::new(t.scene, t.zones)).collect();
+        let zones = tables.iter().zip(blocks).map(|(table, t)| table.all(t.zones)).collect();
         SpectralBalances { tables, zones }
     }
     /// Number of zones.
     pub(super) fn len(&self) -> usize {
         self.zones.first().map_or(0, Vec::len)
     }
-    /// Number of triples.
-    pub(super) fn triples(&self) -> usize {
+    /// Number of blocks.
+    pub(super) fn blocks(&self) -> usize {
         self.tables.len()
     }
-    /// Zone `i` in the first triple: its condition, measure and share of the incident flux hold in all.
+    /// Zone `i` in the first block: its condition, measure and share of the incident flux hold in all.
     pub(super) fn first(&self, i: usize) -> &ZoneBalance {
         &self.zones[0][i]
     }
-    /// The band fractions of zone `i` in triple `t`.
+    /// The band fractions of zone `i` in block `t`.
     pub(super) fn fractions(&self, t: usize, i: usize) -> &'a BandFractions {
         self.tables[t].fractions(&self.zones[t][i])
     }
@@ -64,24 +64,24 @@ impl<'a> SpectralBalances<'a> {
     }
     /// True if no band fraction of zone `i` depends on temperature.
     pub(super) fn has_constant_fractions(&self, i: usize) -> bool {
-        (0..self.triples()).all(|t| self.fractions(t, i).is_constant())
+        (0..self.blocks()).all(|t| self.fractions(t, i).is_constant())
     }
     /// Total of a quantity over all bands: the sum, or the common value of a grey scene.
     pub(super) fn total(&self, value: impl Fn(usize) -> Bands) -> f64 {
         if self.is_grey() {
             return value(0).first();
         }
-        (1..self.triples()).fold(value(0).sum(), |s, t| s + value(t).sum())
+        (1..self.blocks()).fold(value(0).sum(), |s, t| s + value(t).sum())
     }
     /// Total of a quantity over all bands, weighted by m a of zone `i`.
     pub(super) fn weighted_total(&self, i: usize, value: impl Fn(usize) -> Bands) -> f64 {
         self.total(|t| self.zones[t][i].absorption_weight() * value(t))
     }
-    /// w of zone `i` in triple `t` for a black emissive power `e`, W/m².
+    /// w of zone `i` in block `t` for a black emissive power `e`, W/m².
     pub(super) fn emissive_powers(&self, t: usize, i: usize, e: f64) -> Bands {
         self.fractions(t, i).emissive_powers(e)[0]
     }
-    /// E of zone `i` with net power `q` and incident flux `h` of every triple, W/m², by Newton's method in a bracket; `None` if it neither absorbs nor emits.
+    /// E of zone `i` with net power `q` and incident flux `h` of every block, W/m², by Newton's method in a bracket; `None` if it neither absorbs nor emits.
     pub(super) fn emissive_power_in_balance(
         &self,
         i: usize,
@@ -139,12 +139,12 @@ impl<'a> SpectralBalances<'a> {
             let weight = self.zones[t][i].absorption_weight() * self.counted();
             self.fractions(t, i).emissive_powers(e).map(|w| (weight * w).sum())
         };
-        (1..self.triples()).fold(of(0), |s, t| {
+        (1..self.blocks()).fold(of(0), |s, t| {
             let [w, slope] = of(t);
             [s[0] + w, s[1] + slope]
         })
     }
-    /// E (W/m²) and q (W/m² or W/m³) of zone `i` for an incident flux `h` of every triple; E is NaN if undefined.
+    /// E (W/m²) and q (W/m² or W/m³) of zone `i` for an incident flux `h` of every block; E is NaN if undefined.
     pub(super) fn emissive_and_net_power(&self, i: usize, h: impl Fn(usize) -> Bands) -> (f64, f64) {
         match self.first(i).condition {
             ThermalCondition::Temperature(t) => {
@@ -157,7 +157,7 @@ impl<'a> SpectralBalances<'a> {
             }
         }
     }
-    /// Source of zone `i` in the linear equations of triple `t`: emitted flux or black emissive power for a known temperature, else the source q in each
+    /// Source of zone `i` in the linear equations of block `t`: emitted flux or black emissive power for a known temperature, else the source q in each
     /// band by the band fractions.
     pub(super) fn source(&self, t: usize, i: usize, is_patch: bool) -> Bands {
         let l = &self.zones[t][i];
@@ -217,7 +217,7 @@ mod tests {
         let scene = Scene::builder().surface(mirror).surface(wall).band_fractions(fractions).build().unwrap();
         let transport = zonal_transport::Transport::new(&scene);
         let zones = zonal_transport::build_zones(&scene, &transport).unwrap();
-        let b = SpectralBalances::new(&[TripleZones { scene: &scene, zones: &zones }]);
+        let b = SpectralBalances::new(&[BlockZones { scene: &scene, zones: &zones }]);
         let of = |surface: usize| zones.patches.iter().position(|p| p.surface == surface).unwrap();
         let i = of(1);
         for (q, h) in [(0.0, [1e4, 2e4, 5e3]), (5e4, [0.0; 3]), (-1e3, [1e5, 0.0, 3e4])] {

@@ -1,4 +1,4 @@
-//! Coefficients of one zone in the thermal equations (header of [`super`]), in one triple of bands.
+//! Coefficients of one zone in the thermal equations (header of [`super`]), in one block of bands.
 
 use rayon::prelude::*;
 use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};

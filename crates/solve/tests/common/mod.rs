@@ -5,8 +5,8 @@ use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    BandFractions, Bands, Facet, Fields, NoCheckpoints, NoProgress, PerBand, Plate, Report, Scene,
-    SceneParts, Sides, Solution, Surface, Zones,
+    BandFractions, Bands, Facet, Fields, NoProgress, PerBand, Plate, Report, Scene, SceneParts, Sides,
+    Solution, Surface, Zones,
 };
 use zonal_solve::context::SolveContext;
 use zonal_solve::distribution::Execution;
@@ -214,12 +214,7 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
         images: None,
         direct: &direct,
         sources: &sources,
-        pair_settings: Default::default(),
-        memory_limit: 1 << 30,
-        checkpoints: &NoCheckpoints,
-        progress: &NoProgress,
-        communicator: &zonal_solve::distribution::SingleProcess,
-        final_gather: true,
+        settings: SolveSettings::new(1 << 30, &NoProgress),
     };
     use_it(&site, &escape);
 }

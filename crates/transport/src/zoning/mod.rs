@@ -99,6 +99,21 @@ fn zones_without_mirrors(
     Ok(Zones { patches, voxels, panes, sheets, ..Zones::default() })
 }
 
+/// The zones of other bands: zones at the same places with the optical properties of `scene`, another block of bands of the scene that `zones` were built of.
+///
+/// **Cost:** linear in the number of zones, without a search for walls.
+#[must_use]
+pub fn zones_of_bands(scene: &Scene, zones: &Zones) -> Zones {
+    let patches = patches::patches_of_bands(scene, &zones.patches);
+    let panes = patches::panes_of_bands(scene, &zones.panes);
+    let voxels = match scene.voxel_grid() {
+        Some(grid) => zones.voxels.with_media_of(grid),
+        None => VoxelZones::default(),
+    };
+    let sheets = SheetSides::of(scene, &patches);
+    Zones { patches, voxels, panes, sheets, merged: zones.merged.clone(), own_reflectances: Vec::new() }
+}
+
 /// Patches that a surface is expected to have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExpectedPatches {

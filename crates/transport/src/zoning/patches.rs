@@ -112,7 +112,7 @@ pub(super) fn patches(scene: &Scene, transport: &Transport) -> Result<Vec<Patch>
 fn split_and_filter(scene: &Scene, transport: &Transport, subdivided: &[(usize, Plate)]) -> Vec<Patch> {
     let size = |surface: usize| scene.surfaces()[surface].patch_size.unwrap_or(scene.patch_size());
     let rule = scene.options().patch_rule;
-    let direct: Vec<bool> = (0..scene.surfaces().len()).map(|s| scene.is_direct_emitter(s)).collect();
+    let direct = direct_emitters(scene);
     subdivided
         .par_iter()
         .flat_map_iter(|&(k, plate)| {
@@ -142,9 +142,16 @@ fn split_and_filter(scene: &Scene, transport: &Transport, subdivided: &[(usize, 
 /// The patch `plate` of a facet with its mean reflectance and emission; `direct` marks the surfaces whose emission is direct light.
 fn patch(scene: &Scene, direct: &[bool], facet: usize, plate: Plate) -> Patch {
     let surface = scene.facets()[facet].surface;
+    let [reflectance, emission] = optics(scene, direct, facet, &plate);
+    Patch { facet, surface, plate, normal: plate.normal(), area: plate.area(), reflectance, emission }
+}
+
+/// Mean reflectance and emission of the patch `plate` of a facet.
+fn optics(scene: &Scene, direct: &[bool], facet: usize, plate: &Plate) -> [Bands; 2] {
+    let surface = scene.facets()[facet].surface;
     let s = &scene.surfaces()[surface];
     let mean = |texture: Option<usize>, value: &dyn Fn(f64, f64) -> Bands| match texture {
-        Some(_) => textured_mean(&scene.facets()[facet].plate, &plate, value),
+        Some(_) => textured_mean(&scene.facets()[facet].plate, plate, value),
         None => value(0.5, 0.5),
     };
     let reflectance = mean(s.reflectance_texture, &|u, v| scene.reflectance_at(facet, u, v));
@@ -153,7 +160,22 @@ fn patch(scene: &Scene, direct: &[bool], facet: usize, plate: Plate) -> Patch {
     } else {
         mean(s.emission_texture, &|u, v| scene.emission_at(facet, u, v))
     };
-    Patch { facet, surface, plate, normal: plate.normal(), area: plate.area(), reflectance, emission }
+    [reflectance, emission]
+}
+
+/// Patches with the reflectance and emission of the bands of `scene`, whose geometry is theirs.
+pub(super) fn patches_of_bands(scene: &Scene, patches: &[Patch]) -> Vec<Patch> {
+    let direct = direct_emitters(scene);
+    let of_bands = |p: &Patch| {
+        let [reflectance, emission] = optics(scene, &direct, p.facet, &p.plate);
+        Patch { reflectance, emission, ..p.clone() }
+    };
+    patches.par_iter().map(of_bands).collect()
+}
+
+/// For each surface, whether its emission is direct light.
+fn direct_emitters(scene: &Scene) -> Vec<bool> {
+    (0..scene.surfaces().len()).map(|s| scene.is_direct_emitter(s)).collect()
 }
 
 /// The mean of `value(u, v)` over a patch, with (u, v) on the facet's plate.
@@ -189,16 +211,27 @@ pub(super) fn panes(scene: &Scene) -> Result<Vec<PaneZone>, SceneError> {
     for (k, pane) in scene.panes().iter().enumerate() {
         let mut pieces = Vec::new();
         pane.plates.iter().for_each(|p| plate_subdivision::subdivide(p, size, rule, &mut pieces));
-        out.extend(pieces.into_iter().map(|plate| PaneZone {
-            pane: k,
-            plate,
-            normal: plate.normal(),
-            area: plate.area(),
-            thickness: pane.thickness,
-            extinction: pane.extinction,
-            albedo: pane.albedo,
-            emission: pane.emission,
-        }));
+        out.extend(pieces.into_iter().map(|plate| pane_zone(scene, k, plate)));
     }
     Ok(out)
+}
+
+/// The piece `plate` of a pane with its optical properties.
+fn pane_zone(scene: &Scene, pane: usize, plate: Plate) -> PaneZone {
+    let own = &scene.panes()[pane];
+    PaneZone {
+        pane,
+        plate,
+        normal: plate.normal(),
+        area: plate.area(),
+        thickness: own.thickness,
+        extinction: own.extinction,
+        albedo: own.albedo,
+        emission: own.emission,
+    }
+}
+
+/// Zones of panes with the optical properties of the bands of `scene`, whose geometry is theirs.
+pub(super) fn panes_of_bands(scene: &Scene, panes: &[PaneZone]) -> Vec<PaneZone> {
+    panes.iter().map(|p| pane_zone(scene, p.pane, p.plate)).collect()
 }

@@ -4,7 +4,7 @@
 //! `zonal init`, which is solved and compared with random walks as the other scenes are.
 
 use super::measure::{Quantity, names, zone_problem, zones};
-use super::model::{FACES, ModelShape, SceneModel, Triple, add, obj, wall};
+use super::model::{Block, FACES, ModelShape, SceneModel, add, obj, wall};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use zonal_io::input;
@@ -112,7 +112,7 @@ fn run(program: &Path, words: &[&str], folder: &Path) -> Result<(), String> {
 }
 
 /// All faces of a model, or none where a file of faces cannot have its solution.
-fn faces(model: &SceneModel) -> Option<Vec<[Triple; 4]>> {
+fn faces(model: &SceneModel) -> Option<Vec<[Block; 4]>> {
     let plain = model.medium.is_none()
         && model.panes.is_empty()
         && model.periodic == [false; 3]

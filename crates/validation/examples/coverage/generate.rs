@@ -1,8 +1,8 @@
 //! Random valid scenes: number `index` of a seed, small enough for every engine. The kinds of scenes are in `ordinary_kinds` and `rare_kinds`.
 
 use super::model::{
-    CampaignSize, HeatCondition, MediumPart, ModelLight, ModelMedium, ModelShape, ModelSurface, SceneModel,
-    SurfaceProperties, Triple, add, sub,
+    Block, CampaignSize, HeatCondition, MediumPart, ModelLight, ModelMedium, ModelShape, ModelSurface,
+    SceneModel, SurfaceProperties, add, sub,
 };
 use zonal_reference::Rng;
 use zonal_scene::Bands;
@@ -34,13 +34,13 @@ const TOLERANCES: [f64; 2] = [0.003, 0.05];
 const RARE_SHARE: f64 = 0.4;
 
 /// Surface of an axis-aligned box.
-pub(super) fn box_area(lo: Triple, hi: Triple) -> f64 {
+pub(super) fn box_area(lo: Block, hi: Block) -> f64 {
     let d = sub(hi, lo);
     2.0 * (d[0] * d[1] + d[1] * d[2] + d[2] * d[0])
 }
 
 /// Edges of the cells of a box, m.
-pub(super) fn edges(size: Triple, cells: [usize; 3]) -> Triple {
+pub(super) fn edges(size: Block, cells: [usize; 3]) -> Block {
     [0, 1, 2].map(|k| size[k] / cells[k] as f64)
 }
 
@@ -126,7 +126,7 @@ impl<'a> SceneGenerator<'a> {
     }
 
     /// A medium of this optical depth across its least edge, and of at most [`MAX_CELL_DEPTH`] across an edge of a cell.
-    pub(super) fn part(&mut self, min: Triple, max: Triple, cell: Triple, depth: f64) -> MediumPart {
+    pub(super) fn part(&mut self, min: Block, max: Block, cell: Block, depth: f64) -> MediumPart {
         let length = (0..3).map(|k| max[k] - min[k]).fold(f64::INFINITY, f64::min);
         let most = MAX_CELL_DEPTH / cell.iter().fold(0.0f64, |m, c| m.max(*c));
         let kappa = (depth / length).min(most);
@@ -243,7 +243,7 @@ impl<'a> SceneGenerator<'a> {
     }
 
     /// Lights of scenes that light can enter, or that have room for an emitter.
-    pub(super) fn lights(&mut self, m: &mut SceneModel, open: bool, centre: Triple, size: Triple) {
+    pub(super) fn lights(&mut self, m: &mut SceneModel, open: bool, centre: Block, size: Block) {
         if self.thermal || m.periodic != [false; 3] {
             return;
         }
@@ -274,7 +274,7 @@ impl<'a> SceneGenerator<'a> {
         }
     }
 
-    pub(super) fn room(&mut self, size: Triple, missing: f64) -> (ModelSurface, bool) {
+    pub(super) fn room(&mut self, size: Block, missing: f64) -> (ModelSurface, bool) {
         let mut open = false;
         let walls: [Option<SurfaceProperties>; 6] = std::array::from_fn(|k| {
             if self.chance(missing) && k != 0 {
@@ -309,7 +309,7 @@ impl<'a> SceneGenerator<'a> {
         SceneGenerator::short(mean * self.rng.uniform_in(lo, hi))
     }
 
-    pub(super) fn size(&mut self) -> Triple {
+    pub(super) fn size(&mut self) -> Block {
         let scale = if self.chance(0.2) { self.log(0.1, 10.0) } else { 1.0 };
         [0; 3].map(|_| SceneGenerator::short(scale * self.rng.uniform_in(0.5, 2.0)))
     }
@@ -318,7 +318,7 @@ impl<'a> SceneGenerator<'a> {
     pub(super) fn even_medium(
         &mut self,
         filled: bool,
-        size: Triple,
+        size: Block,
         (lo, hi): (usize, usize),
     ) -> Option<ModelMedium> {
         if !filled {

@@ -4,19 +4,19 @@ use std::fmt::Write as _;
 use zonal_scene::{Band, Bands};
 
 /// A point or vector, m.
-pub(crate) type Triple = [f64; 3];
+pub(crate) type Block = [f64; 3];
 
-pub(crate) fn add(a: Triple, b: Triple) -> Triple {
+pub(crate) fn add(a: Block, b: Block) -> Block {
     [0, 1, 2].map(|k| a[k] + b[k])
 }
-pub(crate) fn sub(a: Triple, b: Triple) -> Triple {
+pub(crate) fn sub(a: Block, b: Block) -> Block {
     [0, 1, 2].map(|k| a[k] - b[k])
 }
 /// The last band, which differs from the others in scenes of two bands.
 pub(crate) fn last_band() -> Band {
     Band::all().last().unwrap_or(Band::first())
 }
-pub(crate) fn times(a: Triple, s: f64) -> Triple {
+pub(crate) fn times(a: Block, s: f64) -> Block {
     a.map(|x| x * s)
 }
 
@@ -44,13 +44,13 @@ pub(crate) struct SurfaceProperties {
 #[derive(Clone, Debug)]
 pub(crate) enum ModelShape {
     /// A parallelogram, or a triangle: origin and two edges.
-    Plate { corner: Triple, edges: [Triple; 2], triangle: bool },
+    Plate { corner: Block, edges: [Block; 2], triangle: bool },
     /// Walls of an axis-aligned room; those without a look are left out. The look of the surface itself is not used.
-    Room { min: Triple, max: Triple, walls: Box<[Option<SurfaceProperties>; 6]> },
+    Room { min: Block, max: Block, walls: Box<[Option<SurfaceProperties>; 6]> },
     /// A closed mesh of quadrilaterals, counter-clockwise from the front.
-    Mesh { quads: Vec<[Triple; 4]> },
+    Mesh { quads: Vec<[Block; 4]> },
     /// A box with its normals outward, turned about the vertical.
-    Box { min: Triple, max: Triple, degrees: f64 },
+    Box { min: Block, max: Block, degrees: f64 },
 }
 
 /// A flaw of a mesh file that must not change the solution.
@@ -78,7 +78,7 @@ pub(crate) struct ModelSurface {
 #[derive(Clone, Debug)]
 pub(crate) struct ModelPane {
     pub name: String,
-    pub polygon: Vec<Triple>,
+    pub polygon: Vec<Block>,
     pub thickness: f64,
     pub extinction: Bands,
     pub albedo: Bands,
@@ -90,8 +90,8 @@ pub(crate) struct ModelPane {
 /// A medium, or a box of it.
 #[derive(Clone, Debug)]
 pub(crate) struct MediumPart {
-    pub min: Triple,
-    pub max: Triple,
+    pub min: Block,
+    pub max: Block,
     pub extinction: Bands,
     pub albedo: Bands,
     pub emission: Bands,
@@ -110,7 +110,7 @@ pub(crate) struct ModelMedium {
 /// A light.
 #[derive(Clone, Debug)]
 pub(crate) enum ModelLight {
-    Sun { direction: Triple, irradiance: Bands, degrees: f64 },
+    Sun { direction: Block, irradiance: Bands, degrees: f64 },
     Sky { radiance: Bands },
     Emitter { surface: String },
 }
@@ -148,7 +148,7 @@ pub(crate) struct SceneModel {
 pub(crate) const FACES: [&str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
 
 /// The wall of a box: corner and edges with the front inward.
-pub(crate) fn wall(min: Triple, max: Triple, face: usize) -> (Triple, [Triple; 2]) {
+pub(crate) fn wall(min: Block, max: Block, face: usize) -> (Block, [Block; 2]) {
     let (axis, high) = (face / 2, face % 2 == 1);
     let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
     let unit = |k: usize| {
@@ -182,7 +182,7 @@ pub(crate) enum FrontSide {
 }
 
 /// The quadrilaterals of a box, with its normals outward or inward; equal corners are equal to the bit.
-pub(crate) fn quads(min: Triple, max: Triple, front: FrontSide) -> Vec<[Triple; 4]> {
+pub(crate) fn quads(min: Block, max: Block, front: FrontSide) -> Vec<[Block; 4]> {
     (0..6)
         .map(|face| {
             let (axis, high) = (face / 2, face % 2 == 1);
@@ -203,7 +203,7 @@ pub(crate) fn quads(min: Triple, max: Triple, front: FrontSide) -> Vec<[Triple; 
         .collect()
 }
 
-fn turned(p: Triple, centre: Triple, degrees: f64) -> Triple {
+fn turned(p: Block, centre: Block, degrees: f64) -> Block {
     let (s, c) = degrees.to_radians().sin_cos();
     let d = sub(p, centre);
     [centre[0] + c * d[0] - s * d[1], centre[1] + s * d[0] + c * d[1], p[2]]
@@ -212,15 +212,15 @@ fn turned(p: Triple, centre: Triple, degrees: f64) -> Triple {
 /// x ↦ M x + t.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RigidMotion {
-    pub rows: [Triple; 3],
-    pub shift: Triple,
+    pub rows: [Block; 3],
+    pub shift: Block,
 }
 
 impl RigidMotion {
-    pub(crate) fn point(&self, p: Triple) -> Triple {
+    pub(crate) fn point(&self, p: Block) -> Block {
         add(self.vector(p), self.shift)
     }
-    pub(crate) fn vector(&self, p: Triple) -> Triple {
+    pub(crate) fn vector(&self, p: Block) -> Block {
         self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2])
     }
     fn mirrors(&self) -> bool {
@@ -529,10 +529,10 @@ impl SceneModel {
 }
 
 /// An OBJ text; equal corners are one. A flaw is written into it.
-pub(crate) fn obj(quads: &[[Triple; 4]], flaw: Option<MeshFlaw>) -> String {
-    let (mut points, mut t): (Vec<Triple>, String) = (Vec::new(), String::new());
+pub(crate) fn obj(quads: &[[Block; 4]], flaw: Option<MeshFlaw>) -> String {
+    let (mut points, mut t): (Vec<Block>, String) = (Vec::new(), String::new());
     let mut faces = String::new();
-    let mut face = |q: &[Triple; 4]| {
+    let mut face = |q: &[Block; 4]| {
         faces += "f";
         for p in q {
             let known = points.iter().position(|x| x == p && flaw != Some(MeshFlaw::LooseCorners));

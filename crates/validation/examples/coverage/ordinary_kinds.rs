@@ -3,8 +3,8 @@
 
 use super::generate::{SceneGenerator, box_area, edges};
 use super::model::{
-    FrontSide, HeatCondition, ModelMedium, ModelPane, ModelShape, ModelSurface, SceneModel, Triple,
-    last_band, quads, sub, times,
+    Block, FrontSide, HeatCondition, ModelMedium, ModelPane, ModelShape, ModelSurface, SceneModel, last_band,
+    quads, sub, times,
 };
 use zonal_scene::Bands;
 
@@ -22,7 +22,7 @@ impl SceneGenerator<'_> {
         let mut regions = Vec::new();
         if self.chance(0.35) {
             self.features.push("varying medium");
-            let lo: Triple =
+            let lo: Block =
                 [0, 1, 2].map(|k| size[k] * (self.whole(0, cells[k] - 1) as f64) / cells[k] as f64);
             let depth = depth.max(1e-3) * self.log(0.2, 5.0);
             let mut part = self.part(lo, size, edges(size, cells), depth.min(20.0));
@@ -109,7 +109,7 @@ impl SceneGenerator<'_> {
     }
 
     /// A lower box on the upper x face of the box between `lo` and `hi`, in a room of this size.
-    fn touching_solid(&mut self, lo: Triple, hi: Triple, size: Triple) -> ModelSurface {
+    fn touching_solid(&mut self, lo: Block, hi: Block, size: Block) -> ModelSurface {
         self.features.push("touching solids");
         let (mut a, mut b) = (lo, hi);
         (a[0], b[0]) = (hi[0], SceneGenerator::short(hi[0] + 0.15 * size[0]));
@@ -209,7 +209,7 @@ impl SceneGenerator<'_> {
         (m.radiance, m.surroundings) = (Bands::ZERO, None);
         let degrees: f64 = if self.chance(0.5) { 0.0 } else { self.between(10.0, 80.0).round() };
         let (s, c) = degrees.to_radians().sin_cos();
-        let quads: Vec<[Triple; 4]> = (quads([0.0; 3], size, FrontSide::Inside).into_iter())
+        let quads: Vec<[Block; 4]> = (quads([0.0; 3], size, FrontSide::Inside).into_iter())
             .map(|q| q.map(|p| [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]]))
             .collect();
         let points = || quads.iter().flatten();

@@ -3,8 +3,8 @@
 
 use super::generate::{SceneGenerator, box_area, edges};
 use super::model::{
-    FrontSide, HeatCondition, MediumPart, MeshFlaw, ModelLight, ModelMedium, ModelPane, ModelShape,
-    ModelSurface, SceneModel, SurfaceProperties, Triple, quads, sub, times,
+    Block, FrontSide, HeatCondition, MediumPart, MeshFlaw, ModelLight, ModelMedium, ModelPane, ModelShape,
+    ModelSurface, SceneModel, SurfaceProperties, quads, sub, times,
 };
 use zonal_scene::Bands;
 
@@ -33,7 +33,7 @@ impl SceneGenerator<'_> {
         }
     }
 
-    fn plate(&mut self, name: &str, corner: Triple, edges: [Triple; 2]) -> ModelSurface {
+    fn plate(&mut self, name: &str, corner: Block, edges: [Block; 2]) -> ModelSurface {
         let look = self.look(0.1);
         let shape = ModelShape::Plate {
             corner: corner.map(Self::short),
@@ -43,7 +43,7 @@ impl SceneGenerator<'_> {
         ModelSurface { name: name.into(), shape, look }
     }
 
-    fn mean(size: Triple) -> f64 {
+    fn mean(size: Block) -> f64 {
         (size[0] + size[1] + size[2]) / 3.0
     }
 
@@ -234,7 +234,7 @@ impl SceneGenerator<'_> {
     }
 
     /// A plate of two sides, as two opposite faces of a file.
-    fn opposite_faces(&mut self, m: &mut SceneModel, size: Triple) {
+    fn opposite_faces(&mut self, m: &mut SceneModel, size: Block) {
         self.features.push("opposite faces");
         let mut s = self.plate(
             "sheet",

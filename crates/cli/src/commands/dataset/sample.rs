@@ -68,7 +68,7 @@ impl Sample {
             _ => own.add_light(solution),
         };
         let converged =
-            solution.triples().all(|s| s.report.status.iter().all(|x| *x == SolveStatus::Converged));
+            solution.blocks().all(|s| s.report.status.iter().all(|x| *x == SolveStatus::Converged));
         let status = if converged { SampleStatus::Converged } else { SampleStatus::NotConverged };
         let SampleArrays { arrays, numbers } = own;
         (Sample { status, energy_residual: energy_residual(solution), numbers }, Layout { arrays, names })
@@ -166,7 +166,7 @@ fn absorbed_powers(energy: &EnergyBalance) -> Vec<(&str, Bands)> {
 /// The power that the balance of a solution misses, over the power exchanged.
 fn energy_residual(solution: &Solution) -> f64 {
     let Some(heat) = &solution.report.heat else {
-        let residuals = solution.triples().flat_map(|s| s.report.energy.residual);
+        let residuals = solution.blocks().flat_map(|s| s.report.energy.residual);
         return residuals.fold(0.0, |m, r| if r.abs() <= m { m } else { r.abs() });
     };
     let outside = [heat.surroundings, heat.emitters, -heat.absorbed_backfaces];

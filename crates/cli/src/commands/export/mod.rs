@@ -139,13 +139,13 @@ fn export_illuminances(
 /// Writes patches and panes with their values and those at their corners.
 fn write_corners(args: &Args, s: &Solution, progress: &dyn Progress) -> Result<(), Failure> {
     let (radiosity, irradiance) = s
-        .triples()
-        .map(|triple| light_at_corners(triple, progress))
+        .blocks()
+        .map(|block| light_at_corners(block, progress))
         .map(|CornerLight { radiosity, irradiance }| (radiosity, irradiance))
         .unzip();
     let arrays = [
-        CornerArray { name: "radiosity [W/m2]", triples: radiosity },
-        CornerArray { name: "total irradiance [W/m2]", triples: irradiance },
+        CornerArray { name: "radiosity [W/m2]", blocks: radiosity },
+        CornerArray { name: "total irradiance [W/m2]", blocks: irradiance },
     ];
     Ok(output::write_vtu_with_points(&args.output, s, &arrays)?)
 }

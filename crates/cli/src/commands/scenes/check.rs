@@ -100,7 +100,8 @@ fn with_check<T>(
     let transport = Transport::new(scene);
     let mut zones = build_zones(scene, &transport)?;
     let mut excluded = mirrors::excluded_parts_of(scene, &transport, &zones)?;
-    zonal_solve::thermal::apply_boundary_conditions(&scene.first_triple(), std::slice::from_mut(&mut zones));
+    let (scenes, own) = (std::slice::from_ref(scene), std::slice::from_mut(&mut zones));
+    zonal_solve::thermal::apply_boundary_conditions(scenes, own);
     // Estimate the cost of a solve; a scene with mirrors is solved on its even extension.
     let mirrored = MirroredSolve::of(scene, &zones)?;
     excluded.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(scene, m.images.image_count())));

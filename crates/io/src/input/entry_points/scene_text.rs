@@ -1,4 +1,4 @@
-//! A scene from its text: the bands first, then each triple of bands as a scene of its own.
+//! A scene from its text: the bands first, then each block of bands as a scene of its own.
 
 use crate::files::FileSource;
 use crate::input::reading::error::InputError;
@@ -28,11 +28,11 @@ pub(crate) fn parse_named(
     let source = SourceText::new(file, text).with_files(context.base, context.files);
     let document = source.parse()?;
     let (bands, gas) = scene::bands::read_bands(&TomlTable::root(&source, document.get_ref()))?;
-    // Each triple of bands is read as a scene of its own.
-    let read_triple = |triple: usize| {
-        let source = source.with_triple(bands.clone(), triple);
+    // Each block of bands is read as a scene of its own.
+    let read_block = |block: usize| {
+        let source = source.with_block(bands.clone(), block);
         scene::read_document(TomlTable::root(&source, document.get_ref()), context, gas, name)
     };
-    let triples = (0..bands.triples()).map(read_triple).collect::<Result<Vec<_>, _>>()?;
-    Scene::from_triples(triples).map_err(|e| source.scene_error(&e))
+    let blocks = (0..bands.block_count()).map(read_block).collect::<Result<Vec<_>, _>>()?;
+    Scene::from_blocks(blocks).map_err(|e| source.scene_error(&e))
 }

@@ -7,7 +7,7 @@ use zonal_math::Vec3;
 use zonal_scene::{Bands, Camera, CornerNormals, Plate, PlateKind};
 
 /// A mesh file as read.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct MeshData {
     pub(crate) materials: Vec<MeshMaterial>,
     pub(crate) faces: Vec<MeshFace>,

@@ -1,12 +1,15 @@
 //! Emissivities by temperature, and those of the back of a surface with two sides.
 
 use super::thermal::{SceneMode, read_reflectance, read_solar};
+use crate::files::FileSource;
 use crate::input::reading::error::InputError;
 use crate::input::scene::quantities::surface_properties::BackProperties;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::tables::{Quantity, RowKeys, WantedColumn, read_column};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
+use std::path::Path;
+use std::rc::Rc;
 use zonal_scene::{Bands, EmissivityTable};
 
 /// The `emissivity` of a table, if it depends on temperature: its index among the tables of the reader.
@@ -60,10 +63,21 @@ fn points_of_file(
     reader: &SceneReader<'_>,
 ) -> Result<Vec<[f64; 2]>, InputError> {
     let path = reader.resolve(file)?;
+    let points = file.once(|| read_points(file, column, &path, reader.context.files))?;
+    Ok(Rc::unwrap_or_clone(points))
+}
+
+/// Temperatures (K) and emissivities of a file.
+fn read_points(
+    file: &TomlNode<'_>,
+    column: Option<TomlNode<'_>>,
+    path: &Path,
+    files: FileSource<'_>,
+) -> Result<Vec<[f64; 2]>, InputError> {
     let name = path.display().to_string();
     let read = |column: &str, quantity: Quantity| {
         let wanted = WantedColumn { column: Some(column), quantity, rows: RowKeys::Position };
-        read_column(reader.context.files, &path, &name, wanted)
+        read_column(files, path, &name, wanted)
     };
     let values = match &column {
         Some(n) if n.is_text() => n.text()?.to_string(),
@@ -82,7 +96,7 @@ pub(crate) fn representative(reader: &SceneReader<'_>, table: usize, kelvin: Opt
     let points = table.points();
     let middle = 0.5 * (points[0][0] + points[points.len() - 1][0]);
     let own = Bands::splat(1.0 - table.at(kelvin.unwrap_or(middle)));
-    reader.parts.bands.with_solar_value(reader.parts.triple, own, f64::NAN)
+    reader.parts.bands.with_solar_value(reader.parts.block, own, f64::NAN)
 }
 
 /// The `back` of a surface's table.
@@ -103,7 +117,7 @@ pub(crate) fn read_back(
     };
     let mut reflectance = given.unwrap_or(Bands::ZERO);
     if let Some(a) = read_solar(&own, "solar_absorptance", 1.0)? {
-        reflectance = reader.parts.bands.with_solar_value(reader.parts.triple, reflectance, 1.0 - a);
+        reflectance = reader.parts.bands.with_solar_value(reader.parts.block, reflectance, 1.0 - a);
     }
     if reflectance.any(f64::is_nan) {
         return Err(own

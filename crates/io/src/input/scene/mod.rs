@@ -50,7 +50,7 @@ pub(crate) fn read_document(
     root.check(ROOT)?;
     let mut reader = SceneReader::new(root.source, context);
     reader.has_medium = root.get("medium").is_some();
-    (reader.parts.bands, reader.parts.triple) = (root.source.bands().clone(), root.source.triple());
+    (reader.parts.bands, reader.parts.block) = (root.source.bands().clone(), root.source.block());
     // Read the mode and the settings.
     reader.parts.thermal = thermal::read_mode(&root)?;
     reader.gas = gas;
@@ -63,7 +63,7 @@ pub(crate) fn read_document(
         );
     }
     if let Some(t) = &reader.parts.thermal
-        && reader.parts.bands.triples() == 1
+        && reader.parts.bands.block_count() == 1
     {
         // Check the band fractions before anything is computed with them.
         t.band_fractions.check().map_err(|e| reader.source.scene_error(&e))?;

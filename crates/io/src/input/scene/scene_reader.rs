@@ -4,7 +4,7 @@ use crate::files::FileSource;
 use crate::input::images;
 use crate::input::images::AlphaChannel;
 use crate::input::images::alpha_map::AlphaMap;
-use crate::input::mesh::model::{AlphaSource, ImageSource, LimitedImage};
+use crate::input::mesh::model::{AlphaSource, ImageSource, LimitedImage, WeightedImage};
 use crate::input::reading::error::{FileFault, InputError};
 use crate::input::scene::quantities::gas_composition::SceneGas;
 use crate::input::scene::quantities::medium_properties::MediumProperties;
@@ -83,9 +83,9 @@ impl<'a> SceneReader<'a> {
         mut surface: Surface,
         properties: &SurfaceProperties,
     ) -> Result<usize, InputError> {
-        let (bands, triple) = (&self.parts.bands, self.parts.triple);
+        let (bands, block) = (&self.parts.bands, self.parts.block);
         if let Some(a) = properties.solar_absorptance {
-            surface.reflectance = bands.with_solar_value(triple, surface.reflectance, 1.0 - a);
+            surface.reflectance = bands.with_solar_value(block, surface.reflectance, 1.0 - a);
         }
         if let Some(thermal) = &mut self.parts.thermal {
             let missing = |key: &str, message: &str| {
@@ -159,15 +159,22 @@ impl<'a> SceneReader<'a> {
         if let Some(map) = self.alpha_of_image.get(&key) {
             return Ok(map.clone());
         }
-        let map = Rc::new(images::decode_alpha(&key.0, &self.bytes_of(image)?, alpha.channel)?);
+        let decode = || images::decode_alpha(&key.0, &self.bytes_of(image)?, alpha.channel);
+        let map = self.source.once(format!("{} {:?}", key.0, key.1), decode)?;
         self.alpha_of_image.insert(key, map.clone());
         Ok(map)
     }
     /// The texture of an image.
     fn decoded(&self, image: &ImageSource) -> Result<Texture, FileFault> {
-        let ImageSource::Weighted(own) = image else {
-            return images::decode(&image.name(), &self.bytes_of(image)?);
+        let name = image.name();
+        let decode = || match image {
+            ImageSource::Weighted(own) => self.weighted(own),
+            _ => images::decode(&name, &self.bytes_of(image)?),
         };
+        self.source.once(name.as_str(), decode).map(Rc::unwrap_or_clone)
+    }
+    /// The texture of an image, weighted by another one.
+    fn weighted(&self, own: &WeightedImage) -> Result<Texture, FileFault> {
         let weight = images::decode_alpha(&own.weight.name(), &self.bytes_of(&own.weight)?, own.channel)?;
         let base = own.base.as_ref().map(|image| self.decoded(image)).transpose()?;
         let size = |of_base: Option<usize>, of_weight: usize| of_base.unwrap_or(1).max(of_weight);
@@ -188,7 +195,9 @@ impl<'a> SceneReader<'a> {
         if let Some(i) = self.texture_of_image.get(&name) {
             return Ok(*i);
         }
-        self.parts.textures.push(images::decode_stored(&image.name(), &self.bytes_of(image)?)?);
+        let decode = || images::decode_stored(&image.name(), &self.bytes_of(image)?);
+        let texture = self.source.once(name.as_str(), decode).map(Rc::unwrap_or_clone)?;
+        self.parts.textures.push(texture);
         self.texture_of_image.insert(name, self.parts.textures.len() - 1);
         Ok(self.parts.textures.len() - 1)
     }
@@ -230,10 +239,10 @@ impl<'a> SceneReader<'a> {
     }
     /// Adds the texture of an image, in the bands of the scene.
     fn add_texture(&mut self, name: String, mut texture: Texture) -> Result<usize, FileFault> {
-        let (bands, triple) = (self.source.bands(), self.source.triple());
+        let (bands, block) = (self.source.bands(), self.source.block());
         if !bands.is_rgb() {
             for pixel in &mut texture.pixels {
-                let found = bands.from_rgb(triple, pixel.map(f64::from)).ok_or_else(|| {
+                let found = bands.from_rgb(block, pixel.map(f64::from)).ok_or_else(|| {
                     let message = "a picture in colour has no meaning in bands without wavelengths; give bands = [[from, to], …] in nm";
                     FileFault::new(&name, "", message)
                 })?;

@@ -142,9 +142,9 @@ pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, Input
 pub(crate) fn read_extinction_and_albedo(t: &TomlTable<'_>) -> Result<[Option<Bands>; 2], InputError> {
     let [kappa, albedo] = read_two_of_three(t)?;
     let solar = [read_solar(t, "solar_extinction", f64::INFINITY)?, read_solar(t, "solar_albedo", 1.0)?];
-    let (bands, triple) = (t.source.bands(), t.source.triple());
+    let (bands, block) = (t.source.bands(), t.source.block());
     let with_solar = |values: Option<Bands>, solar: Option<f64>, key: &str| match (values, solar) {
-        (Some(values), Some(solar)) => Ok(Some(bands.with_solar_value(triple, values, solar))),
+        (Some(values), Some(solar)) => Ok(Some(bands.with_solar_value(block, values, solar))),
         (Some(values), None) if values.any(f64::is_nan) => {
             Err(t.error(format!("the list for the infrared bands has no value for sunlight; add {key}")))
         }
@@ -226,9 +226,9 @@ pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputEr
                 "the bands leave out {low} to {high} nm, where a body emits too; in thermal mode let each band begin where the one before it ends"
             )));
         }
-        band_fractions = BandFractions::of_wavelengths(bands, root.source.triple()).unwrap_or_default();
+        band_fractions = BandFractions::of_wavelengths(bands, root.source.block()).unwrap_or_default();
     }
-    if bands.has_solar_band() && band_fractions.is_grey() && root.source.triple() == 0 {
+    if bands.has_solar_band() && band_fractions.is_grey() && root.source.block() == 0 {
         match bands.infrared_count() {
             1 => band_fractions = BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
             // The grey gases of a model bring their fractions.
@@ -253,7 +253,7 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
                 return Err(r.error("constant band fractions hold everywhere; remove this key"));
             }
             let s = n.bands_or_infrared(1.0, 0.0)?;
-            // Sunlight and what fills up the last triple emits nothing.
+            // Sunlight and what fills up the last block emits nothing.
             let (_, window) = n.band_window();
             let of_band = |b: Band| vec![if b.index() < window.len() { s[b] } else { 0.0 }];
             Ok(BandFractions::GreyGases {
@@ -281,7 +281,7 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
     }
 }
 
-/// A list of coefficients for each band; one of them may be `"rest"`: 1 less the other polynomials. Returns those of the triple that is read.
+/// A list of coefficients for each band; one of them may be `"rest"`: 1 less the other polynomials. Returns those of the block that is read.
 fn read_polynomials(node: &TomlNode<'_>) -> Result<PerBand<Vec<f64>>, InputError> {
     let (count, window) = node.band_window();
     let wanted = match count {
@@ -316,7 +316,7 @@ fn read_polynomials(node: &TomlNode<'_>) -> Result<PerBand<Vec<f64>>, InputError
         }
         out[band] = own;
     }
-    // What fills up the last triple emits nothing.
+    // What fills up the last block emits nothing.
     let of_band = |b: Band| window.clone().nth(b.index()).map_or_else(|| vec![0.0], |k| out[k].clone());
     Ok(PerBand::from_fn(of_band))
 }

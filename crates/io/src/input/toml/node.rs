@@ -7,6 +7,7 @@ use crate::input::reading::error::InputError;
 use crate::input::reading::suggestion::suggest;
 use crate::input::tables::spectrum::Spectrum;
 use std::ops::Range;
+use std::rc::Rc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use zonal_math::Vec3;
@@ -37,6 +38,13 @@ pub(crate) struct TomlTable<'a> {
 impl<'a> TomlNode<'a> {
     pub(crate) fn offset(&self) -> usize {
         self.span.start
+    }
+    /// What `read` reads here, once for all blocks of bands ([`SourceText::once`]).
+    pub(crate) fn once<T: 'static>(
+        &self,
+        read: impl FnOnce() -> Result<T, InputError>,
+    ) -> Result<Rc<T>, InputError> {
+        self.source.once(format!("@{}", self.span.start), read)
     }
     /// An error here. The message states the defect and, after a semicolon, the remedy.
     pub(crate) fn error(&self, message: impl Into<String>) -> InputError {
@@ -136,7 +144,7 @@ impl<'a> TomlNode<'a> {
     pub(crate) fn is_table(&self) -> bool {
         self.value.is_table()
     }
-    fn triple<T>(
+    fn block<T>(
         &self,
         wanted: &str,
         read: impl Fn(&TomlNode<'a>) -> Result<T, InputError>,
@@ -153,16 +161,16 @@ impl<'a> TomlNode<'a> {
     }
     /// A point or direction `[x, y, z]`.
     pub(crate) fn vector(&self) -> Result<Vec3, InputError> {
-        self.triple("[x, y, z]", TomlNode::number).map(Vec3::from_array)
+        self.block("[x, y, z]", TomlNode::number).map(Vec3::from_array)
     }
     /// Three whole numbers from 1.
     pub(crate) fn counts(&self) -> Result<[usize; 3], InputError> {
-        self.triple("three whole numbers [nx, ny, nz]", TomlNode::count)
+        self.block("three whole numbers [nx, ny, nz]", TomlNode::count)
     }
     /// One number for all axes, or one per axis; all above zero.
     pub(crate) fn lengths(&self) -> Result<Vec3, InputError> {
         if self.is_list() {
-            self.triple("a number or [x, y, z]", TomlNode::positive).map(Vec3::from_array)
+            self.block("a number or [x, y, z]", TomlNode::positive).map(Vec3::from_array)
         } else {
             self.positive().map(Vec3::splat)
         }
@@ -192,7 +200,7 @@ impl<'a> TomlNode<'a> {
             Some(x) => Err(self.error(format!(
                 "the mean over a band is {x}, and at most {max} is possible; give smaller values"
             ))),
-            None => self.triple_of_bands(&values, "").map(Bands::from_rgb),
+            None => self.block_of_bands(&values, "").map(Bands::from_rgb),
         }
     }
     /// A flux: one number for all bands or one per band, each from 0, or the integrals of a spectrum.
@@ -219,7 +227,7 @@ impl<'a> TomlNode<'a> {
             }
         };
         let values: Vec<f64> = integrals.iter().map(|x| factor * x).collect();
-        self.triple_of_bands(&values, "").map(Bands::from_rgb)
+        self.block_of_bands(&values, "").map(Bands::from_rgb)
     }
     /// The spectrum that a table names; none for other values.
     fn spectrum(&self) -> Result<Option<(TomlTable<'a>, Spectrum)>, InputError> {
@@ -253,8 +261,12 @@ impl<'a> TomlNode<'a> {
                 false => n.count().map(|k| k.to_string()),
             });
             let column = column.transpose()?.unwrap_or_else(|| "2".into());
-            let read = Spectrum::read(files, &folder.join(file.text()?), &column);
-            read.map_err(|f| t.get("column").unwrap_or(file).error(f.to_string()))?
+            let path = folder.join(file.text()?);
+            let read = file.once(|| {
+                let read = Spectrum::read(files, &path, &column);
+                read.map_err(|f| t.get("column").unwrap_or_else(|| file.clone()).error(f.to_string()))
+            });
+            Rc::unwrap_or_clone(read?)
         };
         Ok(Some((t, found)))
     }
@@ -286,7 +298,7 @@ impl<'a> TomlNode<'a> {
         if !self.is_list() {
             return self.number_up_to(max).map(Bands::splat);
         }
-        self.triple_of_bands(&self.numbers_up_to(max)?, "a number or ").map(Bands::from_rgb)
+        self.block_of_bands(&self.numbers_up_to(max)?, "a number or ").map(Bands::from_rgb)
     }
     /// As [`TomlNode::bands`]. A list may lack the value of the band of sunlight, which is then `solar`.
     pub(crate) fn bands_or_infrared(&self, max: f64, solar: f64) -> Result<Bands, InputError> {
@@ -298,15 +310,15 @@ impl<'a> TomlNode<'a> {
         if values.len() == bands.infrared_count() {
             values.push(solar);
         }
-        self.triple_of_bands(&values, "a number or ").map(Bands::from_rgb)
+        self.block_of_bands(&values, "a number or ").map(Bands::from_rgb)
     }
     fn numbers_up_to(&self, max: f64) -> Result<Vec<f64>, InputError> {
         self.list()?.iter().map(|n| n.number_up_to(max)).collect()
     }
-    /// The values of the triple of bands that is read, out of one value for each band; `also` names what may stand for the list in an error.
-    pub(crate) fn triple_of_bands<T: Clone>(&self, values: &[T], also: &str) -> Result<[T; 3], InputError> {
+    /// The values of the block of bands that is read, out of one value for each band; `also` names what may stand for the list in an error.
+    pub(crate) fn block_of_bands<T: Clone>(&self, values: &[T], also: &str) -> Result<[T; 3], InputError> {
         let bands = self.source.bands();
-        bands.triple_of(self.source.triple(), values).ok_or_else(|| {
+        bands.of_block(self.source.block(), values).ok_or_else(|| {
             let wanted = match bands.is_rgb() {
                 true => "[red, green, blue]".to_string(),
                 false if bands.has_solar_band() => {
@@ -317,19 +329,19 @@ impl<'a> TomlNode<'a> {
             self.error(format!("this list has {} values; give {also}{wanted}", values.len()))
         })
     }
-    /// The number of bands that emit by temperature, and those of them that the triple that is read holds.
+    /// The number of bands that emit by temperature, and those of them that the block that is read holds.
     pub(crate) fn band_window(&self) -> (usize, std::ops::Range<usize>) {
         let (bands, count) = (self.source.bands(), self.source.bands().infrared_count());
-        let window = bands.window(self.source.triple());
+        let window = bands.window(self.source.block());
         (count, window.start.min(count)..window.end.min(count))
     }
-    /// Puts a flux in the band of sunlight of the triple that is read; none in scenes without that band.
+    /// Puts a flux in the band of sunlight of the block that is read; none in scenes without that band.
     pub(crate) fn solar_band(&self) -> Option<impl FnOnce(f64) -> Bands + use<'a>> {
         let source = self.source;
         source
             .bands()
             .has_solar_band()
-            .then_some(move |flux| source.bands().in_solar_band(source.triple(), flux))
+            .then_some(move |flux| source.bands().in_solar_band(source.block(), flux))
     }
     /// A table with no other keys than these.
     pub(crate) fn table(&self, keys: KeyGroups) -> Result<TomlTable<'a>, InputError> {

@@ -2,9 +2,11 @@
 
 use crate::files::FileSource;
 use crate::input::reading::error::InputError;
+use std::any::{Any, TypeId};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
+use std::rc::Rc;
 use toml::Spanned;
 use toml::de::DeTable;
 use zonal_scene::{BandSet, SceneError};
@@ -14,23 +16,61 @@ pub(crate) struct SourceText<'a> {
     file: &'a str,
     text: &'a str,
     places: RefCell<HashMap<String, usize>>,
-    /// The bands of the scene, and the triple of them that is read.
+    /// The bands of the scene, and the block of them that is read.
     bands: (BandSet, usize),
     /// Folder and storage of the files that values refer to.
     files: Option<(&'a Path, FileSource<'a>)>,
+    shared: Rc<SharedValues>,
+}
+
+/// What does not depend on the bands, read once for all blocks of bands: by its place in the document, or by the name of an image.
+#[derive(Default)]
+struct SharedValues {
+    values: RefCell<HashMap<(String, TypeId), Rc<dyn Any>>>,
 }
 
 impl<'a> SourceText<'a> {
     pub(crate) fn new(file: &'a str, text: &'a str) -> SourceText<'a> {
-        SourceText { file, text, places: RefCell::default(), bands: (BandSet::default(), 0), files: None }
+        SourceText {
+            file,
+            text,
+            places: RefCell::default(),
+            bands: (BandSet::default(), 0),
+            files: None,
+            shared: Rc::default(),
+        }
     }
     /// The same text with files in a folder.
     pub(crate) fn with_files(self, folder: Option<&'a Path>, files: FileSource<'a>) -> SourceText<'a> {
         SourceText { files: folder.map(|f| (f, files)), ..self }
     }
-    /// The same text, of which one triple of bands is read.
-    pub(crate) fn with_triple(&self, bands: BandSet, triple: usize) -> SourceText<'a> {
-        SourceText { bands: (bands, triple), files: self.files, ..SourceText::new(self.file, self.text) }
+    /// The same text, of which one block of bands is read.
+    pub(crate) fn with_block(&self, bands: BandSet, block: usize) -> SourceText<'a> {
+        let shared = self.shared.clone();
+        SourceText {
+            bands: (bands, block),
+            files: self.files,
+            shared,
+            ..SourceText::new(self.file, self.text)
+        }
+    }
+    /// What `read` reads, which must not depend on the block of bands: read for the first block, and kept for the others. `key` is unique for its type.
+    pub(crate) fn once<T: 'static, E>(
+        &self,
+        key: impl Into<String>,
+        read: impl FnOnce() -> Result<T, E>,
+    ) -> Result<Rc<T>, E> {
+        if self.bands().block_count() == 1 {
+            return read().map(Rc::new);
+        }
+        let key = (key.into(), TypeId::of::<T>());
+        let known = self.shared.values.borrow().get(&key).cloned();
+        if let Some(known) = known.and_then(|v| v.downcast::<T>().ok()) {
+            return Ok(known);
+        }
+        let value = Rc::new(read()?);
+        self.shared.values.borrow_mut().insert(key, value.clone());
+        Ok(value)
     }
     /// Folder and storage of the files that values refer to; none for a text without a folder.
     pub(crate) fn files(&self) -> Option<(&'a Path, FileSource<'a>)> {
@@ -40,8 +80,8 @@ impl<'a> SourceText<'a> {
     pub(crate) fn bands(&self) -> &BandSet {
         &self.bands.0
     }
-    /// The triple of bands that is read.
-    pub(crate) fn triple(&self) -> usize {
+    /// The block of bands that is read.
+    pub(crate) fn block(&self) -> usize {
         self.bands.1
     }
     /// Line and column (in characters) of a byte offset, both from 1.

@@ -71,7 +71,7 @@ fn to_bands(rows: Vec<[f64; 3]>) -> Vec<Bands> {
 }
 
 /// Three little-endian doubles.
-fn decode_triple(c: [u8; 24]) -> [f64; 3] {
+fn decode_block(c: [u8; 24]) -> [f64; 3] {
     let (a, _) = c.as_chunks::<8>();
     [f64::from_le_bytes(a[0]), f64::from_le_bytes(a[1]), f64::from_le_bytes(a[2])]
 }
@@ -93,7 +93,7 @@ pub(crate) struct NpzReader<'a> {
     size: u64,
     /// Bytes that may still be read.
     budget: u64,
-    /// The bands of the scene, and the triple of them that is read.
+    /// The bands of the scene, and the block of them that is read.
     bands: (BandSet, usize),
 }
 
@@ -123,9 +123,10 @@ impl<'a> NpzReader<'a> {
         })
     }
 
-    /// Reads one triple of bands from arrays with a column for each band.
-    pub(crate) fn set_triple(&mut self, bands: BandSet, triple: usize) {
-        self.bands = (bands, triple);
+    /// Reads one block of bands from arrays with a column for each band, from the first array on.
+    pub(crate) fn set_block(&mut self, bands: BandSet, block: usize) {
+        self.bands = (bands, block);
+        self.budget = self.size.saturating_mul(MAX_DEFLATE_EXPANSION);
     }
 
     /// Number of bands: columns of arrays of bands.
@@ -133,20 +134,20 @@ impl<'a> NpzReader<'a> {
         self.bands.0.count()
     }
 
-    /// The triple that is read, out of rows of all bands.
-    fn triple_of_rows<T: Copy>(
+    /// The block that is read, out of rows of all bands.
+    fn block_of_rows<T: Copy>(
         &self,
         name: &str,
         shape: &[usize],
         data: Vec<T>,
     ) -> Result<Vec<[T; 3]>, FileError> {
-        let (bands, triple) = &self.bands;
+        let (bands, block) = &self.bands;
         if shape.last() != Some(&bands.count()) {
             let message =
                 format!("has shape {shape:?} where rows of {} bands were expected; {DAMAGED}", bands.count());
             return Err(self.error(name, message));
         }
-        Ok(data.chunks_exact(bands.count()).filter_map(|row| bands.triple_of(*triple, row)).collect())
+        Ok(data.chunks_exact(bands.count()).filter_map(|row| bands.of_block(*block, row)).collect())
     }
 
     /// An error at an entry of this file.
@@ -334,7 +335,7 @@ impl<'a> NpzReader<'a> {
     }
 
     /// Finite numbers of shape `[..shape, 3]`.
-    fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<[f64; 3]>, FileError> {
+    fn blocks(&mut self, name: &str, shape: &[usize]) -> Result<Vec<[f64; 3]>, FileError> {
         let (found, data) = self.rows(name)?;
         self.check_shape(name, &found, &[shape, &[3]].concat())?;
         Ok(data)
@@ -347,7 +348,7 @@ impl<'a> NpzReader<'a> {
         Ok(to_bands(data))
     }
 
-    /// Rows of all bands, each valid, with the shape of the array: the triple that is read.
+    /// Rows of all bands, each valid, with the shape of the array: the block that is read.
     fn band_rows_of(
         &mut self,
         name: &str,
@@ -361,7 +362,7 @@ impl<'a> NpzReader<'a> {
         if !data.iter().all(|x| is_valid(*x)) {
             return Err(self.error(name, format!("{message}; {DAMAGED}")));
         }
-        let rows = self.triple_of_rows(name, &shape, data)?;
+        let rows = self.block_of_rows(name, &shape, data)?;
         Ok((shape, rows))
     }
 
@@ -376,7 +377,7 @@ impl<'a> NpzReader<'a> {
         is_valid: fn(f64) -> bool,
         message: &str,
     ) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
-        let (shape, data) = self.array(name, ElementType::F64, decode_triple)?;
+        let (shape, data) = self.array(name, ElementType::F64, decode_block)?;
         let whole = 3 * data.len() == shape.iter().product::<usize>();
         if whole && data.as_flattened().iter().all(|x| is_valid(*x)) {
             return Ok((shape, data));
@@ -409,7 +410,7 @@ impl<'a> NpzReader<'a> {
         }
     }
 
-    /// As [`NpzReader::triples`], or one row for all.
+    /// As [`NpzReader::blocks`], or one row for all.
     pub(crate) fn same_or_each(
         &mut self,
         name: &str,
@@ -479,14 +480,14 @@ impl<'a> NpzReader<'a> {
             Ok((shape, data)) => {
                 let list: Vec<f32> = data.as_chunks::<4>().0.iter().map(|c| f32::from_le_bytes(*c)).collect();
                 let valid = list.iter().all(|x| is_valid(f64::from(*x)));
-                let rows = self.triple_of_rows(name, &shape, list)?;
+                let rows = self.block_of_rows(name, &shape, list)?;
                 (shape, valid, ZoneValues::Single(rows.into_iter().map(PerBand::from_rgb).collect()))
             }
             Err(_) => {
                 let (shape, data) = npy::parse(&bytes, ElementType::F64).map_err(|e| error(self, e))?;
                 let list: Vec<f64> = data.as_chunks::<8>().0.iter().map(|c| f64::from_le_bytes(*c)).collect();
                 let valid = list.iter().all(|x| is_valid(*x));
-                let rows = self.triple_of_rows(name, &shape, list)?;
+                let rows = self.block_of_rows(name, &shape, list)?;
                 (shape, valid, ZoneValues::Double(to_bands(rows)))
             }
         };
@@ -503,7 +504,7 @@ impl<'a> NpzReader<'a> {
 
     /// A list of points or directions.
     pub(crate) fn vectors(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
-        Ok(self.triples(name, &[count])?.into_iter().map(Vec3::from_array).collect())
+        Ok(self.blocks(name, &[count])?.into_iter().map(Vec3::from_array).collect())
     }
 
     /// A list of unit vectors.

@@ -64,18 +64,18 @@ impl<W: Seek> Seek for FailsOnce<W> {
     }
 }
 
-/// An npz that is written entry by entry. Arrays of bands have one column for each band of a scene; their values are given by triples of bands.
+/// An npz that is written entry by entry. Arrays of bands have one column for each band of a scene; their values are given by blocks of bands.
 pub(crate) struct NpzWriter<W: Write + Seek> {
     zip: ZipWriter<FailsOnce<W>>,
-    /// Bands of each triple.
-    bands_of_triples: Vec<usize>,
+    /// Bands of each block.
+    bands_of_blocks: Vec<usize>,
 }
 
 impl<W: Write + Seek> NpzWriter<W> {
     /// For arrays of the bands of a scene.
     pub(crate) fn new(out: W, bands: &BandSet) -> NpzWriter<W> {
-        let bands_of_triples = (0..bands.triples()).map(|t| bands.window(t).len()).collect();
-        NpzWriter { zip: ZipWriter::new(FailsOnce::new(out)), bands_of_triples }
+        let bands_of_blocks = (0..bands.block_count()).map(|t| bands.window(t).len()).collect();
+        NpzWriter { zip: ZipWriter::new(FailsOnce::new(out)), bands_of_blocks }
     }
 
     pub(crate) fn finish(self) -> io::Result<()> {
@@ -106,7 +106,7 @@ impl<W: Write + Seek> NpzWriter<W> {
         self.zip.write_all(block[..filled].as_flattened())
     }
 
-    /// Streams the bands of each row, a block at a time; `value` gives those of triple t in row i.
+    /// Streams the bands of each row, a block at a time; `value` gives those of block t in row i.
     fn stream_bands<const N: usize>(
         &mut self,
         rows: usize,
@@ -116,7 +116,7 @@ impl<W: Write + Seek> NpzWriter<W> {
         let row_bytes = N * self.band_count();
         let mut block = Vec::with_capacity(BLOCK_BYTES + row_bytes);
         for i in 0..rows {
-            for (t, count) in self.bands_of_triples.iter().enumerate() {
+            for (t, count) in self.bands_of_blocks.iter().enumerate() {
                 let bytes = value(t, i).map_to(&to_bytes);
                 bytes.iter().take(*count).for_each(|b| block.extend_from_slice(b));
             }
@@ -190,7 +190,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     }
 
     /// An array of shape `[..shape, 3]`.
-    pub(crate) fn triples(
+    pub(crate) fn blocks(
         &mut self,
         name: &str,
         shape: &[usize],
@@ -202,18 +202,18 @@ impl<W: Write + Seek> NpzWriter<W> {
 
     /// Number of bands.
     fn band_count(&self) -> usize {
-        self.bands_of_triples.iter().sum()
+        self.bands_of_blocks.iter().sum()
     }
 
-    /// Bands of zones, an array of shape `[zones, bands]` with at least `least` rows, from those of each triple; an empty triple stands for zeros.
-    pub(crate) fn bands(&mut self, name: &str, triples: &[&[Bands]], least: usize) -> io::Result<()> {
-        let zones = triples.iter().map(|t| t.len()).fold(least, usize::max);
+    /// Bands of zones, an array of shape `[zones, bands]` with at least `least` rows, from those of each block; an empty block stands for zeros.
+    pub(crate) fn bands(&mut self, name: &str, blocks: &[&[Bands]], least: usize) -> io::Result<()> {
+        let zones = blocks.iter().map(|t| t.len()).fold(least, usize::max);
         self.begin(name, ElementType::F64, &[zones, self.band_count()])?;
-        let value = |t: usize, i: usize| if triples[t].is_empty() { Bands::ZERO } else { triples[t][i] };
+        let value = |t: usize, i: usize| if blocks[t].is_empty() { Bands::ZERO } else { blocks[t][i] };
         self.stream_bands(zones, value, f64::to_le_bytes)
     }
 
-    /// As [`NpzWriter::triples`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
+    /// As [`NpzWriter::blocks`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
     pub(crate) fn rows(
         &mut self,
         name: &str,
@@ -223,13 +223,13 @@ impl<W: Write + Seek> NpzWriter<W> {
         let mut all = data.clone();
         match all.next() {
             Some(first) if all.all(|x| x.map(f64::to_bits) == first.map(f64::to_bits)) => {
-                self.triples(name, &vec![1; shape.len()], std::iter::once(first))
+                self.blocks(name, &vec![1; shape.len()], std::iter::once(first))
             }
-            _ => self.triples(name, shape, data),
+            _ => self.blocks(name, shape, data),
         }
     }
 
-    /// As [`NpzWriter::rows`], of the bands of row `i` of triple `t`, which `value` gives.
+    /// As [`NpzWriter::rows`], of the bands of row `i` of block `t`, which `value` gives.
     pub(crate) fn band_rows(
         &mut self,
         name: &str,
@@ -242,19 +242,19 @@ impl<W: Write + Seek> NpzWriter<W> {
             let first = bits(t, 0);
             (1..rows).all(|i| bits(t, i) == first)
         };
-        let is_uniform = rows > 0 && (0..self.bands_of_triples.len()).all(is_constant);
+        let is_uniform = rows > 0 && (0..self.bands_of_blocks.len()).all(is_constant);
         let (shape, rows) = if is_uniform { (vec![1; shape.len()], 1) } else { (shape.to_vec(), rows) };
         self.begin(name, ElementType::F64, &[shape, vec![self.band_count()]].concat())?;
         self.stream_bands(rows, value, f64::to_le_bytes)
     }
 
-    /// The values of a light group, `[zones, bands]` of f64, or of f32 if every triple has single precision; no rows for zeros.
-    pub(crate) fn values(&mut self, name: &str, triples: &[&ZoneValues]) -> io::Result<()> {
-        let zones = triples.iter().map(|v| v.len()).max().unwrap_or(0);
-        let is_single = triples.iter().all(|v| matches!(v, ZoneValues::Single(_)));
+    /// The values of a light group, `[zones, bands]` of f64, or of f32 if every block has single precision; no rows for zeros.
+    pub(crate) fn values(&mut self, name: &str, blocks: &[&ZoneValues]) -> io::Result<()> {
+        let zones = blocks.iter().map(|v| v.len()).max().unwrap_or(0);
+        let is_single = blocks.iter().all(|v| matches!(v, ZoneValues::Single(_)));
         let kind = if is_single { ElementType::F32 } else { ElementType::F64 };
         self.begin(name, kind, &[zones, self.band_count()])?;
-        let value = |t: usize, i: usize| triples[t].at(i);
+        let value = |t: usize, i: usize| blocks[t].at(i);
         match is_single {
             true => self.stream_bands(zones, value, |x| (x as f32).to_le_bytes()),
             false => self.stream_bands(zones, value, f64::to_le_bytes),
@@ -266,7 +266,7 @@ impl<W: Write + Seek> NpzWriter<W> {
         name: &str,
         data: impl ExactSizeIterator<Item = Vec3>,
     ) -> io::Result<()> {
-        self.triples(name, &[data.len()], data.map(Vec3::array))
+        self.blocks(name, &[data.len()], data.map(Vec3::array))
     }
 
     /// An array of shape `[..shape]` of f64.

@@ -2,75 +2,114 @@
 //!
 //! A number that is not finite is written as null. Names are written as their words.
 //!
-//! **Bands.** A scene of many bands consists of triples of bands, each with values of its own. Values of bands are written as `{"bands": [a, b, c]}`
-//! first; [`join_triples`] turns the documents of all triples into one with a list over all bands. While a document is read, [`with_triple`] says
-//! which triple is taken from these lists.
+//! **Bands.** The bands of a scene are stored in blocks of three, each with a document of its own. Values of bands are written as
+//! `{"bands of a block": [a, b, c]}` first; [`join_blocks`] turns the documents of all blocks into one with a list over all bands, and tells where these
+//! lists stand. With these places [`block_of_document`] takes one block out of the document.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error, ser::SerializeMap};
 use serde_json::Value;
-use std::cell::RefCell;
+use std::collections::BTreeSet;
 use zonal_math::{Grade, Vec3};
 use zonal_scene::{BandSet, Bands, EnergyBalance, PerBand, SolveStatus, printable};
 
-thread_local! {
-    /// The bands of the document that is read, and the triple that is taken from it.
-    static TRIPLE: RefCell<(BandSet, usize)> = RefCell::default();
-}
-
-/// Reads with one triple of bands taken from every list over bands.
-pub(crate) fn with_triple<T>(bands: &BandSet, triple: usize, read: impl FnOnce() -> T) -> T {
-    let before = TRIPLE.replace((bands.clone(), triple));
-    let out = read();
-    TRIPLE.set(before);
-    out
-}
-
 /// The key of values of bands before they are joined.
-const BANDS_KEY: &str = "bands of a triple";
+const BANDS_KEY: &str = "bands of a block";
+/// The key of values of bands that every block reads as a whole.
+const WHOLE_KEY: &str = "bands of the scene";
 
-/// Values of a triple of bands, marked for [`join_triples`].
-fn mark_bands<S: Serializer, T: Serialize>(values: &[T], s: S) -> Result<S::Ok, S::Error> {
+/// Places of lists over bands in a document: keys after slashes, with `*` for any element of a list.
+pub(crate) type BandLists = BTreeSet<String>;
+
+/// Values of a block of bands, marked for [`join_blocks`].
+fn mark_bands<S: Serializer, T: Serialize>(key: &str, values: &[T], s: S) -> Result<S::Ok, S::Error> {
     let mut map = s.serialize_map(Some(1))?;
-    map.serialize_entry(BANDS_KEY, values)?;
+    map.serialize_entry(key, values)?;
     map.end()
 }
 
-/// One document out of those of the triples of a scene: values of bands become lists over all bands; all else is that of the first triple.
-pub(crate) fn join_triples(bands: &BandSet, triples: Vec<Value>) -> Value {
-    let counts: Vec<usize> = (0..bands.triples()).map(|t| bands.window(t).len()).collect();
-    join(&triples.iter().collect::<Vec<_>>(), &counts)
+/// One document out of those of the blocks of a scene: values of bands become lists over all bands, whose places are returned; all else is that of the
+/// first block.
+pub(crate) fn join_blocks(bands: &BandSet, blocks: Vec<Value>) -> (Value, BandLists) {
+    let counts = (0..bands.block_count()).map(|t| bands.window(t).len()).collect();
+    let mut joining = Joining { counts, lists: BandLists::new() };
+    let document = joining.join(&blocks.iter().collect::<Vec<_>>(), "");
+    (document, joining.lists)
 }
 
-fn join(triples: &[&Value], counts: &[usize]) -> Value {
-    let values = |t: usize| triples[t].get(BANDS_KEY).and_then(Value::as_array);
-    if values(0).is_some() {
-        let own = |t: usize| values(t).into_iter().flatten().take(counts[t]).cloned();
-        return (0..triples.len()).flat_map(own).collect();
-    }
-    match triples[0] {
-        Value::Object(map) => {
-            let member = |key: &String| -> Value {
-                let of = triples.iter().map(|t| t.get(key).unwrap_or(&Value::Null));
-                join(&of.collect::<Vec<_>>(), counts)
-            };
-            map.keys().map(|key| (key.clone(), member(key))).collect()
+struct Joining {
+    /// Number of bands of each block.
+    counts: Vec<usize>,
+    lists: BandLists,
+}
+
+impl Joining {
+    fn join(&mut self, blocks: &[&Value], place: &str) -> Value {
+        let key = [BANDS_KEY, WHOLE_KEY].into_iter().find(|key| blocks[0].get(key).is_some());
+        if let Some(key) = key {
+            if key == BANDS_KEY {
+                self.lists.insert(place.to_string());
+            }
+            let values = |t: usize| blocks[t].get(key).and_then(Value::as_array);
+            let own = |t: usize| values(t).into_iter().flatten().take(self.counts[t]).cloned();
+            return (0..blocks.len()).flat_map(own).collect();
         }
-        Value::Array(list) => {
-            let element = |k: usize| -> Value {
-                let of = triples.iter().map(|t| t.get(k).unwrap_or(&Value::Null));
-                join(&of.collect::<Vec<_>>(), counts)
-            };
-            (0..list.len()).map(element).collect()
+        match blocks[0] {
+            Value::Object(map) => {
+                let mut member = |key: &String| -> Value {
+                    let of: Vec<_> = blocks.iter().map(|t| t.get(key).unwrap_or(&Value::Null)).collect();
+                    self.join(&of, &format!("{place}/{key}"))
+                };
+                map.keys().map(|key| (key.clone(), member(key))).collect()
+            }
+            Value::Array(list) => {
+                let place = format!("{place}/*");
+                let mut element = |k: usize| -> Value {
+                    let of: Vec<_> = blocks.iter().map(|t| t.get(k).unwrap_or(&Value::Null)).collect();
+                    self.join(&of, &place)
+                };
+                (0..list.len()).map(&mut element).collect()
+            }
+            other => other.clone(),
         }
-        other => other.clone(),
     }
 }
 
-/// The triple that is read, out of a list over all bands.
-fn triple_of_list<T: Clone, E: Error>(list: &[T]) -> Result<[T; 3], E> {
-    TRIPLE.with_borrow(|(bands, triple)| {
-        bands.triple_of(*triple, list).ok_or_else(|| {
-            E::custom(format!("a list has {} values where there are {} bands", list.len(), bands.count()))
+/// The document of one block of bands, with three values in each list over bands; what fills up the last block is the last band.
+///
+/// # Errors
+/// The place of a list that does not have one value for each band.
+pub(crate) fn block_of_document(
+    document: &Value,
+    lists: &BandLists,
+    bands: &BandSet,
+    block: usize,
+) -> Result<Value, String> {
+    fn walk(
+        v: &Value,
+        place: &str,
+        of_list: &impl Fn(&str, &[Value]) -> Option<Result<Value, String>>,
+    ) -> Result<Value, String> {
+        match v {
+            Value::Object(map) => {
+                let member = |(key, v): (&String, &Value)| {
+                    Ok((key.clone(), walk(v, &format!("{place}/{key}"), of_list)?))
+                };
+                map.iter().map(member).collect()
+            }
+            Value::Array(list) => of_list(place, list).unwrap_or_else(|| {
+                let place = format!("{place}/*");
+                list.iter().map(|v| walk(v, &place, of_list)).collect()
+            }),
+            other => Ok(other.clone()),
+        }
+    }
+    walk(document, "", &|place, list| {
+        lists.contains(place).then(|| match bands.of_block(block, list) {
+            Some(values) => Ok(values.to_vec().into()),
+            None => {
+                let (path, found) = (place.trim_start_matches('/').replace('/', "."), list.len());
+                Err(format!("{path}: a list has {found} values where there are {} bands", bands.count()))
+            }
         })
     })
 }
@@ -167,10 +206,10 @@ pub(crate) mod statuses {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(list: &PerBand<SolveStatus>, s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(&list.map(SolveStatus::name).into_rgb(), s)
+        mark_bands(BANDS_KEY, &list.map(SolveStatus::name).into_rgb(), s)
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<SolveStatus>, D::Error> {
-        let names = triple_of_list::<String, D::Error>(&Vec::deserialize(d)?)?;
+        let names = <[String; 3]>::deserialize(d)?;
         let find = |name: &String| {
             let status = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
             status.ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
@@ -197,10 +236,10 @@ pub(crate) mod bands {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(x.as_slice(), s)
+        mark_bands(BANDS_KEY, x.as_slice(), s)
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        triple_of_list::<f64, D::Error>(&Vec::deserialize(d)?).map(Bands::from_rgb)
+        <[f64; 3]>::deserialize(d).map(Bands::from_rgb)
     }
 }
 
@@ -211,7 +250,7 @@ pub(crate) mod nan_bands {
     pub(crate) use super::bands::serialize;
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        let list = triple_of_list::<Option<f64>, D::Error>(&Vec::deserialize(d)?)?;
+        let list = <[Option<f64>; 3]>::deserialize(d)?;
         Ok(Bands::from_rgb(list.map(|x| x.unwrap_or(f64::NAN))))
     }
 }
@@ -251,21 +290,21 @@ pub(crate) mod residual_lists {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(lists: &PerBand<Vec<f64>>, s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(lists.as_slice(), s)
+        mark_bands(BANDS_KEY, lists.as_slice(), s)
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<Vec<f64>>, D::Error> {
-        let lists = triple_of_list::<Vec<Option<f64>>, D::Error>(&Vec::deserialize(d)?)?;
+        let lists = <[Vec<Option<f64>>; 3]>::deserialize(d)?;
         let lists = PerBand::from_rgb(lists);
         Ok(lists.map(|list| list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()))
     }
 }
 
-/// Polynomials of the bands.
+/// Polynomials of all bands of the scene.
 pub(crate) mod polynomials {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(lists: &[Vec<f64>], s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(lists, s)
+        mark_bands(WHOLE_KEY, lists, s)
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Vec<f64>>, D::Error> {
         Vec::deserialize(d)

@@ -19,11 +19,11 @@ use zonal_scene::{
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
 /// warnings, provenance.
 pub fn report_json(s: &Solution) -> Value {
-    codec::join_triples(s.scene.bands(), s.triples().map(triple_json).collect())
+    codec::join_blocks(s.scene.bands(), s.blocks().map(block_json).collect()).0
 }
 
-/// The report of one triple of bands, with values of bands marked.
-pub(crate) fn triple_json(s: &Solution) -> Value {
+/// The report of one block of bands, with values of bands marked.
+pub(crate) fn block_json(s: &Solution) -> Value {
     let mut v = encode_report(&s.report);
     v["light_groups"] = s.groups.iter().map(encode_group).collect();
     v["scene"] = json!(s.scene.name());

@@ -3,22 +3,22 @@
 
 use super::network::NetworkFormat;
 use crate::output::report::codec::{
-    bands, engine, join_triples, light_grouping, list_of, patch_rule, polynomials, printable_text, vector,
+    bands, engine, join_blocks, light_grouping, list_of, patch_rule, polynomials, printable_text, vector,
     zone_basis,
 };
-use crate::output::report::encode_bands;
 use crate::output::report::notes::diagnostics;
+use crate::output::report::{block_json, encode_bands};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
     Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh,
     IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SkyDistribution,
-    SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, Transmission, ZoneBasis,
+    Solution, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, Transmission, ZoneBasis,
 };
 
 /// The version of the format.
-pub(super) const FORMAT_VERSION: u64 = 6;
+pub(super) const FORMAT_VERSION: u64 = 7;
 /// The name of the format.
 pub(super) const FORMAT: &str = "zonal solution";
 
@@ -275,7 +275,7 @@ pub(super) struct ThermalFormat {
 
 #[derive(Serialize, Deserialize)]
 struct FractionsFormat {
-    /// Those of all bands in a file; of one triple while it is written.
+    /// Those of all bands in a file; of one block while it is written.
     #[serde(with = "polynomials")]
     coefficients: Vec<Vec<f64>>,
     range: [f64; 2],
@@ -342,16 +342,17 @@ impl ThermalFormat {
         ThermalFormat { band_fractions, surfaces, panes, surroundings: t.surroundings, network }
     }
 
-    /// The thermal data of one triple of bands; `cells` gives the kind of each cell and the polynomials of every kind and band, if they differ.
+    /// The thermal data of one block of bands; `cells` gives the kind of each cell and the polynomials of every kind and band, if they differ.
     pub(super) fn into_thermal(
         self,
-        (bands, triple): (&BandSet, usize),
+        bands: &BandSet,
+        block: usize,
         cells: Option<CellPolynomials>,
     ) -> Result<Thermal, String> {
         let ThermalFormat { band_fractions, surfaces, panes, surroundings, network } = self;
         let network = network.map(NetworkFormat::into_network);
         let is_black_body = band_fractions.as_ref().is_some_and(|f| f.black_body);
-        let black_body = BandFractions::of_wavelengths(bands, triple).filter(|_| is_black_body);
+        let black_body = BandFractions::of_wavelengths(bands, block).filter(|_| is_black_body);
         let Some(FractionsFormat { coefficients, range, allow_partial, normalized, .. }) =
             band_fractions.filter(|f| !f.black_body)
         else {
@@ -370,7 +371,7 @@ impl ThermalFormat {
         if let Some(list) = lists.into_iter().find(|list| list.len() != count) {
             return Err(format!("thermal.band_fractions: there are {} for {count} bands", list.len()));
         }
-        let of = |polynomials: &[Vec<f64>]| BandFractions::of_polynomials(bands, triple, polynomials, range);
+        let of = |polynomials: &[Vec<f64>]| BandFractions::of_polynomials(bands, block, polynomials, range);
         let mut of_scene = of(&coefficients);
         if let BandFractions::GreyGases { allow_partial: partial, all_bands, .. } = &mut of_scene {
             *partial = allow_partial;
@@ -423,11 +424,19 @@ impl SceneHeader {
     }
 }
 
-/// The header of a solution with this scene and report.
-pub(super) fn encode_header(scene: &Scene, mut report: Value) -> Value {
-    // Serialisation into a JSON value fails only for maps with keys that are no texts; there are none.
-    let of_triple = |scene: &Scene| serde_json::to_value(SceneHeader::new(scene)).unwrap_or_default();
-    let mut v = join_triples(scene.bands(), scene.triples().map(of_triple).collect());
+/// The header of a solution: its scene and its report.
+pub(super) fn encode_header(s: &Solution) -> Value {
+    let of_block = |s: &Solution| {
+        // Serialisation into a JSON value fails only for maps with keys that are no texts; there are none.
+        let mut v = serde_json::to_value(SceneHeader::new(&s.scene)).unwrap_or_default();
+        let mut report = block_json(s);
+        v["provenance"] = report["provenance"].take();
+        v["report"] = report;
+        v
+    };
+    let scene = &s.scene;
+    let (mut v, band_lists) = join_blocks(scene.bands(), s.blocks().map(of_block).collect());
+    v["band_lists"] = band_lists.into_iter().collect();
     if !scene.bands().is_rgb() {
         v["bands"] = encode_bands(scene.bands());
     }
@@ -441,8 +450,6 @@ pub(super) fn encode_header(scene: &Scene, mut report: Value) -> Value {
     });
     v["order_of_fields"] = "patches, then voxel zones, then pane zones".into();
     v["mode"] = if scene.thermal().is_some() { "thermal" } else { "light" }.into();
-    v["provenance"] = report["provenance"].take();
-    v["report"] = report;
     v
 }
 

@@ -29,8 +29,8 @@
 //! | `voxmap_heat` | [nx, ny, nz, 3] | in thermal mode: 1, T, 0 for a given temperature (K), else 0, 0, Q (W/m³) |
 //!
 //! Arrays of bands have one column for each band of `header["bands"]`; files without it have red, green and blue. `cell_fraction_kind` [cells] and
-//! `cell_fraction_polynomials` [kinds, bands, powers] give band fractions that differ from cell to cell. The textures of further triples of bands are
-//! `texture_0_triple_1` and so on.
+//! `cell_fraction_polynomials` [kinds, bands, powers] give band fractions that differ from cell to cell. The textures of further blocks of bands are
+//! `texture_0_block_1` and so on.
 //!
 //! A quantity of patches, voxels, pane zones or cells whose rows are all equal is one row, of shape [1, …] or [1, 1, 1, …], which numpy
 //! broadcasts. Nothing is compressed. Version 6; others are refused.

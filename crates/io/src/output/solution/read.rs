@@ -6,7 +6,7 @@ use super::shading::read_shading;
 use super::write::{sky_name, texture_name};
 use crate::output::error::FileError;
 use crate::output::npz::reader::{Absence, NpzReader, ZoneRows};
-use crate::output::report::codec::{decode_at, with_triple};
+use crate::output::report::codec::{BandLists, block_of_document, decode_at};
 use crate::output::report::{decode_bands, decode_document};
 use serde_json::Value;
 use std::io::Cursor;
@@ -31,7 +31,7 @@ use zonal_scene::{
 /// ```
 pub fn read_solution(path: impl AsRef<Path>) -> Result<Solution, FileError> {
     let path = path.as_ref();
-    read_triples(|| NpzReader::open(path))
+    read_blocks(NpzReader::open(path)?)
 }
 
 /// As [`read_solution`], from a file's bytes.
@@ -40,52 +40,53 @@ pub fn read_solution(path: impl AsRef<Path>) -> Result<Solution, FileError> {
 ///
 /// As [`read_solution`].
 pub fn read_solution_from_bytes(bytes: &[u8]) -> Result<Solution, FileError> {
-    read_triples(|| NpzReader::new(Path::new("memory"), Box::new(Cursor::new(bytes)), bytes.len() as u64))
+    read_blocks(NpzReader::new(Path::new("memory"), Box::new(Cursor::new(bytes)), bytes.len() as u64)?)
 }
 
-/// Reads all triples of the bands of a file that `open` opens.
-fn read_triples<'a>(open: impl Fn() -> Result<NpzReader<'a>, FileError>) -> Result<Solution, FileError> {
-    let mut npz = open()?;
+/// Reads all blocks of bands of a file.
+fn read_blocks(mut npz: NpzReader<'_>) -> Result<Solution, FileError> {
     let document = read_header(&mut npz)?;
-    let bands = decode_bands(&document["bands"]).map_err(|e| npz.error("header.json", e))?;
-    let one = |triple: usize| {
-        let mut npz = open()?;
-        npz.set_triple(bands.clone(), triple);
-        with_triple(&bands, triple, || read(npz, &document, (&bands, triple)))
-    };
-    let mut solutions = (0..bands.triples()).map(one).collect::<Result<Vec<_>, _>>()?;
-    if solutions.len() == 1 {
-        return Ok(solutions.swap_remove(0));
+    let header_error = |npz: &NpzReader, e: String| npz.error("header.json", e);
+    let bands = decode_bands(&document["bands"]).map_err(|e| header_error(&npz, e))?;
+    let lists: BandLists =
+        decode_at("band_lists", &document["band_lists"]).map_err(|e| header_error(&npz, e))?;
+    let mut solutions = Vec::new();
+    for block in 0..bands.block_count() {
+        npz.set_block(bands.clone(), block);
+        let own = block_of_document(&document, &lists, &bands, block).map_err(|e| header_error(&npz, e))?;
+        solutions.push(read(&mut npz, &own, &bands, block)?);
     }
+    // All blocks share the geometry of the first.
     let scenes = solutions.iter().map(|s| s.scene.clone()).collect();
-    let scene = Scene::from_triples(scenes).map_err(|e| scene_error(&npz, &e))?;
-    let further_triples = solutions.split_off(1);
-    Ok(Solution { scene, further_triples, ..solutions.swap_remove(0) })
+    let scene = Scene::from_blocks(scenes).map_err(|e| scene_error(&npz, &e))?;
+    solutions.iter_mut().zip(scene.blocks()).for_each(|(s, own)| s.scene = own);
+    Ok(Solution::of_blocks(scene, solutions))
 }
 
-/// Reads one triple of bands.
+/// Reads one block of bands.
 fn read(
-    mut npz: NpzReader<'_>,
+    npz: &mut NpzReader<'_>,
     document: &Value,
-    (bands, triple): (&BandSet, usize),
+    bands: &BandSet,
+    block: usize,
 ) -> Result<Solution, FileError> {
     // Decode the header.
     let json_error = |e: String| npz.error("header.json", e);
     let header: SceneHeader = decode_at("", document).map_err(json_error)?;
     let (mut report, groups) = decode_document(&document["report"]).map_err(json_error)?;
     let provenance: Provenance = decode_at("provenance", &document["provenance"]).map_err(json_error)?;
-    if triple > 0 {
+    if block > 0 {
         // The table of heat belongs to all bands.
         report.heat = None;
     }
     // Read the scene and its zones.
-    let scene = read_scene(&mut npz, header, (bands, triple))?;
-    let patches = read_patches(&mut npz, &scene)?;
+    let scene = read_scene(npz, header, bands, block)?;
+    let patches = read_patches(npz, &scene)?;
     let zones = Zones {
         sheets: SheetSides::of(&scene, &patches),
         patches,
-        voxels: read_voxels(&mut npz, &scene)?,
-        panes: read_pane_zones(&mut npz, &scene)?,
+        voxels: read_voxels(npz, &scene)?,
+        panes: read_pane_zones(npz, &scene)?,
         ..Zones::default()
     };
     // Read the fields.
@@ -97,15 +98,11 @@ fn read(
         error: npz.errors("error", n, Absence::Refused)?,
         direct_error: npz.errors("direct_error", n, Absence::Allowed)?,
         surroundings_error: npz.errors("surroundings_error", n, Absence::Allowed)?,
-        heat: if scene.thermal().is_some() && triple == 0 {
-            Some(read_thermal_fields(&mut npz, n)?)
-        } else {
-            None
-        },
+        heat: if scene.thermal().is_some() && block == 0 { Some(read_thermal_fields(npz, n)?) } else { None },
     };
-    let groups = read_groups(&mut npz, groups, &scene, n)?;
+    let groups = read_groups(npz, groups, &scene, n)?;
     let Provenance { scene_hash, version } = provenance;
-    Ok(Solution { report, further_triples: Vec::new(), scene_hash, version, scene, zones, fields, groups })
+    Ok(Solution { report, further_blocks: Vec::new(), scene_hash, version, scene, zones, fields, groups })
 }
 
 fn read_thermal_fields(npz: &mut NpzReader<'_>, zones: usize) -> Result<ThermalFields, FileError> {
@@ -165,10 +162,11 @@ fn read_header(npz: &mut NpzReader<'_>) -> Result<Value, FileError> {
 fn read_scene(
     npz: &mut NpzReader<'_>,
     header: SceneHeader,
-    (bands, triple): (&BandSet, usize),
+    bands: &BandSet,
+    block: usize,
 ) -> Result<Scene, FileError> {
     let cells = if header.thermal.is_some() { read_cell_fractions(npz, bands)? } else { None };
-    let thermal = header.thermal.map(|t| t.into_thermal((bands, triple), cells)).transpose();
+    let thermal = header.thermal.map(|t| t.into_thermal(bands, block, cells)).transpose();
     let facets = read_facets(npz, header.surfaces.len())?;
     let parts = SceneParts {
         name: header.name,
@@ -176,7 +174,7 @@ fn read_scene(
         shading: read_shading(npz, (facets.len(), header.surfaces.len(), header.textures))?,
         facets,
         surfaces: header.surfaces,
-        textures: (0..header.textures).map(|i| read_texture(npz, triple, i)).collect::<Result<_, _>>()?,
+        textures: (0..header.textures).map(|i| read_texture(npz, block, i)).collect::<Result<_, _>>()?,
         panes: read_panes(npz, header.panes)?,
         voxel_grid: header.voxel_grid.map(|v| read_voxel_grid(npz, &v)).transpose()?,
         lights: read_lights(npz, header.lights)?,
@@ -189,7 +187,7 @@ fn read_scene(
         options: header.options,
         notes: header.notes,
         bands: bands.clone(),
-        triple,
+        block,
     };
     Scene::new(parts).map_err(|e| scene_error(npz, &e))
 }
@@ -237,8 +235,8 @@ fn read_facets(npz: &mut NpzReader<'_>, surfaces: usize) -> Result<Vec<Facet>, F
     Ok(plates.into_iter().enumerate().map(facet).collect())
 }
 
-fn read_texture(npz: &mut NpzReader<'_>, triple: usize, i: usize) -> Result<Texture, FileError> {
-    let (width, height, pixels) = npz.picture(&texture_name(triple, i))?;
+fn read_texture(npz: &mut NpzReader<'_>, block: usize, i: usize) -> Result<Texture, FileError> {
+    let (width, height, pixels) = npz.picture(&texture_name(block, i))?;
     Ok(Texture { width, height, pixels })
 }
 

@@ -3,7 +3,6 @@
 use super::header::encode_header;
 use super::{read_solution, write_solution};
 use crate::output::npz::npy::{ElementType, header};
-use crate::output::report::report_json;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -243,7 +242,7 @@ fn solution() -> Solution {
     let value = |s: f64, i: usize| Bands::from_rgb([s / 3.0, i as f64 * s, 1e-300]);
     let field = |s: f64| (0..zones.len()).map(|i| value(s, i)).collect::<Vec<_>>();
     Solution {
-        further_triples: Vec::new(),
+        further_blocks: Vec::new(),
         fields: Fields {
             radiosity: field(1.0),
             incident: field(2.0),
@@ -285,7 +284,7 @@ fn solution() -> Solution {
 
 /// The header of a solution.
 pub(super) fn document(s: &Solution) -> serde_json::Value {
-    encode_header(&s.scene, report_json(s))
+    encode_header(s)
 }
 
 fn assert_same(a: &Solution, b: &Solution) {

@@ -6,7 +6,6 @@ use super::shading::write_shading;
 use crate::output::atomic::write_atomic;
 use crate::output::error::FileError;
 use crate::output::npz::writer::NpzWriter;
-use crate::output::report::report_json;
 use std::borrow::Cow;
 use std::io::{self, Cursor, Seek, Write};
 use std::path::Path;
@@ -55,12 +54,12 @@ fn all_values<'a>(own: &'a ZoneValues, collect: &CollectZones) -> Cow<'a, ZoneVa
 
 /// Collects the values of zones of a divided solution for the process that calls [`write_divided_solution`].
 pub fn collect_solution(s: &Solution, collect: &CollectZones) {
-    let triples: Vec<&Solution> = s.triples().collect();
-    let fields = ZONE_FIELDS.iter().flat_map(|(_, of)| triples.iter().map(move |t| of(&t.fields).as_slice()));
+    let blocks: Vec<&Solution> = s.blocks().collect();
+    let fields = ZONE_FIELDS.iter().flat_map(|(_, of)| blocks.iter().map(move |t| of(&t.fields).as_slice()));
     fields.for_each(|list| drop(collect(list)));
-    let triples = &triples;
+    let blocks = &blocks;
     let groups = (0..s.groups.len()).flat_map(group_values);
-    let values = groups.flat_map(|values| triples.iter().map(move |t| values.of(t)));
+    let values = groups.flat_map(|values| blocks.iter().map(move |t| values.of(t)));
     values.for_each(|own| drop(all_values(own, collect)));
 }
 
@@ -120,38 +119,38 @@ pub fn solution_bytes(s: &Solution) -> io::Result<Vec<u8>> {
 
 fn write<W: Write + Seek>(out: W, s: &Solution, collect: &CollectZones) -> io::Result<()> {
     let mut npz = NpzWriter::new(out, s.scene.bands());
-    let triples: Vec<&Solution> = s.triples().collect();
-    npz.bytes("header.json", encode_header(&s.scene, report_json(s)).to_string().as_bytes())?;
-    write_fields(&mut npz, &triples, collect)?;
+    let blocks: Vec<&Solution> = s.blocks().collect();
+    npz.bytes("header.json", encode_header(s).to_string().as_bytes())?;
+    write_fields(&mut npz, &blocks, collect)?;
     for values in (0..s.groups.len()).flat_map(group_values) {
-        let list: Vec<Cow<ZoneValues>> = triples.iter().map(|t| all_values(values.of(t), collect)).collect();
+        let list: Vec<Cow<ZoneValues>> = blocks.iter().map(|t| all_values(values.of(t), collect)).collect();
         // Errors are left out where there are none.
         if !values.name.ends_with("error") || list.iter().any(|v| !v.is_empty()) {
             let list: Vec<&ZoneValues> = list.iter().map(Cow::as_ref).collect();
             npz.values(&format!("group_{}_{}", values.group, values.name), &list)?;
         }
     }
-    write_patches(&mut npz, &triples)?;
-    write_voxels(&mut npz, &triples)?;
-    write_pane_zones(&mut npz, &triples)?;
-    write_scene(&mut npz, &triples)?;
+    write_patches(&mut npz, &blocks)?;
+    write_voxels(&mut npz, &blocks)?;
+    write_pane_zones(&mut npz, &blocks)?;
+    write_scene(&mut npz, &blocks)?;
     npz.finish()
 }
 
 fn write_fields<W: Write + Seek>(
     npz: &mut NpzWriter<W>,
-    triples: &[&Solution],
+    blocks: &[&Solution],
     collect: &CollectZones,
 ) -> io::Result<()> {
-    let zones = triples[0].zones.total();
+    let zones = blocks[0].zones.total();
     for (name, of) in ZONE_FIELDS {
-        let list: Vec<Cow<[Bands]>> = triples.iter().map(|t| collect(of(&t.fields))).collect();
+        let list: Vec<Cow<[Bands]>> = blocks.iter().map(|t| collect(of(&t.fields))).collect();
         let list: Vec<&[Bands]> = list.iter().map(Cow::as_ref).collect();
         // Fields that a scene lacks are zeros, but for these two, which have no rows.
         let least = if ["direct_error", "surroundings_error"].contains(&name) { 0 } else { zones };
         npz.bands(name, &list, least)?;
     }
-    let Some(h) = &triples[0].fields.heat else { return Ok(()) };
+    let Some(h) = &blocks[0].fields.heat else { return Ok(()) };
     for (name, list) in
         THERMAL_ARRAYS.into_iter().zip([&h.temperature, &h.temperature_error, &h.net, &h.net_error])
     {
@@ -160,16 +159,16 @@ fn write_fields<W: Write + Seek>(
     Ok(())
 }
 
-fn write_patches<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
-    let patches = &triples[0].zones.patches;
+fn write_patches<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
+    let patches = &blocks[0].zones.patches;
     let n = [patches.len()];
     npz.plates("patch", patches.iter().map(|p| &p.plate))?;
     npz.vectors("patch_normal", patches.iter().map(|p| p.normal))?;
     npz.reals("patch_area", patches.iter().map(|p| p.area))?;
     npz.ints("patch_facet", patches.iter().map(|p| p.facet))?;
     npz.ints("patch_surface", patches.iter().map(|p| p.surface))?;
-    npz.band_rows("patch_reflectance", &n, |t, i| triples[t].zones.patches[i].reflectance)?;
-    npz.band_rows("patch_emission", &n, |t, i| triples[t].zones.patches[i].emission)
+    npz.band_rows("patch_reflectance", &n, |t, i| blocks[t].zones.patches[i].reflectance)?;
+    npz.band_rows("patch_emission", &n, |t, i| blocks[t].zones.patches[i].emission)
 }
 
 /// The voxel zones of all processes; those of divided zones are the cells of the grid.
@@ -180,8 +179,8 @@ fn all_voxels(s: &Solution) -> Cow<'_, VoxelZones> {
     }
 }
 
-fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
-    let all: Vec<Cow<VoxelZones>> = triples.iter().map(|t| all_voxels(t)).collect();
+fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
+    let all: Vec<Cow<VoxelZones>> = blocks.iter().map(|t| all_voxels(t)).collect();
     let voxels = &all[0];
     let n = [voxels.len()];
     npz.ints("voxel_cell", voxels.iter().map(|v| v.cell))?;
@@ -212,21 +211,21 @@ fn subcells(mask: u64) -> impl Iterator<Item = u8> {
     (0..64u8).filter(move |k| mask >> k & 1 == 1)
 }
 
-fn write_pane_zones<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
-    let panes = &triples[0].zones.panes;
+fn write_pane_zones<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
+    let panes = &blocks[0].zones.panes;
     let n = [panes.len()];
     npz.plates("pane_zone", panes.iter().map(|p| &p.plate))?;
     npz.vectors("pane_zone_normal", panes.iter().map(|p| p.normal))?;
     npz.ints("pane_zone_pane", panes.iter().map(|p| p.pane))?;
     npz.reals("pane_zone_area", panes.iter().map(|p| p.area))?;
     npz.reals("pane_zone_thickness", panes.iter().map(|p| p.thickness))?;
-    npz.band_rows("pane_zone_extinction", &n, |t, i| triples[t].zones.panes[i].extinction)?;
-    npz.band_rows("pane_zone_albedo", &n, |t, i| triples[t].zones.panes[i].albedo)?;
-    npz.band_rows("pane_zone_emission", &n, |t, i| triples[t].zones.panes[i].emission)
+    npz.band_rows("pane_zone_extinction", &n, |t, i| blocks[t].zones.panes[i].extinction)?;
+    npz.band_rows("pane_zone_albedo", &n, |t, i| blocks[t].zones.panes[i].albedo)?;
+    npz.band_rows("pane_zone_emission", &n, |t, i| blocks[t].zones.panes[i].emission)
 }
 
-fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
-    let scene = &triples[0].scene;
+fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
+    let scene = &blocks[0].scene;
     let facets = scene.facets();
     npz.plates("facet", facets.iter().map(|f| &f.plate))?;
     npz.ints("facet_surface", facets.iter().map(|f| f.surface))?;
@@ -237,8 +236,8 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -
         scene.panes().iter().enumerate().flat_map(|(i, p)| p.plates.iter().map(move |q| (i, q))).collect();
     npz.plates("pane_plate", owned.iter().map(|o| o.1))?;
     npz.ints("pane_plate_pane", owned.iter().map(|o| o.0))?;
-    for (t, triple) in triples.iter().enumerate() {
-        for (i, texture) in triple.scene.textures().iter().enumerate() {
+    for (t, block) in blocks.iter().enumerate() {
+        for (i, texture) in block.scene.textures().iter().enumerate() {
             npz.picture(&texture_name(t, i), texture.width, texture.height, &texture.pixels)?;
         }
     }
@@ -249,7 +248,7 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -
             npz.picture(&sky_name(l), picture.width, picture.height, &picture.pixels)?;
         }
     }
-    let grids: Vec<&VoxelGrid> = triples.iter().filter_map(|t| t.scene.voxel_grid()).collect();
+    let grids: Vec<&VoxelGrid> = blocks.iter().filter_map(|t| t.scene.voxel_grid()).collect();
     if let Some(v) = grids.first() {
         let dims = v.dims();
         npz.band_rows("voxmap_extinction", &dims, |t, i| grids[t].extinction(i))?;
@@ -270,12 +269,12 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -
             npz.rows("voxmap_heat", &dims, (0..v.len()).map(known))?;
         }
     }
-    write_cell_fractions(npz, triples)
+    write_cell_fractions(npz, blocks)
 }
 
-/// Name of the array of a texture; each triple of bands has its own.
-pub(super) fn texture_name(triple: usize, texture: usize) -> String {
-    if triple == 0 { format!("texture_{texture}") } else { format!("texture_{texture}_triple_{triple}") }
+/// Name of the array of a texture; each block of bands has its own.
+pub(super) fn texture_name(block: usize, texture: usize) -> String {
+    if block == 0 { format!("texture_{texture}") } else { format!("texture_{texture}_block_{block}") }
 }
 
 /// Name of the array of the picture of a sky, by the number of its light.
@@ -284,13 +283,13 @@ pub(super) fn sky_name(light: usize) -> String {
 }
 
 /// Band fractions that differ from cell to cell: the kind of each cell, and the polynomials of every kind and band.
-fn write_cell_fractions<W: Write + Seek>(npz: &mut NpzWriter<W>, triples: &[&Solution]) -> io::Result<()> {
+fn write_cell_fractions<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
     let of = |s: &&Solution| s.scene.thermal().and_then(|t| t.cell_fractions.clone());
-    let all: Vec<CellFractions> = triples.iter().filter_map(of).collect();
+    let all: Vec<CellFractions> = blocks.iter().filter_map(of).collect();
     let Some(first) = all.first() else { return Ok(()) };
     npz.ints("cell_fraction_kind", first.kind_of_cell.iter().map(|k| *k as usize))?;
     let polynomials = |kind: usize| -> Vec<Vec<f64>> {
-        let own = all.iter().zip(triples).flat_map(|(f, s)| {
+        let own = all.iter().zip(blocks).flat_map(|(f, s)| {
             let coefficients = f.kinds[kind].coefficients();
             coefficients.into_iter().flatten().take(s.scene.window().len()).cloned().collect::<Vec<_>>()
         });

@@ -56,7 +56,7 @@ impl<'a> DataArray<'a> {
         DataArray { name: name.into(), number, tuples, parts: vec![(1, value)], bands: Vec::new() }
     }
     /// Three doubles for each tuple.
-    pub(in crate::output) fn triple(
+    pub(in crate::output) fn vectors(
         name: &str,
         tuples: usize,
         value: impl Fn(usize) -> [f64; 3] + 'a,
@@ -77,20 +77,20 @@ impl<'a> DataArray<'a> {
     ) -> DataArray<'a> {
         let bands = BandSet::default();
         let names = (0..bands.count()).map(|b| bands.name(b)).collect();
-        DataArray { bands: names, ..DataArray::triple(name, tuples, move |i| value(i).to_rgb()) }
+        DataArray { bands: names, ..DataArray::vectors(name, tuples, move |i| value(i).to_rgb()) }
     }
-    /// The arrays of all triples of bands, each a list with the same names: arrays of bands with one component for each band, and all others of the
-    /// first triple.
+    /// The arrays of all blocks of bands, each a list with the same names: arrays of bands with one component for each band, and all others of the
+    /// first block.
     pub(in crate::output) fn joined(
         bands: &BandSet,
-        mut triples: Vec<Vec<DataArray<'a>>>,
+        mut blocks: Vec<Vec<DataArray<'a>>>,
     ) -> Vec<DataArray<'a>> {
         if bands.is_rgb() {
-            return triples.swap_remove(0);
+            return blocks.swap_remove(0);
         }
         let names: Vec<String> = (0..bands.count()).map(|b| bands.name(b)).collect();
-        let further = triples.split_off(1);
-        let mut arrays = triples.swap_remove(0);
+        let further = blocks.split_off(1);
+        let mut arrays = blocks.swap_remove(0);
         for array in arrays.iter_mut().filter(|a| !a.bands.is_empty()) {
             array.bands = names.clone();
             array.parts[0].0 = bands.window(0).len();

@@ -45,7 +45,7 @@ pub fn write_vti(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> 
     let mut d = VtkDocument::new("ImageData", &head);
     d.names(&[("group names", s.groups.iter().map(|x| x.name.as_str()).collect())]);
     d.open(&format!("Piece Extent=\"{extent}\""));
-    let arrays = s.triples().map(|t| fields(t, map)).collect();
+    let arrays = s.blocks().map(|t| fields(t, map)).collect();
     d.section("CellData", DataArray::joined(s.scene.bands(), arrays));
     d.close("Piece");
     d.write(path)

@@ -33,8 +33,8 @@ use zonal_scene::{Bands, Plate, PlateKind, Solution, Zones};
 pub struct CornerArray {
     /// Name with unit.
     pub name: &'static str,
-    /// For each triple of bands the values of the corners of the patches, then of the panes, one zone after the other.
-    pub triples: Vec<Vec<Bands>>,
+    /// For each block of bands the values of the corners of the patches, then of the panes, one zone after the other.
+    pub blocks: Vec<Vec<Bands>>,
 }
 
 /// Writes the patches and panes of a solution as an unstructured grid with one cell for each zone: radiosity, irradiance or fluence,
@@ -52,20 +52,19 @@ pub fn write_vtu(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileError> 
 ///
 /// # Errors
 ///
-/// The file cannot be written, or an array has another number of triples or corners than the solution.
+/// The file cannot be written, or an array has another number of blocks or corners than the solution.
 pub fn write_vtu_with_points(path: &Path, s: &Solution, arrays: &[CornerArray]) -> Result<(), FileError> {
     let grid = ZoneCells::new(s);
-    let triples: Vec<ZoneCells> = s.triples().map(ZoneCells::new).collect();
+    let blocks: Vec<ZoneCells> = s.blocks().map(ZoneCells::new).collect();
     let n = grid.len();
     let corners: Vec<usize> =
         (0..n).scan(0, |sum, i| Some(std::mem::replace(sum, *sum + grid.corners(i)))).collect();
     let points = corners.last().map_or(0, |c| c + grid.corners(n - 1));
     let owner: Vec<u32> = (0..n).flat_map(|i| std::iter::repeat_n(i as u32, grid.corners(i))).collect();
-    let fits =
-        |a: &CornerArray| a.triples.len() == triples.len() && a.triples.iter().all(|v| v.len() == points);
+    let fits = |a: &CornerArray| a.blocks.len() == blocks.len() && a.blocks.iter().all(|v| v.len() == points);
     if let Some(a) = arrays.iter().find(|a| !fits(a)) {
         let message =
-            format!("'{}' does not have {points} values for each of {} triples", a.name, triples.len());
+            format!("'{}' does not have {points} values for each of {} blocks", a.name, blocks.len());
         return Err(FileError::new(path, "", message));
     }
     let mut d = VtkDocument::new("UnstructuredGrid", "");
@@ -76,18 +75,18 @@ pub fn write_vtu_with_points(path: &Path, s: &Solution, arrays: &[CornerArray]) 
     ]);
     d.open(&format!("Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{n}\""));
     if !arrays.is_empty() {
-        let of_triple = |t: usize| {
-            arrays.iter().map(|a| DataArray::bands(a.name, points, move |p| a.triples[t][p])).collect()
+        let of_block = |t: usize| {
+            arrays.iter().map(|a| DataArray::bands(a.name, points, move |p| a.blocks[t][p])).collect()
         };
-        let all = (0..triples.len()).map(of_triple).collect();
+        let all = (0..blocks.len()).map(of_block).collect();
         d.section("PointData", DataArray::joined(s.scene.bands(), all));
     }
-    d.section("CellData", DataArray::joined(s.scene.bands(), triples.iter().map(fields).collect()));
+    d.section("CellData", DataArray::joined(s.scene.bands(), blocks.iter().map(fields).collect()));
     let place = |p: usize| {
         let i = owner[p] as usize;
         grid.plate(i).corners().0[p - corners[i]].array()
     };
-    d.section("Points", vec![DataArray::triple("position [m]", points, place)]);
+    d.section("Points", vec![DataArray::vectors("position [m]", points, place)]);
     let ends = |i: usize| (corners[i] + grid.corners(i)) as f64;
     // VTK's numbers for a triangle and a quadrilateral.
     let shape = |i: usize| if grid.corners(i) == 3 { 5.0 } else { 9.0 };

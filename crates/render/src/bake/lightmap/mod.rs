@@ -75,7 +75,7 @@ use zonal_transport::Transport;
 /// # (fields.direct, fields.error) = (zero.clone(), zero);
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
-/// # let solution = Solution { scene, zones, fields, groups, report, further_triples: Vec::new(), scene_hash, version };
+/// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
 /// // A rectangle of 2 × 1 m with the irradiance 3 W/m².
 /// let options = LightmapOptions { texel: Some(0.1), ..LightmapOptions::default() };
 /// let lightmap = bake_lightmap(&solution, &options, &NoProgress).unwrap();

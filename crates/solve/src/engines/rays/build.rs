@@ -44,12 +44,12 @@ pub(crate) fn build<'a>(
     if zones.is_empty() {
         return Err(no_zones());
     }
-    let budget = MemoryBudget::new(scene, zones, context.transport, context.memory_limit);
+    let budget = MemoryBudget::new(scene, zones, context.transport, context.settings.memory_limit);
     let rays = budget.affordable_rays(zones, tolerance).ok_or_else(|| {
         SceneError::out_of_memory("solve.patch_size", "memory allows too few rays; allow more (--max-memory)")
     })?;
     let mut warnings: Vec<Diagnostic> = budget.ray_warning(zones, tolerance, rays).into_iter().collect();
-    let rays = if context.final_gather { rays } else { rays_without_gather(rays) };
+    let rays = if context.settings.final_gather { rays } else { rays_without_gather(rays) };
     let rays = (rays, budget.max_rays);
     let (operator, solution) = trace_and_solve(context, surroundings, rays, continuation_of(scene))?;
     let closure = closure::measure(&operator, SharedZones::alone(zones), surroundings);
@@ -59,7 +59,7 @@ pub(crate) fn build<'a>(
     let Some(StoredSolution { results, strengths, incident: stored, noise }) = solution else {
         return Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved: None });
     };
-    if !context.final_gather {
+    if !context.settings.final_gather {
         let incident = operator.stored_power(&strengths, stored, &noise);
         let solved = Some(solved_columns(results, strengths, incident));
         return Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved });
@@ -68,10 +68,10 @@ pub(crate) fn build<'a>(
     let gathered_sky = gathered_sky(context, surroundings);
     let mut known = known_radiation(context, surroundings, gathered_sky.is_some());
     add_error_of_direct_light(context, &operator, &stored, &mut known);
-    let observers = (context.checkpoints, context.progress);
+    let observers = (context.settings.checkpoints, context.settings.progress);
     let mut gathered =
         operator.gather_incident(&strengths, &|| stored.clone(), noise, (&known, gathered_sky), observers);
-    check_interrupted(context.progress)?;
+    check_interrupted(context.settings.progress)?;
     if !gathered.sky.is_empty() {
         surroundings.set_incident((&gathered.sky, sky), |i| zones.response(i).1, traced + gathered.rays());
         known.iter_mut().zip(&gathered.sky).for_each(|(k, sky)| k[0] = *sky);
@@ -140,7 +140,7 @@ fn trace<'a>(
     continuation: PathContinuation,
 ) -> Result<RayOperator<'a>, SceneError> {
     let operator = RayOperator::new(context, rays, continuation);
-    check_interrupted(context.progress)?;
+    check_interrupted(context.settings.progress)?;
     if rays_measure_escape(context.scene, context.zones) {
         operator.measure_escape(surroundings);
     }
@@ -186,12 +186,12 @@ impl StoredSolution {
         operator: &mut RayOperator,
     ) -> Result<StoredSolution, SceneError> {
         let mut results = operator.solve_groups(context, surroundings);
-        check_interrupted(context.progress)?;
+        check_interrupted(context.settings.progress)?;
         let strengths: Vec<Vec<Bands>> =
             results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
         let incident = operator.stored_fields(&strengths);
-        let noise = operator.radiosity_noise(&strengths, context.progress);
-        check_interrupted(context.progress)?;
+        let noise = operator.radiosity_noise(&strengths, context.settings.progress);
+        check_interrupted(context.settings.progress)?;
         Ok(StoredSolution { results, strengths, incident, noise })
     }
 

@@ -139,7 +139,13 @@ impl<'a> RayOperator<'a> {
             let operator = &ContinuedRays { rays: self, divisor: 1 };
             let system =
                 LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
-            return neumann_series::solve(&system, &columns, count, &NoCheckpoints, context.progress);
+            return neumann_series::solve(
+                &system,
+                &columns,
+                count,
+                &NoCheckpoints,
+                context.settings.progress,
+            );
         }
         // Solve by a part of the rays, then by all.
         let stop = StoppingCriterion {
@@ -150,7 +156,7 @@ impl<'a> RayOperator<'a> {
             let operator = &ContinuedRays { rays: self, divisor };
             let system =
                 LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
-            bicgstab::solve(&system, &columns, initial, stop, context.progress)
+            bicgstab::solve(&system, &columns, initial, stop, context.settings.progress)
         };
         let initial = solved(INITIAL_SOLVE_DIVISOR, None);
         solved(1, Some(initial.into_iter().map(|e| e.strengths).collect()))

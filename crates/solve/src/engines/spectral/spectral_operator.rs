@@ -311,7 +311,7 @@ impl<'a> SpectralOperator<'a> {
             };
             let of: Vec<Band> = Band::all().filter(|c| *c >= b && !done[*c]).filter(same).collect();
             of.iter().for_each(|&c| done[c] = true);
-            // Bands without light, such as those that fill up the last triple, need no product.
+            // Bands without light, such as those that fill up the last block, need no product.
             if self.all(s, |x| x[b] == 0.0) {
                 s.par_iter_mut().for_each(|x| of.iter().for_each(|&b| x[b] = 0.0));
                 continue;

@@ -20,7 +20,7 @@ const PARTS_DIVISION: usize = 2;
 /// Reduction of the maximum if facets or panes occlude pairs, which then cost several times as much.
 const OCCLUSION_COST: usize = 3;
 
-/// Solves zones of a scene and returns the report of every triple of its bands.
+/// Solves zones of a scene and returns the report of every block of its bands.
 pub(super) type SolveFn<'a> =
     dyn Fn(&Scene, Transport, Zones, &SolveSettings) -> Result<Vec<Report>, SceneError> + 'a;
 
@@ -33,17 +33,17 @@ fn text_of(e: SceneError) -> String {
     e.to_string()
 }
 
-/// The scene with the options of a second solve: the engine of the first one in every triple of bands, its basis, and no discretization error.
+/// The scene with the options of a second solve: the engine of the first one in every block of bands, its basis, and no discretization error.
 fn second_scene(other: Scene, reports: &[&Report], basis: ZoneBasis) -> Result<Scene, String> {
-    let changed = |(scene, report): (&Scene, &&Report)| {
+    let changed = |(scene, report): (Scene, &&Report)| {
         let mut options = scene.options().clone();
         options.engine = Engine::VARIANTS.into_iter().find(|e| e.name() == report.engine).unwrap_or_default();
         options.zone_basis = basis;
         options.discretization_error = Some(false);
-        scene.first_triple().with_options(options)
+        scene.with_options(options)
     };
-    let triples = other.triples().zip(reports).map(changed).collect::<Result<_, _>>();
-    triples.and_then(Scene::from_triples).map_err(text_of)
+    let blocks = other.blocks().zip(reports).map(changed).collect::<Result<_, _>>();
+    blocks.and_then(Scene::from_blocks).map_err(text_of)
 }
 
 /// A scene with other zones, and their growth.
@@ -146,7 +146,7 @@ impl<'a> ComparisonZones<'a> {
         let factor =
             growth.safety_factor * if kind == "smaller" { SMALLER_ZONES_FACTOR } else { 1.0 / (ratio - 1.0) };
         let error = |a: f64, b: f64| difference(a, b) * factor;
-        let of_triple = |(t, (report, other)): (usize, (&&Report, &Report))| {
+        let of_block = |(t, (report, other)): (usize, (&&Report, &Report))| {
             let floor = ErrorFloor::new(report, other, &error);
             let mut heat = heat_errors(scene, report, other, &growth, (&error, &floor));
             let mut energy = report.energy.zip_map(&other.energy, error);
@@ -161,7 +161,7 @@ impl<'a> ComparisonZones<'a> {
             DiscretizationError { zones: count, ratio, heat, energy, notes: Vec::new() }
         };
         let mut errors: Vec<DiscretizationError> =
-            reports.iter().zip(&others).enumerate().map(of_triple).collect();
+            reports.iter().zip(&others).enumerate().map(of_block).collect();
         errors[0].notes = growth.sheets_note.into_iter().chain(growth.notes).collect();
         Ok(errors)
     }

@@ -8,78 +8,61 @@ use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::Communicator;
 use crate::distribution::sum_order::SharedZones;
 use crate::settings::SolveSettings;
-use zonal_scene::{Diagnostic, DiscretizationError, Fields, Report, Scene, ZoneBasis, Zones};
+use zonal_scene::{Diagnostic, DiscretizationError, Report, Scene, ZoneBasis};
 
 /// True if the discretization error is requested: by an option, else in thermal mode.
 pub(crate) fn is_requested(scene: &Scene) -> bool {
     scene.options().discretization_error.unwrap_or(scene.thermal().is_some())
 }
 
-/// One triple of the bands of the solve whose error is estimated.
-pub(crate) struct FirstTriple<'a> {
-    pub scene: &'a Scene,
-    pub zones: &'a Zones,
-    pub fields: &'a Fields,
-    pub report: &'a mut Report,
-}
-
-impl<'a> FirstTriple<'a> {
-    /// The solved triples of a scene.
-    pub(crate) fn all(scene: &'a Scene, solved: &'a mut [ZonalSolution]) -> Vec<FirstTriple<'a>> {
-        let of_triple = |(scene, s): (&'a Scene, &'a mut ZonalSolution)| FirstTriple {
-            scene,
-            zones: &s.zones,
-            fields: &s.fields,
-            report: &mut s.report,
-        };
-        scene.triples().zip(solved).map(of_triple).collect()
-    }
-}
-
-/// Runs `solve` on larger or smaller zones with the same engine and basis, and adds the discretization error to the reports of all triples of bands.
+/// Runs `solve` on larger or smaller zones with the same engine and basis, and adds the discretization error to the reports of all blocks of bands.
 /// Errors that the second solve does not cover are infinite.
 pub(crate) fn estimate(
     scene: &Scene,
     basis: ZoneBasis,
-    triples: &mut [FirstTriple],
+    blocks: &mut [ZonalSolution],
     settings: &SolveSettings,
     solve: &SolveFn,
 ) {
-    let reports: Vec<&Report> = triples.iter().map(|t| &*t.report).collect();
-    let mut errors = match compare((scene, triples[0].zones, basis), &reports, settings, solve) {
+    let reports: Vec<&Report> = blocks.iter().map(|b| &b.report).collect();
+    let mut errors = match compare((scene, &blocks[0].zones, basis), &reports, settings, solve) {
         Ok(errors) => errors,
         Err(why) => {
             let text = format!("the discretization error is not known: {why}");
             let errors = reports.iter().map(|report| unknown(scene, report)).collect();
-            triples[0].report.warnings.push(Diagnostic::warning("discretization", text));
+            blocks[0].report.warnings.push(Diagnostic::warning("discretization", text));
             errors
         }
     };
-    for t in 0..triples.len() {
-        let FirstTriple { scene, zones, fields, .. } = &triples[t];
+    for b in 0..blocks.len() {
+        let ZonalSolution { scene, zones, fields, .. } = &blocks[b];
         let unresolved = near_surface_scattering::unresolved_powers(scene, zones, fields);
-        near_surface_scattering::add_to_energy(&unresolved, &mut errors[t]);
-        near_surface_scattering::add_to_heat(scene, &unresolved, triples[0].report, &mut errors[0]);
+        near_surface_scattering::add_to_energy(&unresolved, &mut errors[b]);
+        near_surface_scattering::add_to_heat(scene, &unresolved, &blocks[0].report, &mut errors[0]);
     }
-    triples.iter_mut().zip(errors).for_each(|(t, error)| t.report.discretization_error = Some(error));
+    blocks.iter_mut().zip(errors).for_each(|(b, error)| b.report.discretization_error = Some(error));
 }
 
 /// Adds the discretization error of light in thick cells that scatter, where a second solve was neither requested nor refused.
 pub(crate) fn state_thick_scattering(
-    scene: &Scene,
     basis: ZoneBasis,
-    triples: &mut [FirstTriple],
+    blocks: &mut [ZonalSolution],
     communicator: &dyn Communicator,
 ) {
+    let scene = &blocks[0].scene;
     if basis == ZoneBasis::Linear
         || scene.thermal().is_some()
         || scene.options().discretization_error.is_some()
     {
         return;
     }
-    for t in triples {
-        t.report.discretization_error =
-            thick_scattering::estimate(t.scene, SharedZones::new(t.zones, communicator), t.fields, t.report);
+    for t in blocks {
+        t.report.discretization_error = thick_scattering::estimate(
+            &t.scene,
+            SharedZones::new(&t.zones, communicator),
+            &t.fields,
+            &t.report,
+        );
     }
 }
 

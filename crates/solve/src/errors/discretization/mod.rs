@@ -33,4 +33,4 @@ mod thick_scattering;
 mod zone_growth;
 
 pub(crate) use comparison::{basis_of, refined_zone_count};
-pub(crate) use estimate::{FirstTriple, estimate, is_requested, state_thick_scattering};
+pub(crate) use estimate::{estimate, is_requested, state_thick_scattering};

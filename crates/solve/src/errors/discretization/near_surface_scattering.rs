@@ -33,7 +33,7 @@ pub(super) fn add_to_energy(unresolved: &[UnresolvedPower], estimate: &mut Discr
     }
 }
 
-/// Adds that of one triple of bands to the errors of temperatures and net powers.
+/// Adds that of one block of bands to the errors of temperatures and net powers.
 pub(super) fn add_to_heat(
     scene: &Scene,
     unresolved: &[UnresolvedPower],

@@ -31,7 +31,7 @@ const MIN_SCATTERING_DEPTH: f64 = 0.3;
 /// Argument of E₃ beyond which its terms are negligible.
 const MAX_E3_ARGUMENT: f64 = 40.0;
 
-/// The estimate for one triple of bands; `None` if no cell scatters over more than [`MIN_SCATTERING_DEPTH`].
+/// The estimate for one block of bands; `None` if no cell scatters over more than [`MIN_SCATTERING_DEPTH`].
 pub(super) fn estimate(
     scene: &Scene,
     zones: SharedZones,

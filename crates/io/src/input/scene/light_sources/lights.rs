@@ -144,9 +144,9 @@ fn find_emitter(node: &TomlNode<'_>, surfaces: &[Surface]) -> Result<usize, Inpu
         };
         return Err(node.error(format!("no surface has the name '{wanted}'; {hint}")));
     };
-    // The emission in thermal mode is in the triple of the band of sunlight.
-    let in_triple = node.solar_band().is_none_or(|flux| flux(1.0) != Bands::ZERO);
-    if in_triple && surfaces[index].emission == Bands::ZERO {
+    // The emission in thermal mode is in the block of the band of sunlight.
+    let in_block = node.solar_band().is_none_or(|flux| flux(1.0) != Bands::ZERO);
+    if in_block && surfaces[index].emission == Bands::ZERO {
         return Err(node.error(format!(
             "surface '{wanted}' does not emit; give it an emission above 0 or remove this light"
         )));

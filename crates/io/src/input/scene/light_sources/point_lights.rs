@@ -9,6 +9,7 @@ use crate::input::scene::quantities::light_quantities::{
     in_bands, read_direction, read_quantity, unit_vector,
 };
 use crate::input::toml::node::{TomlNode, TomlTable};
+use std::rc::Rc;
 use zonal_math::vec3;
 use zonal_scene::{Bands, IntensityDistribution, Light};
 
@@ -58,8 +59,9 @@ pub(crate) fn read_luminaire_light(t: &TomlTable<'_>, name: String) -> Result<Li
             node.error("this scene is a text without a folder and cannot refer to files; save it as a file")
         );
     };
-    let luminaire =
-        read_luminaire(files, &folder.join(node.text()?)).map_err(|f| node.error(f.to_string()))?;
+    let path = folder.join(node.text()?);
+    let luminaire = node.once(|| read_luminaire(files, &path).map_err(|f| node.error(f.to_string())))?;
+    let luminaire = Rc::unwrap_or_clone(luminaire);
     let dimming = t.read("dimming", |n| n.non_negative())?.unwrap_or(1.0);
     let aim = t.read("direction", unit_vector)?.unwrap_or(vec3(0.0, 0.0, -1.0));
     let off_straight_down = (-aim.z).clamp(-1.0, 1.0).acos().to_degrees();

@@ -6,6 +6,7 @@ use crate::input::reading::error::InputError;
 use crate::input::scene::quantities::light_quantities::{in_solar_band, read_quantity, with_tint};
 use crate::input::toml::node::TomlTable;
 use std::f64::consts::PI;
+use std::rc::Rc;
 use zonal_scene::{Bands, Light, SkyDistribution, SkyIrradiance, SkyPlacement, Texture};
 
 /// Irradiance of a plane normal to the sun outside of the atmosphere at the mean distance of the earth, W/m² (World Meteorological Organization).
@@ -71,8 +72,9 @@ pub(crate) fn read_image_sky(t: &TomlTable<'_>, name: String) -> Result<Light, I
             node.error("this scene is a text without a folder and cannot refer to files; save it as a file")
         );
     };
-    let mut picture =
-        read_sky_picture(files, &folder.join(node.text()?)).map_err(|f| node.error(f.to_string()))?;
+    let path = folder.join(node.text()?);
+    let picture = node.once(|| read_sky_picture(files, &path).map_err(|f| node.error(f.to_string())))?;
+    let mut picture = Rc::unwrap_or_clone(picture);
     if !t.source.bands().is_rgb() {
         to_grey(&mut picture);
     }

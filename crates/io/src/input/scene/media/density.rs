@@ -20,7 +20,7 @@ use crate::input::memory_arrays;
 use crate::input::mesh_files::converters::{self, FileContents};
 use crate::input::reading::error::{FileFault, InputError};
 use crate::input::reading::npy::{self, ScalarArray};
-use crate::input::scene::media::resample::{self, GridPlacement};
+use crate::input::scene::media::resample::{self, GridPlacement, ResampledField};
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::shapes;
 use crate::input::toml::key_tables::{DENSITY_FILE, VDB_KEYS, VOXEL_FILE};
@@ -63,31 +63,39 @@ pub(crate) fn read_density(
         let colours = &Bands::from_rgb;
         return Ok(ArrayFill { arrays: &[array], bounds, scale, colours, interpolated }.fill(field, grid));
     }
-    let bytes = read_voxel_file(&path, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
     let refused = |f: FileFault| file.error(f.to_string());
-    // Resample a sparse grid.
-    if vdb::is_vdb(&bytes) {
-        let placement = GridPlacement::read(&t, bounds)?;
-        let resampled = resample::resample(&name, &bytes, &placement, scale, field, grid);
-        let (cells, note) = resampled.map_err(refused)?;
-        if interpolated {
-            grid.mark_interpolated(&cells);
+    let read = || -> Result<VoxelFile, InputError> {
+        let bytes = read_voxel_file(&path, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
+        if !vdb::is_vdb(&bytes) {
+            refuse_vdb_keys(&t)?;
+            return Ok(VoxelFile::Arrays(parse_arrays(&name, &bytes, field).map_err(refused)?));
         }
-        let cells = cells.len();
-        note.into_iter().for_each(|text| reader.note(Diagnostic::note("grid-outside", text)));
-        return Ok(cells);
-    }
-    refuse_vdb_keys(&t)?;
+        let placement = GridPlacement::read(&t, bounds)?;
+        let resampled = resample::resample(&name, &bytes, &placement, field, grid).map_err(refused)?;
+        Ok(VoxelFile::Resampled(resampled))
+    };
+    let contents = file.once(read)?;
+    let PlacedArrays { arrays, bounds: own_bounds, note } = match &*contents {
+        VoxelFile::Resampled(resampled) => {
+            let cells = resampled.fill(scale, field, grid);
+            if interpolated {
+                grid.mark_interpolated(&cells);
+            }
+            let note = resampled.note.iter();
+            note.for_each(|text| reader.note(Diagnostic::note("grid-outside", text.as_str())));
+            return Ok(cells.len());
+        }
+        VoxelFile::Arrays(arrays) => arrays,
+    };
+    note.iter().for_each(|text| reader.note(Diagnostic::note("trailing-bytes", text.as_str())));
     // Resample an array.
-    let (arrays, own_bounds) = parse_arrays(&name, &bytes, field, reader).map_err(refused)?;
-    drop(bytes);
     // Without any bounds the error names the missing key.
     let bounds =
-        bounds.or(own_bounds).or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
+        bounds.or(*own_bounds).or(field.default_bounds).map_or_else(|| shapes::read_bounds(&t), Ok)?;
     check_channels(arrays.len(), field, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
     let source = &reader.source;
-    let colours = |rgb| source.bands().from_rgb(source.triple(), rgb).unwrap_or(Bands::from_rgb(rgb));
-    Ok(ArrayFill { arrays: &arrays, bounds, scale, colours: &colours, interpolated }.fill(field, grid))
+    let colours = |rgb| source.bands().from_rgb(source.block(), rgb).unwrap_or(Bands::from_rgb(rgb));
+    Ok(ArrayFill { arrays, bounds, scale, colours: &colours, interpolated }.fill(field, grid))
 }
 
 /// The bytes of a file of voxels; an error states the defect and the remedy.
@@ -98,23 +106,30 @@ fn read_voxel_file(path: &Path, reader: &SceneReader<'_>) -> Result<Vec<u8>, Str
     }
 }
 
-/// The arrays of a file, and the box that the file gives them, m.
-type PlacedArrays = (Vec<ScalarArray<'static>>, Option<(Vec3, Vec3)>);
+/// What a file of voxels holds, whatever the bands.
+enum VoxelFile {
+    Arrays(PlacedArrays),
+    /// A sparse grid on the voxels of the medium.
+    Resampled(ResampledField),
+}
 
-/// The arrays of a volume or npy file, and the bounds that it has.
-fn parse_arrays(
-    name: &str,
-    bytes: &[u8],
-    field: &VoxelField<'_>,
-    reader: &mut SceneReader<'_>,
-) -> Result<PlacedArrays, FileFault> {
+/// The arrays of a file.
+struct PlacedArrays {
+    arrays: Vec<ScalarArray<'static>>,
+    /// The box that the file gives them, m.
+    bounds: Option<(Vec3, Vec3)>,
+    /// A note on bytes after the array.
+    note: Option<String>,
+}
+
+/// The arrays of a volume or npy file.
+fn parse_arrays(name: &str, bytes: &[u8], field: &VoxelField<'_>) -> Result<PlacedArrays, FileFault> {
     if vol::is_vol(bytes) {
-        return vol::parse(name, bytes, field.noun).map(|(arrays, own)| (arrays, Some(own)));
+        let (arrays, own) = vol::parse(name, bytes, field.noun)?;
+        return Ok(PlacedArrays { arrays, bounds: Some(own), note: None });
     }
     let array = npy::parse(name, bytes, field.noun)?;
-    let note = npy::trailing_note(name, bytes);
-    note.into_iter().for_each(|text| reader.note(Diagnostic::note("trailing-bytes", text)));
-    Ok((vec![array], None))
+    Ok(PlacedArrays { arrays: vec![array], bounds: None, note: npy::trailing_note(name, bytes) })
 }
 
 /// True if the values are samples of a field that is interpolated: those of densities, unless the table says otherwise.
@@ -140,7 +155,7 @@ fn check_channels(count: usize, field: &VoxelField<'_>, reader: &SceneReader<'_>
         return Err(format!("three channels are no {}; save the volume with one channel", field.noun));
     }
     // Three numbered bands take one channel each.
-    match bands.from_rgb(reader.source.triple(), [1.0, 0.5, 0.0]).is_some() || bands.count() == count {
+    match bands.from_rgb(reader.source.block(), [1.0, 0.5, 0.0]).is_some() || bands.count() == count {
         true => Ok(()),
         false => Err("its channels are red, green and blue, which have no meaning in bands without wavelengths; save the volume with one channel, or give bands = [[from, to], …] in nm".into()),
     }

@@ -29,10 +29,10 @@ pub(crate) fn apply_gas(
 ) -> Result<(), InputError> {
     let fits = FitTable::new(grid, gas).map_err(|e| reader.source.scene_error(&e))?;
     set_extinction(grid, &fits, reader).map_err(|e| reader.source.scene_error(&e))?;
-    let (bands, triple) = (reader.parts.bands.clone(), reader.parts.triple);
+    let (bands, block) = (reader.parts.bands.clone(), reader.parts.block);
     let fractions = |fit: &GreyGasFit| {
         let weights: Vec<Vec<f64>> = fit.gases.iter().map(|g| g.weight.clone()).collect();
-        BandFractions::of_polynomials(&bands, triple, &weights, fit.temperature_range)
+        BandFractions::of_polynomials(&bands, block, &weights, fit.temperature_range)
     };
     let Some(thermal) = &mut reader.parts.thermal else { return Ok(()) };
     thermal.band_fractions = fractions(&fits.mean);
@@ -105,7 +105,7 @@ fn set_extinction(
     reader: &SceneReader<'_>,
 ) -> Result<(), SceneError> {
     let bands = &reader.parts.bands;
-    let window = bands.window(reader.parts.triple);
+    let window = bands.window(reader.parts.block);
     let (last, count) = (window.end - 1, bands.infrared_count());
     let grid = &mut builder.grid;
     let cells = if grid.is_uniform() && fits.kinds.len() == 1 { 1 } else { grid.len() };

@@ -61,10 +61,9 @@ pub(crate) fn resample(
     file: &str,
     bytes: &[u8],
     placement: &GridPlacement,
-    scale: Bands,
     field: &VoxelField<'_>,
-    medium: &mut VoxelGridBuilder,
-) -> Result<(Vec<usize>, Option<String>), FileFault> {
+    medium: &VoxelGridBuilder,
+) -> Result<ResampledField, FileFault> {
     let (name, grid) = open_grid(file, bytes, placement.grid.as_deref())?;
     let refused = |message: String| FileFault::new(file, format!("grid '{name:.60}'"), message);
     let quantity = VoxelQuantity::of(&grid, placement, field).map_err(|e| refused(e.to_string()))?;
@@ -100,7 +99,40 @@ pub(crate) fn resample(
             100.0 * fraction
         )
     });
-    Ok((cells.fill(scale, field), note))
+    Ok(ResampledField { fraction: cells.fraction, density: cells.density, note })
+}
+
+/// A sparse grid on the voxels of a medium.
+pub(crate) struct ResampledField {
+    /// Filled fraction of each cell.
+    fraction: Vec<f64>,
+    /// Density × filled fraction of each cell.
+    density: Vec<f64>,
+    /// A note on what lies outside the medium.
+    pub(crate) note: Option<String>,
+}
+
+impl ResampledField {
+    /// Fills the cells of the medium; returns them.
+    pub(crate) fn fill(
+        &self,
+        scale: Bands,
+        field: &VoxelField<'_>,
+        medium: &mut VoxelGridBuilder,
+    ) -> Vec<usize> {
+        let [_, ny, nz] = medium.dims;
+        let mut filled = Vec::new();
+        for (i, (&fraction, &density)) in self.fraction.iter().zip(&self.density).enumerate() {
+            // Cubes of a rotated voxel may overlap slightly: the integral is kept, and the fraction is cut to 1.
+            let fraction = fraction.min(1.0);
+            if fraction > 0.0 {
+                let properties = (field.properties)(scale * density / fraction);
+                medium.fill([i / (ny * nz), i / nz % ny, i % nz], fraction, &properties);
+                filled.push(i);
+            }
+        }
+        filled
+    }
 }
 
 /// The quantity that values stand for.
@@ -248,7 +280,7 @@ const TOO_MANY_STEPS: &str =
 
 /// Sums over the voxels read so far, for each cell of the medium.
 struct CellAccumulator<'a> {
-    medium: &'a mut VoxelGridBuilder,
+    medium: &'a VoxelGridBuilder,
     /// Filled fraction of each cell.
     fraction: Vec<f64>,
     /// Density × filled fraction of each cell.
@@ -260,7 +292,7 @@ struct CellAccumulator<'a> {
 }
 
 impl<'a> CellAccumulator<'a> {
-    fn new(medium: &'a mut VoxelGridBuilder) -> CellAccumulator<'a> {
+    fn new(medium: &'a VoxelGridBuilder) -> CellAccumulator<'a> {
         let n = medium.dims.iter().product();
         let max_steps = n as u64 * MAX_STEPS_PER_CELL;
         CellAccumulator {
@@ -395,20 +427,5 @@ impl<'a> CellAccumulator<'a> {
         let inside: f64 = self.density.iter().sum::<f64>() * self.medium.cell.product();
         let fraction = 1.0 - inside / self.total;
         (fraction > OUTSIDE_FRACTION_NOTED).then_some(fraction)
-    }
-    /// Fills the cells; returns them.
-    fn fill(self, scale: Bands, field: &VoxelField<'_>) -> Vec<usize> {
-        let [_, ny, nz] = self.medium.dims;
-        let mut filled = Vec::new();
-        for (i, (&fraction, &density)) in self.fraction.iter().zip(&self.density).enumerate() {
-            // Cubes of a rotated voxel may overlap slightly: the integral is kept, and the fraction is cut to 1.
-            let fraction = fraction.min(1.0);
-            if fraction > 0.0 {
-                let properties = (field.properties)(scale * density / fraction);
-                self.medium.fill([i / (ny * nz), i / nz % ny, i % nz], fraction, &properties);
-                filled.push(i);
-            }
-        }
-        filled
     }
 }

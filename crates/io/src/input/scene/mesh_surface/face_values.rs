@@ -15,6 +15,7 @@ use crate::input::scene::surface_keys::FACE_VALUE_KEYS;
 use crate::input::tables::{Quantity, RowKeys, ValueTable, WantedColumn, read_column};
 use crate::input::toml::key_tables::VALUE_FILE;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use std::rc::Rc;
 use zonal_scene::{Bands, FacetValues, ThermalCondition};
 
 /// Materials that an error lists.
@@ -75,7 +76,7 @@ fn read_file(
     quantity: Quantity,
     rows: RowKeys,
     reader: &SceneReader<'_>,
-) -> Result<ValueTable, InputError> {
+) -> Result<Rc<ValueTable>, InputError> {
     let column = match t.get("column") {
         Some(n) if n.is_text() => Some(n.text()?.to_string()),
         Some(n) => Some(n.count()?.to_string()),
@@ -83,8 +84,10 @@ fn read_file(
     };
     let path = reader.resolve(file)?;
     let wanted = WantedColumn { column: column.as_deref(), quantity, rows };
-    let read = read_column(reader.context.files, &path, &path.display().to_string(), wanted);
-    read.map_err(|f| t.get("column").unwrap_or_else(|| file.clone()).error(f.to_string()))
+    file.once(|| {
+        let read = read_column(reader.context.files, &path, &path.display().to_string(), wanted);
+        read.map_err(|f| t.get("column").unwrap_or_else(|| file.clone()).error(f.to_string()))
+    })
 }
 
 impl FaceValues {

@@ -171,8 +171,8 @@ impl MaterialPart<'_, '_> {
         let given = self.over.properties.or(self.of_material);
         let (facet, mut values) = (reader.parts.facets.len(), self.values.of_face(f.face, &given));
         if let Some(a) = properties.solar_absorptance {
-            let (bands, triple) = (&reader.parts.bands, reader.parts.triple);
-            values.reflectance = values.reflectance.map(|r| bands.with_solar_value(triple, r, 1.0 - a));
+            let (bands, block) = (&reader.parts.bands, reader.parts.block);
+            values.reflectance = values.reflectance.map(|r| bands.with_solar_value(block, r, 1.0 - a));
         }
         reader.parts.faces.push(facet, self.first_face + f.face, values);
         let own = Facet { surface, plate: f.plate, uv: f.uv };

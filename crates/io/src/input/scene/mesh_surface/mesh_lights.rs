@@ -42,7 +42,7 @@ fn scene_light(light: &MeshLight, surface: &str, reader: &SceneReader<'_>) -> Li
         true => rgb,
         false => {
             let mean = Bands::splat(rgb.sum() / 3.0);
-            bands.from_rgb(reader.source.triple(), rgb.to_rgb()).unwrap_or(mean)
+            bands.from_rgb(reader.source.block(), rgb.to_rgb()).unwrap_or(mean)
         }
     };
     let name = format!("{surface}/{}", light.name);

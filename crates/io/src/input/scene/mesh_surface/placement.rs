@@ -7,6 +7,7 @@ use crate::input::reading::error::{FileFault, InputError};
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::toml::keys::KeyGroups;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use std::rc::Rc;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic, Plate};
 
@@ -72,23 +73,28 @@ pub(crate) fn load_placed(
     let placement = MeshPlacement::read(&t)?;
     let name = path.display().to_string();
     let refused = |f: FileFault| file.error(f.to_string());
-    let mut mesh = read_mesh_file(reader.context.files, &path, &name).map_err(refused)?;
-    if t.read("normals", |n| n.choice(&["file", "flat"]))? == Some(1) {
-        mesh.faces.iter_mut().for_each(|f| f.normals = None);
-        mesh.materials.iter_mut().for_each(|m| m.normal_map = None);
-    }
+    let is_flat = t.read("normals", |n| n.choice(&["file", "flat"]))? == Some(1);
+    let read = || -> Result<(MeshData, usize), InputError> {
+        let mut mesh = read_mesh_file(reader.context.files, &path, &name).map_err(refused)?;
+        if is_flat {
+            mesh.faces.iter_mut().for_each(|f| f.normals = None);
+            mesh.materials.iter_mut().for_each(|m| m.normal_map = None);
+        }
+        placement.place(&mut mesh).map_err(|message| node.error(message))?;
+        let before = mesh.faces.len();
+        mesh.faces.retain(|f| {
+            let p = &f.plate;
+            p.area() > MIN_RELATIVE_FACE_AREA * p.e1.length2().max(p.e2.length2())
+        });
+        if mesh.faces.is_empty() {
+            let message = format!("all {before} faces are without area; export the mesh again");
+            return Err(refused(FileFault::new(&name, "", message)));
+        }
+        let dropped = before - mesh.faces.len();
+        Ok((mesh, dropped))
+    };
+    let (mut mesh, dropped) = Rc::unwrap_or_clone(file.once(read)?);
     mesh.materials.iter_mut().for_each(|m| to_scene_bands(m, reader));
-    placement.place(&mut mesh).map_err(|message| node.error(message))?;
-    let before = mesh.faces.len();
-    mesh.faces.retain(|f| {
-        let p = &f.plate;
-        p.area() > MIN_RELATIVE_FACE_AREA * p.e1.length2().max(p.e2.length2())
-    });
-    let dropped = before - mesh.faces.len();
-    if mesh.faces.is_empty() {
-        let message = format!("all {before} faces are without area; export the mesh again");
-        return Err(refused(FileFault::new(&name, "", message)));
-    }
     if dropped > 0 {
         let text = format!("{name}: {dropped} faces without area were dropped");
         reader.note(Diagnostic::note("faces-dropped", text));
@@ -102,11 +108,11 @@ pub(crate) fn load_placed(
 /// Turns the colours of a material into values of the scene's bands. Without wavelengths only grey ones are known; the others are as if the file had
 /// none.
 fn to_scene_bands(material: &mut MeshMaterial, reader: &SceneReader<'_>) {
-    let (bands, triple) = (reader.source.bands(), reader.source.triple());
+    let (bands, block) = (reader.source.bands(), reader.source.block());
     if bands.is_rgb() {
         return;
     }
-    let convert = |colour: Bands| bands.from_rgb(triple, colour.to_rgb());
+    let convert = |colour: Bands| bands.from_rgb(block, colour.to_rgb());
     let unknown = "its colour is unknown in bands without wavelengths, and left out; give the bands wavelengths, or the material a value for each band";
     if let Some(colour) = material.reflectance {
         material.reflectance = convert(colour);

@@ -73,7 +73,7 @@ pub(crate) fn with_tint(t: &TomlTable<'_>, watts: f64) -> Result<Bands, InputErr
 /// A flux in the band of sunlight; `None` in scenes without that band.
 pub(crate) fn in_solar_band(t: &TomlTable<'_>, flux: f64) -> Option<Bands> {
     let bands = t.source.bands();
-    bands.has_solar_band().then(|| bands.in_solar_band(t.source.triple(), flux))
+    bands.has_solar_band().then(|| bands.in_solar_band(t.source.block(), flux))
 }
 
 /// A tint: bands of mean 1.

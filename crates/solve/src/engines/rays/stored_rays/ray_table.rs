@@ -109,7 +109,7 @@ impl KindTracing<'_> {
         ends: &mut [u32],
         weights: &mut [PerBand<f32>],
     ) -> Vec<Vec<PathVertex>> {
-        let (rays, zones, checkpoints) = (self.rays(), self.context.zones, self.context.checkpoints);
+        let (rays, zones, checkpoints) = (self.rays(), self.context.zones, self.context.settings.checkpoints);
         let name = ray_checkpoint::stage_name(self.rays_per_zone, self.kind, number);
         let size = ray_checkpoint::StageLimits {
             rays_per_block: rays * ZONES_PER_BLOCK,
@@ -119,7 +119,7 @@ impl KindTracing<'_> {
         if let Some(vertices) =
             checkpoints.load(&name).and_then(|b| ray_checkpoint::decode(&b, ends, weights, size))
         {
-            self.context.progress.advance(ends.len() as u64 / rays.max(1) as u64);
+            self.context.settings.progress.advance(ends.len() as u64 / rays.max(1) as u64);
             return vertices;
         }
         let start = self.first_zone + self.stages.range(number).start;
@@ -133,7 +133,7 @@ impl KindTracing<'_> {
             weighted.map(|((zone, ends), w)| self.trace_block(zone, ends, w)).collect()
         };
         // An interrupted stage lacks rays.
-        if checkpoints.keeps() && !self.context.progress.is_interrupted() {
+        if checkpoints.keeps() && !self.context.settings.progress.is_interrupted() {
             checkpoints.save(&name, &ray_checkpoint::encode(ends, weights, &vertices));
         }
         vertices
@@ -143,7 +143,7 @@ impl KindTracing<'_> {
     fn trace_block(&self, zone: usize, ends: &mut [u32], weights: &mut [PerBand<f32>]) -> Vec<PathVertex> {
         let rays = self.rays();
         let mut vertices = Vec::new();
-        if self.context.progress.is_interrupted() {
+        if self.context.settings.progress.is_interrupted() {
             return vertices;
         }
         let source = |r: usize| (zone + r / rays, r % rays);
@@ -154,7 +154,7 @@ impl KindTracing<'_> {
             ends[r] =
                 self.lights.map_or(end.zone, |l| self.tracer.continue_path(l, source(r), end, &mut vertices));
         });
-        self.context.progress.advance(ends.len() as u64 / rays.max(1) as u64);
+        self.context.settings.progress.advance(ends.len() as u64 / rays.max(1) as u64);
         vertices.shrink_to_fit();
         vertices
     }
@@ -173,18 +173,18 @@ impl<'a> RayTable<'a> {
         let of_kind = [patches, zones.len() - patches];
         let stages = [0, 1].map(|k| {
             let zones_per_stage = ray_checkpoint::zones_per_stage(of_kind[k], rays_per_zone[k]);
-            Blocks::new(context.communicator, of_kind[k], zones_per_stage)
+            Blocks::new(context.settings.communicator, of_kind[k], zones_per_stage)
         });
         let own_rays = [0, 1].map(|k| rays_per_zone[k] * stages[k].own_items().count());
         let total = own_rays[0] + own_rays[1];
-        context.progress.begin("rays", zones.len() as u64);
+        context.settings.progress.begin("rays", zones.len() as u64);
         let reflectance = match lights {
             Some(_) => zones.patches.iter().map(|p| padded(p.reflectance)).collect(),
             None => Vec::new(),
         };
         let pane_zones = zones.pane_offset()..zones.len();
         let mut table = RayTable {
-            communicator: context.communicator,
+            communicator: context.settings.communicator,
             patches,
             stages,
             rays_per_zone,
@@ -209,7 +209,7 @@ impl<'a> RayTable<'a> {
         }
         let own: u64 = table.vertices.iter().flatten().map(|v| v.len() as u64).sum();
         table.vertex_count = context.execution().sum_of_ranks(own);
-        context.progress.end();
+        context.settings.progress.end();
         table
     }
 

@@ -1,4 +1,4 @@
-//! What one triple of bands contributes to the data of thermal states: surroundings, closure and direct light.
+//! What one block of bands contributes to the data of thermal states: surroundings, closure and direct light.
 
 use super::area_operator::AreaOperator;
 use super::light_data::{LightData, direct_light};
@@ -16,41 +16,41 @@ use crate::thermal::ZoneProperties;
 use crate::thermal::emissivity::set_known_reflectances;
 use std::ops::Range;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
-use zonal_scene::{Band, Bands, Scene, SceneError, Zones};
-use zonal_transport::{Transport, build_zones};
+use zonal_scene::{Band, Bands, SceneError, Zones};
+use zonal_transport::{Transport, zones_of_bands};
 
-/// The data of one triple of bands.
-pub(super) struct TripleData {
+/// The data of one block of bands.
+pub(super) struct BlockData {
     pub properties: ZoneProperties,
-    /// A row for each matrix of the triple.
+    /// A row for each matrix of the block.
     pub surroundings: SurroundingsData,
-    /// A row for each band of the triple.
+    /// A row for each band of the block.
     pub light: LightData,
     /// The matrices after a restoration of closure, and their place among the entries of all matrices.
     pub adjusted: Option<(Range<usize>, Vec<f64>)>,
 }
 
-impl TripleData {
-    /// Measures triple number `triple` of bands, which is `scene`; samples the surroundings and the lights, and measures or restores closure as a solve does.
+impl BlockData {
+    /// Measures block number `block` of bands, which is `scene`; samples the surroundings and the lights, and measures or restores closure as a solve does.
     ///
     /// # Errors
     /// If the scene has no zones of this kind, or if the observer interrupts the computation.
     pub(super) fn measure(
-        scene: &Scene,
+        transport: &Transport,
         areas: &ExchangeAreas,
-        triple: usize,
         settings: &SolveSettings,
-    ) -> Result<TripleData, SceneError> {
-        let transport = Transport::new(scene);
-        // The areas have the zones of the first triple; those of the others have the same geometry.
-        let mut further = (triple > 0).then(|| build_zones(scene, &transport)).transpose()?;
+    ) -> Result<BlockData, SceneError> {
+        let scene = transport.scene();
+        let block = scene.block();
+        // The areas have the zones of the first block.
+        let mut further = (block > 0).then(|| zones_of_bands(scene, &areas.zones));
         further.as_mut().map_or(Ok(()), |zones| set_known_reflectances(scene, zones))?;
         let zones = further.as_ref().unwrap_or(&areas.zones);
         let mirrored = MirroredSolve::of(scene, zones)?;
         let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
-        let rays = RayTracing { scene, zones, transport: &transport, mirrored: extension };
+        let rays = RayTracing { scene, zones, transport, mirrored: extension };
         // Close the rows.
-        let mut operator = AreaOperator::new(areas, zones, triple);
+        let mut operator = AreaOperator::new(areas, zones, block);
         let mut exterior = rays.surroundings(&operator, settings)?;
         check_interrupted(settings.progress)?;
         let measured = closure::measure(&operator, SharedZones::alone(zones), &exterior);
@@ -77,15 +77,15 @@ impl TripleData {
             let sizes = (zones.len(), zones.voxel_offset(), scene.window().len());
             light.append(&direct_light(&rays, &exchange, settings)?, sizes);
         }
-        let matrices = areas.matrices.saturating_sub(triple * Band::count()).min(Band::count());
+        let matrices = areas.matrices.saturating_sub(block * Band::count()).min(Band::count());
         let surroundings = surroundings_rows(zones, (&exterior, &operator), &fractions, matrices);
         let entries = operator.entries();
         let adjusted = operator.adjusted.take().map(|areas| (entries, areas));
-        Ok(TripleData { properties: ZoneProperties::of(scene, zones), surroundings, light, adjusted })
+        Ok(BlockData { properties: ZoneProperties::of(scene, zones), surroundings, light, adjusted })
     }
 }
 
-/// Rows of the first `matrices` bands of a triple, in the unit of c B.
+/// Rows of the first `matrices` bands of a block, in the unit of c B.
 fn surroundings_rows(
     zones: &Zones,
     (exterior, operator): (&SurroundingsExchange, &AreaOperator),
