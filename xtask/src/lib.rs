@@ -1,10 +1,12 @@
-//! Developer tasks of the workspace: the steps of CI ([`steps`]) and counts of the structure of the code ([`counts`]).
+//! Developer tasks of the workspace: the steps of CI ([`steps`]), counts of the structure of the code ([`counts`]), and the messages of commits
+//! ([`commits`]).
 //!
 //! The counts parse every Rust source of the workspace with `syn`. [`source`] loads the files, [`modules`] resolves paths between modules and
 //! finds import cycles, [`surface`] measures the public items, [`shape`] measures functions, constants and type names.
 
 #![forbid(unsafe_code)]
 
+pub mod commits;
 pub mod counts;
 pub mod modules;
 pub mod shape;

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 cargo xtask ci [STEP…]      runs the steps of CI (all, or those named), every one even when an earlier one fails
 cargo xtask steps           lists the steps
-cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place";
+cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place
+cargo xtask commits         checks the messages of commits";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -18,6 +19,7 @@ fn main() -> ExitCode {
             true
         }
         ["counts"] => xtask::counts::report(&root, false),
+        ["commits"] => xtask::commits::report(&root),
         ["counts", "--list"] => xtask::counts::report(&root, true),
         _ => {
             eprintln!("{USAGE}");

@@ -16,7 +16,7 @@ struct Step {
     command: &'static [&'static str],
 }
 
-const STEPS: [Step; 15] = [
+const STEPS: [Step; 16] = [
     Step { name: "format", checks: "rustfmt", command: &["cargo", "fmt", "--all", "--", "--check", "-l"] },
     Step {
         name: "lint",
@@ -64,6 +64,7 @@ const STEPS: [Step; 15] = [
         command: &[".ci/cargo.sh", "test", "--doc"],
     },
     Step { name: "counts", checks: "structure of the code", command: &["cargo", "xtask", "counts"] },
+    Step { name: "commits", checks: "messages of commits", command: &["cargo", "xtask", "commits"] },
     Step { name: "examples", checks: "the library's examples", command: &[".ci/examples.sh", "{zonal}"] },
     Step {
         name: "demo",
