@@ -1,7 +1,7 @@
-//! Counts of the structure of the code, each with its limit.
+//! Counts of the structure of code and documents, each with its limit.
 
 use crate::source::{Role, SourceFile, load};
-use crate::{modules, shape, surface};
+use crate::{documents, modules, shape, surface};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
@@ -85,6 +85,8 @@ pub fn count(root: &Path) -> Vec<Count> {
     counts.push(constant_count(&files));
     counts.extend(type_counts(&files));
     counts.push(dependency_count(root));
+    let long_lines = documents::places_of_long_lines(root);
+    counts.push(Count::of("lines of prose above 160 characters in documents", 0, long_lines));
     counts
 }
 

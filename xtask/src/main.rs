@@ -6,7 +6,8 @@ const USAGE: &str = "\
 cargo xtask ci [STEP…]      runs the steps of CI (all, or those named), every one even when an earlier one fails
 cargo xtask steps           lists the steps
 cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place
-cargo xtask commits         checks the messages of commits";
+cargo xtask commits         checks the messages of commits
+cargo xtask scope           copies the scope in README.md to docs/index.md";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -20,6 +21,7 @@ fn main() -> ExitCode {
         }
         ["counts"] => xtask::counts::report(&root, false),
         ["commits"] => xtask::commits::report(&root),
+        ["scope"] => xtask::documents::write_scope(&root),
         ["counts", "--list"] => xtask::counts::report(&root, true),
         _ => {
             eprintln!("{USAGE}");

@@ -32,16 +32,20 @@ pub fn workspace_root() -> PathBuf {
     here.parent().map_or_else(|| here.to_path_buf(), Path::to_path_buf)
 }
 
+/// Adds a file, or all files below a folder in any order, to a list; folders of packages that npm installed are left out.
+pub(crate) fn files_below(path: &Path, found: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(path) else {
+        found.extend(path.is_file().then(|| path.to_path_buf()));
+        return;
+    };
+    let inner = entries.flatten().map(|e| e.path());
+    inner.filter(|p| !p.ends_with("node_modules")).for_each(|p| files_below(&p, found));
+}
+
 fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
-        let path = entry.path();
-        if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
-        }
-    }
+    let mut files = Vec::new();
+    files_below(folder, &mut files);
+    found.extend(files.into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs")));
 }
 
 /// Parses every Rust source below `benches/`, `crates/`, `mpi/`, `python/` and `fuzz/`, sorted by path.
