@@ -1,5 +1,7 @@
 """Reads what `zonal export` wrote with VTK's own readers and compares with the solution: check_export.py RUN.npz NAME.vtu NAME.vti NAME.medium.npz VOLUME.npz."""
 
+# Guards (files): sums over the cells of .vtu and .vti equal the sums of the solution, read by VTK (run by CI).
+
 import json
 import sys
 

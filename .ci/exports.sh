@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # exports.sh ZONAL FOLDER: the demo's solution and a textured room, exported and read by VTK and by the glTF validator.
+# Guards (files): a GLB contains the walls of the scene and is valid (glTF validator in CI).
 source "$(dirname "$0")/common.sh"
 zonal=$1 folder=$2
 

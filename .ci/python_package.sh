@@ -3,6 +3,7 @@
 #
 # The wheel of the test build (optimised as the tests are), its types against the committed ones, pytest with every example of the docstrings and the Python
 # block of the README, pyright in strict mode, stubtest, and the licences of the crates in the wheel.
+# Guards (python): the types of the native module and the reference of the package are generated, and examples of docstrings run.
 source "$(dirname "$0")/common.sh"
 zonal=$1
 shared_folder

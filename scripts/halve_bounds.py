@@ -21,6 +21,8 @@ a tagged line: `const NAME: f64 = EXPR; // bound`, `let name = EXPR; // bound`, 
 Prints a table; ends with 1 if a constant survived, could not be read, or its halved form did not compile.
 """
 
+# Guards (numbers): a constant of a bound stands on a line that ends with the comment `bound`; a test fails when it is halved (run by hand).
+
 import argparse
 import pathlib
 import re

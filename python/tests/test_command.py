@@ -1,5 +1,7 @@
 """The package against the program: the same bits, the same command line."""
 
+# Guards (python): scenes, solutions, exchange areas, pictures and exports of the Python package have the bits of the command, for all engines.
+
 from __future__ import annotations
 
 import subprocess

@@ -1,5 +1,7 @@
 """The notebooks and the examples run."""
 
+# Guards (python): notebooks and examples run.
+
 from __future__ import annotations
 
 import ast

@@ -1,5 +1,7 @@
 """Every block of code of the documentation runs, in order, in an empty folder."""
 
+# Guards (documents): every block of code of the manual runs, in order and in an empty folder, or says why not.
+
 from __future__ import annotations
 
 import ast

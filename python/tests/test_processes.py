@@ -52,6 +52,7 @@ print(room().solve(threads=1).zone_count > 0)
 """
 
 
+# Guards (python): Ctrl-C ends a call of the Python package at once.
 @pytest.mark.parametrize("engine", ["dense", "hierarchical"])
 def test_ctrl_c_ends_a_solve_at_once(engine):
     code = INTERRUPTED.format(tests=str(ROOT / "python/tests"), engine=engine)
@@ -124,6 +125,7 @@ def test_one_solution_serves_several_threads():
     assert len(pictures) == 4 and all(np.array_equal(p, wanted) for p in pictures)
 
 
+# Guards (python): a forked child has its own threads.
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
 def test_a_forked_child_solves_with_threads_of_its_own():
     wanted = room().solve().radiosity
@@ -167,6 +169,7 @@ print(peak_and_current()[0] - before, big.nbytes)
 """
 
 
+# Guards (python): large arrays are not copied, measured by memory.
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="the system does not report its memory")
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_large_inputs_are_not_copied(dtype):
@@ -193,6 +196,7 @@ print(peak_and_current()[1] - before, size, float(solution.radiosity.sum() + sol
 """
 
 
+# Guards (python): large arrays are not copied, measured by memory.
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="the system does not report its memory")
 def test_fields_are_not_copied():
     code = OUTPUT.format(tests=str(ROOT / "python/tests"))

@@ -85,6 +85,7 @@ def read_all(thing: object) -> dict[str, object]:
     return found
 
 
+# Guards (python): every public property is read with notes, warnings and unknown errors.
 def test_every_property_of_solutions_is_read(solutions):
     thermal_only = {"temperature", "temperature_error", "net_flux", "net_flux_error"}
     severities = set()
@@ -124,6 +125,7 @@ def test_warnings_and_notes_are_those_of_the_report(solutions):
     assert of_discretization > 0
 
 
+# Guards (python): the errors of tables are the errors that the command prints.
 def test_the_table_has_the_errors_of_the_command(solutions):
     units = {"temperature": "_K", "net_flux": "", "net_power": "_W"}
     unknown = known = 0

@@ -11,6 +11,7 @@ from conftest import furnace, room, sphere
 import zonal as zn
 
 
+# Guards (python): every scene key is a parameter of the Python package.
 def test_every_key_of_scenes_is_a_parameter():
     methods = {
         "solve.": zn.Scene.settings,

@@ -1,5 +1,7 @@
 """View factors: sums, reciprocity, closed forms, threads, files, errors."""
 
+# Guards (python): view factors in Python sum to one, are reciprocal, do not depend on threads and agree with closed forms and with pyviewfactor.
+
 from __future__ import annotations
 
 import inspect
@@ -322,6 +324,7 @@ except KeyboardInterrupt:
 """
 
 
+# Guards (python): Ctrl-C ends a call of the Python package at once.
 @pytest.mark.skipif(not hasattr(signal, "SIGINT") or os.name == "nt", reason="the system has no such signals")
 def test_ctrl_c_ends_a_computation():
     code = INTERRUPTED.format(tests=str(ROOT / "python/tests"))

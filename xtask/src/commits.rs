@@ -1,6 +1,8 @@
 //! Messages of commits: an area and a colon, a short subject, one change, and a body with the reason.
 //!
 //! The check begins after the commit that added this file, which git finds by the file's history; earlier messages stay as they are.
+//!
+//! Guards (structure): commits have an area, a short subject of one change, and a body with the reason.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,4 +1,7 @@
 //! Counts of the structure of code and documents, each with its limit.
+//!
+//! Guards (structure): functions are short and have few parameters, names of constants and types say what they mean, no public item is unused,
+//!     folders form no cycle and have few entries, and lines of prose are short.
 
 use crate::source::{Role, SourceFile, load};
 use crate::{documents, modules, shape, surface};

@@ -123,6 +123,7 @@ mod tests {
         animation_frames(&CameraPath { frames_per_second: 10.0, exposure: None, keys })
     }
 
+    // Guards (pictures): a camera path stays between its keys.
     #[test]
     fn frames_meet_keys_and_do_not_overshoot() {
         let keys = vec![

@@ -29,6 +29,7 @@ fn report(f: &Folder, more: &[&str]) -> serde_json::Value {
     serde_json::from_str(&f.done(&[ARGS.as_slice(), &["--json"], more].concat())).unwrap()
 }
 
+// Guards (pictures): frames of an animation are drawn once.
 #[test]
 fn frames_are_drawn_only_if_missing_or_changed() {
     let f = folder_with_keys();
@@ -55,6 +56,7 @@ fn frames_are_drawn_only_if_missing_or_changed() {
     assert!(frames.iter().zip(&bytes).all(|(p, b)| f.get(p) != *b));
 }
 
+// Guards (pictures): lights of an animation scale as in `relight`.
 /// A frame has the pixels of the relit solution at the same exposure.
 #[test]
 fn lights_are_scaled_as_by_relight() {

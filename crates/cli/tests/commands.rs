@@ -31,6 +31,7 @@ fn every_command_has_help() {
     assert_eq!(f.listing().len(), 1);
 }
 
+// Guards (files): `check` refuses what `solve` refuses.
 /// A scene that `solve` would refuse is not valid; the exit code is that of `solve`.
 #[test]
 fn check_refuses_what_solve_refuses() {
@@ -129,6 +130,7 @@ fn picture_options_change_the_picture() {
     assert_eq!(draw(&["--stops", "20"]).1["clipped"], 16 * 12);
 }
 
+// Guards (determinism): files of the command are identical for any number of threads.
 #[test]
 fn files_are_identical_for_any_number_of_threads() {
     let f = Folder::new();
@@ -196,6 +198,7 @@ fn written_demo_scene_is_valid() {
     assert!(f.done(&["check", "chapel.toml"]).contains("cameras: nave, aisle"));
 }
 
+// Guards (numbers): methods take a tolerance and return value, radius and grade; a proved radius contains the true value and meets the tolerance.
 /// The reference table of `crates/exchange` through the command: proved bounds hold and meet the tolerance.
 #[test]
 fn factors_meet_the_reference_table() {
@@ -288,6 +291,7 @@ fn reproduction_page_has_valid_links() {
     assert!(page.contains("-0.179395297") && page.contains("-0.001666635"));
 }
 
+// Guards (files): warnings fail a strict run.
 /// With --strict a warning ends with exit code 1; outputs are written all the same, and the JSON report names the warning.
 #[test]
 fn strict_ends_with_1_on_warnings() {

@@ -25,6 +25,7 @@ fn array(f: &Folder, file: &str, name: &str) -> (Vec<usize>, Vec<f64>) {
     read_array(&f.path().join(file), name).unwrap()
 }
 
+// Guards (numbers): samples of a data set equal single solves.
 #[test]
 fn samples_equal_single_solves() {
     let f = Folder::new();
@@ -95,6 +96,7 @@ fn discretization_errors_are_those_of_single_solves() {
     assert!(is_sum("room.npz", "absorbed_power"));
 }
 
+// Guards (determinism): an interrupted data set ends with the same bytes, and a larger set begins with the smaller one.
 #[test]
 fn larger_sets_begin_with_smaller_ones_and_interrupted_runs_continue() {
     let f = Folder::new();

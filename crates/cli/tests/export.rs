@@ -4,6 +4,7 @@ use crate::support;
 
 use support::{Folder, Parser, Program, ROOM, refused, solution, text};
 
+// Guards (determinism): files of the command are identical for any number of threads.
 #[test]
 fn every_format_is_identical_for_any_number_of_threads() {
     let f = Folder::new();
@@ -83,6 +84,7 @@ fn over_patches(table: &str, value: impl Fn(&dyn Fn(&str) -> f64) -> f64) -> f64
     rows.map(|r| value(&|name| r[names.iter().position(|n| *n == name).unwrap()].parse().unwrap())).sum()
 }
 
+// Guards (files): a GLB contains the walls of the scene and is valid (glTF validator in CI).
 #[test]
 fn glb_reads_back_as_the_same_walls() {
     let f = Folder::new();

@@ -61,6 +61,7 @@ fn column(table: &str, name: &str) -> Vec<f64> {
     table.lines().skip(1).map(|l| l.split(',').nth(at).unwrap().parse().unwrap_or(f64::NAN)).collect()
 }
 
+// Guards (files): values and results by face keep the order of the mesh file.
 #[test]
 fn six_hundred_faces_keep_their_temperatures_and_their_order() {
     let f = folder();

@@ -116,6 +116,7 @@ fn pixel_ray(c: &Camera, (w, h): (usize, usize), x: usize, y: usize) -> Vec3 {
 /// Function from a zone to its value.
 type ZoneValue<'a> = &'a dyn Fn(usize) -> f64;
 
+// Guards (pictures): a pixel of a false-colour picture has the value of the first zone on its ray.
 #[test]
 fn pixels_have_the_value_of_the_first_zone_on_their_ray() {
     let f = solved_heated_room();

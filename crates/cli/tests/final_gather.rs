@@ -1,4 +1,6 @@
 //! Final gather against interpolated pictures.
+//!
+//! Guards (pictures): approximations of the renderer agree with exact evaluation: many lights, adaptive pictures, final gather.
 
 use crate::support;
 

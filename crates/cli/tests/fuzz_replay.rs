@@ -57,6 +57,7 @@ replays! {
     scenes_are_solved_and_drawn: "solve", "solve_toml";
 }
 
+// Guards (files): findings of fuzzing are replayed (`fuzz/`), and most random scenes of the fuzz targets are valid.
 #[test]
 fn every_target_has_a_corpus_and_is_replayed() {
     for (target, _) in harness::FUZZ_TARGETS {
@@ -75,6 +76,7 @@ fn every_target_has_a_corpus_and_is_replayed() {
     }
 }
 
+// Guards (files): findings of fuzzing are replayed (`fuzz/`), and most random scenes of the fuzz targets are valid.
 /// A refused scene tests only the refusal; most scenes from random bytes must be valid.
 #[test]
 fn most_random_scenes_are_valid() {

@@ -10,6 +10,7 @@ fn read(f: &Folder, file: &str) -> zonal_scene::Solution {
     zonal_io::output::read_solution(f.path().join(file)).unwrap()
 }
 
+// Guards (files): files, tables and exports hold all bands.
 #[test]
 fn files_tables_and_exports_have_all_bands() {
     let f = Folder::new();
@@ -190,6 +191,7 @@ fn wrong_bands_and_gases_are_refused() {
     }
 }
 
+// Guards (numbers): gas models in slabs give RadLib's wall fluxes within 0.1 %.
 /// Slabs of layers of different absorption, and one of constant absorption and varying temperature: wall fluxes of RadLib, kW/m² (`crates/validation/src/validate/data/radlib_walls.csv`).
 #[test]
 fn slabs_of_gas_have_the_fluxes_of_radlib() {

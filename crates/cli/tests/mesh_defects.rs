@@ -45,6 +45,8 @@ fn a_room_with_a_face_twice_is_the_closed_room() {
     assert_eq!((init["parts"]["rooms"].as_u64(), init["parts"]["open"].as_u64()), (Some(1), Some(0)));
 }
 
+// Guards (numbers): solids, cavities and rooms are classified as by brute force; no emitting surface and no medium is dropped silently; medium
+//     outside closed rooms has no zones; coincident surfaces and rooms inside out are reported.
 #[test]
 fn a_room_inside_out_is_reported_with_its_medium() {
     let f = Folder::new();

@@ -118,6 +118,7 @@ fn refuse_bad_outputs(f: &Folder, command: &[&str], flag: &str, extension: &str)
     refused(f, Parser, &[command, &[flag, ""]].concat(), flag);
 }
 
+// Guards (files): an output that cannot be written is refused before any work.
 #[test]
 fn unwritable_outputs_are_refused() {
     let f = Folder::new();
@@ -176,6 +177,7 @@ fn unwritable_demo_picture_is_refused_before_the_solve() {
     refused(&f, Program, &["demo", "chapel", "--size", "small", "-o", "out"], "nave.png");
 }
 
+// Guards (files): no file makes the program panic.
 #[test]
 fn damaged_solutions_are_refused() {
     let f = Folder::new();

@@ -145,6 +145,7 @@ fn put_hostile_files(f: &Folder) {
     );
 }
 
+// Guards (files): bad input is an `Err` that names file, place and remedy in one line; the command ends with 2.
 #[test]
 fn check_refuses_wrong_scenes() {
     let f = Folder::new();
@@ -157,6 +158,7 @@ fn check_refuses_wrong_scenes() {
     }
 }
 
+// Guards (files): every file is written beside its target and renamed when complete; a failure leaves the old file and nothing else.
 #[test]
 fn solve_refuses_wrong_scenes() {
     let f = Folder::new();

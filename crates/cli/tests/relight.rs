@@ -50,6 +50,7 @@ fn emitted_power(report: &serde_json::Value) -> Vec<(String, f64)> {
         .collect()
 }
 
+// Guards (numbers): a relit solution equals the solution of the relit scene.
 #[test]
 fn light_groups_are_listed_and_scaled() {
     let f = Folder::new();
@@ -181,6 +182,7 @@ fn kill_and_resume(scene: &str, options: &[&str], fractions: &[f64]) -> String {
     report
 }
 
+// Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
 #[test]
 fn killed_and_resumed_solve_has_identical_bytes() {
     let finer = LIT.replace("0.34", "0.26").replace("[4, 4, 4]", "[5, 5, 5]");
@@ -226,6 +228,7 @@ fn kill_in_stages(scene: &str, stages: &[&str]) {
     assert!(!f.path().join("out/killed.npz.checkpoint").exists());
 }
 
+// Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
 /// Weak absorption makes the iteration long in these ducts: in one band, and in bands that temperatures couple.
 #[test]
 fn solve_killed_during_iteration_has_identical_bytes() {

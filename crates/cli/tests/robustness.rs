@@ -14,6 +14,7 @@ fn limited(f: &Folder, limit: &str, args: &str) -> Output {
     Command::new("sh").args(["-c", &line]).current_dir(f.path()).output().unwrap()
 }
 
+// Guards (files): only regular files are read.
 #[test]
 fn pipes_and_devices_are_refused_as_inputs() {
     let f = Folder::new();
@@ -63,6 +64,7 @@ fn links_are_kept_and_devices_are_written_directly() {
     assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
 }
 
+// Guards (files): a full disk leaves no file and one line of error.
 #[test]
 fn file_size_limit_leaves_no_file_and_one_line() {
     let f = Folder::new();
@@ -151,6 +153,7 @@ fn factors_of_negligible_lengths_equal_those_of_zero() {
     refused(&f, Program, &["factors", "pairs.csv", "-o", "out/x.csv"], "line 2: the lengths of this pair");
 }
 
+// Guards (files): names cannot control a terminal and are no spreadsheet formulas.
 #[test]
 fn names_cannot_control_terminals_or_spreadsheets() {
     let f = Folder::new();

@@ -111,6 +111,7 @@ fn total_exchange_areas_of_the_furnace_close() {
     assert!(zonal_io::output::read_array(&f.path().join("out/d.npz"), "total_exchange_areas").is_err());
 }
 
+// Guards (numbers): an unknown error is infinite and never printed as a number.
 /// An unknown error is printed as such, and is null in JSON, also in sums. An error that was not requested is absent, and the heading says so.
 #[test]
 fn unknown_errors_are_printed_as_unknown() {

@@ -66,6 +66,7 @@ fn write_wrong_mesh(f: &Folder) {
     put("mesh.boundary", &format!("1 2 1 0 303 1 2 3\n2 2 2 0 303 5 6 7\n{outside}"));
 }
 
+// Guards (files): a missed reference is a failing verdict and exit code 1.
 #[test]
 fn failed_case_ends_with_1() {
     let f = Folder::new();
@@ -78,6 +79,7 @@ fn failed_case_ends_with_1() {
     assert!(err.contains("elmer-cavity"), "{err}");
 }
 
+// Guards (files): a validation case without its files is skipped, not passed.
 #[test]
 fn cases_without_files_are_skipped() {
     let f = Folder::new();

@@ -123,6 +123,7 @@ fn routes_have_media_types_and_policies() {
     );
 }
 
+// Guards (pictures): the viewer listens on the loopback address only.
 #[test]
 fn server_listens_on_the_loopback_address_only() {
     let v = RunningViewer::start();
@@ -140,6 +141,7 @@ fn server_listens_on_the_loopback_address_only() {
     assert_eq!(listening, [format!("0100007F{port}")]);
 }
 
+// Guards (pictures): the viewer serves a fixed list of routes.
 #[test]
 fn unknown_paths_and_foreign_hosts_are_refused() {
     let v = RunningViewer::start();
@@ -224,6 +226,7 @@ fn damaged_request(kind: u64, state: &mut u64, address: SocketAddr) -> Vec<u8> {
     }
 }
 
+// Guards (pictures): the viewer survives malformed requests, slow clients and many clients.
 #[test]
 fn server_survives_a_thousand_malformed_requests() {
     let v = RunningViewer::start();
@@ -242,6 +245,7 @@ fn server_survives_a_thousand_malformed_requests() {
     assert_eq!(code, Some(0), "{rest}");
 }
 
+// Guards (pictures): the viewer survives malformed requests, slow clients and many clients.
 #[test]
 fn slow_and_many_clients_are_limited() {
     let v = RunningViewer::start();
@@ -276,6 +280,7 @@ fn slow_and_many_clients_are_limited() {
     }
 }
 
+// Guards (pictures): Ctrl-C ends the viewer cleanly.
 #[test]
 fn interrupts_end_the_server_cleanly() {
     for signal in ["-INT", "-TERM"] {
@@ -398,6 +403,7 @@ fn port_in_use_is_reported() {
     refused(&f, Program, &["view", "none.npz"], "none.npz");
 }
 
+// Guards (pictures): the single-file page makes no request.
 #[test]
 fn single_file_page_loads_nothing() {
     let f = Folder::new();

@@ -47,6 +47,7 @@ fn leaks(scene: &Scene, plan: &ChurchPlan, rays: usize) -> usize {
     (0..rays).filter(|i| leaking(*i)).count()
 }
 
+// Guards (numbers): light enters the church through its panes only.
 #[test]
 fn light_enters_through_panes_only() {
     for (plan, name) in [(ChurchPlan::TWO_BAYS, "small"), (ChurchPlan::SIX_BAYS, "full")] {

@@ -179,6 +179,7 @@ mod tests {
         walls
     }
 
+    // Guards (numbers): a duct of infinite length has crossed strings, with obstructions.
     #[test]
     fn obstructed_pairs_equal_the_reference() {
         let walls = duct();

@@ -62,6 +62,7 @@ fn row(line: &str) -> Row {
     Row { a: zone(1), b: zone(8), kappa: number(15), want: number(16) }
 }
 
+// Guards (numbers): methods take a tolerance and return value, radius and grade; a proved radius contains the true value and meets the tolerance.
 #[test]
 fn reference_table_holds_at_every_tolerance() {
     let rows = rows();
@@ -81,6 +82,7 @@ fn reference_table_holds_at_every_tolerance() {
     }
 }
 
+// Guards (numbers): the cached factor of a pair does not depend on the order of the pair, to the bit.
 #[test]
 fn cache_gives_reference_table_in_both_orders() {
     let cache = FactorCache::new(1e-10);
@@ -154,6 +156,7 @@ fn enclosure(size: Vec3, n: [usize; 3]) -> (Vec<Cuboid>, Vec<Cuboid>) {
     (voxels, patches)
 }
 
+// Guards (numbers): factors of split boxes close.
 #[test]
 fn split_boxes_close() {
     let cases = [
@@ -229,6 +232,7 @@ fn wall(lo: Vec3, hi: Vec3, axis: usize, sign: i8) -> Cuboid {
     Cuboid::patch(lo, hi, axis, sign)
 }
 
+// Guards (numbers): factors are additive over split boxes.
 #[test]
 fn factors_are_additive_over_split_box() {
     let floor = wall(vec3(-0.3, 0.1, 0.0), vec3(0.9, 1.4, 0.0), 2, 1);
@@ -270,6 +274,7 @@ fn narrow_gaps_and_thin_zones_keep_radius() {
     }
 }
 
+// Guards (numbers): factors scale with the length.
 #[test]
 fn factors_scale_with_length() {
     let f = wall(vec3(0.0, 0.0, 0.0), vec3(1.0, 2.0, 0.0), 2, 1);
@@ -298,6 +303,7 @@ fn image(z: &Cuboid, p: [usize; 3], flip: [bool; 3]) -> Cuboid {
     Cuboid { lo: Vec3::from_array(lo), hi: Vec3::from_array(hi), normal }
 }
 
+// Guards (numbers): factors have the 48 symmetries of the cube.
 #[test]
 fn factors_have_48_cube_symmetries() {
     let floor = wall(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.5, 0.0), 2, 1);
@@ -473,6 +479,7 @@ fn cache_agrees_with_direct_value_on_rounded_lattice() {
     }
 }
 
+// Guards (determinism): factors do not depend on the number of threads.
 #[test]
 fn cache_does_not_depend_on_threads() {
     let zones: Vec<Cuboid> =
@@ -516,6 +523,7 @@ fn any_zone(seed: u64) -> Cuboid {
     Cuboid::patch(lo, Vec3::from_array(corner), axis, if u(11) < 0.5 { 1 } else { -1 })
 }
 
+// Guards (numbers): methods take a tolerance and return value, radius and grade; a proved radius contains the true value and meets the tolerance.
 #[test]
 fn radii_hold_for_extreme_aspect_ratios() {
     let cache = FactorCache::new(1e-5);

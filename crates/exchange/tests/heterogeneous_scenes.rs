@@ -192,6 +192,7 @@ fn median(mut x: Vec<f64>) -> f64 {
     x[x.len() / 2]
 }
 
+// Guards (numbers): estimated factors through varying media, panes and screens agree with exact traversal.
 #[test]
 fn heterogeneous_pairs_agree_with_exact_traversal() {
     let scenes = sampled_count(SCENES[0], SCENES[1]);

@@ -46,6 +46,7 @@ fn squares(noise: f64, off: Vec3) -> [Vec<ZoneShape>; 2] {
     })
 }
 
+// Guards (numbers): rounded corners widen the radii of plates by about the rounding times the edges.
 /// Reproduction: trial of 2026 (`plates01.toml`). Noise of 1e-13 made the radius ten million times too wide.
 #[test]
 fn rounded_corners_widen_radii_by_about_the_rounding() {

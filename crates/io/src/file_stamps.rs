@@ -162,6 +162,7 @@ mod tests {
         std::fs::remove_dir_all(&dir).unwrap();
     }
 
+    // Guards (pictures): a live page shows the last save of every file of its scene.
     #[test]
     fn a_save_during_the_reading_is_a_change() {
         let path = std::env::temp_dir().join(format!("zonal-stamps-race-{}", std::process::id()));

@@ -59,6 +59,7 @@ fn through_file(name: &str, file: &[u8], text: &str) -> usize {
     })
 }
 
+// Guards (files): no file makes the program panic.
 #[test]
 fn altered_glb_files_do_not_panic() {
     let picture = png(4, 4, &[200; 48]);
@@ -118,6 +119,7 @@ fn altered_scenes_do_not_panic() {
     assert!(n > 20, "{n}");
 }
 
+// Guards (files): no file makes the program panic.
 #[test]
 fn altered_vdb_files_do_not_panic() {
     let text = "[medium]\nmin=[0,0,0]\nmax=[8,4,4]\ncells=[8,4,4]\nextinction=0.5\n[[medium.region]]\n\

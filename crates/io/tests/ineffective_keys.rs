@@ -1,4 +1,6 @@
 //! Keys that would have no effect where they stand: each is refused with its place and the mend.
+//!
+//! Guards (files): scene keys without effect are refused.
 
 use crate::support;
 

@@ -233,6 +233,7 @@ fn defaults_equal_the_documented_ones() {
     assert_eq!(s.facets()[0].uv, [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
 }
 
+// Guards (documents): the example of the scene format is a valid scene.
 #[test]
 fn the_example_of_the_manual_is_a_scene() {
     let manual = include_str!("../../../docs/reference/scene-format.md");

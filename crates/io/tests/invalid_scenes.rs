@@ -4,6 +4,7 @@ use crate::support;
 
 use support::{Folder, NpyOrder, RefusedScene, UNIT_SQUARE, check, f32s, npy, png};
 
+// Guards (files): bad input is an `Err` that names file, place and remedy in one line; the command ends with 2.
 #[test]
 fn syntax_and_types_are_checked() {
     check(

@@ -49,6 +49,7 @@ fn zeros(nodes: usize, count: usize) -> String {
     )
 }
 
+// Guards (files): no file makes the program allocate memory out of proportion to its size.
 #[test]
 fn memory_of_meshes_is_bounded_by_their_size() {
     let text = "[[surface]]\nmesh={file='a.gltf'}\n";
@@ -63,6 +64,7 @@ fn memory_of_meshes_is_bounded_by_their_size() {
     assert!(e.contains("more than are read"), "{e}");
 }
 
+// Guards (files): no file makes the program allocate memory out of proportion to its size.
 #[test]
 fn memory_of_images_is_bounded_by_their_size() {
     let text = "[[surface]]\nrectangle={origin=[0,0,0],edge1=[1,0,0],edge2=[0,1,0]}\ntexture='a'\n";
@@ -100,6 +102,7 @@ fn zlib_bomb(points: usize, blocks: usize, block: usize) -> Vec<u8> {
     out
 }
 
+// Guards (files): no file makes the program allocate memory out of proportion to its size.
 #[test]
 fn memory_of_compressed_arrays_is_bounded_by_their_size() {
     let text = "[[surface]]\nmesh={file='a.vtu'}\n";

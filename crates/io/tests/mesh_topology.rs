@@ -101,6 +101,7 @@ fn assert_is_closed_room(s: &Scene, facets: usize, dropped: usize) {
     assert!(!note.is_warning() && note.contains(&format!("{dropped} repeated face(s)")), "{note}");
 }
 
+// Guards (files): repeated faces of meshes are dropped in every format.
 #[test]
 fn repeated_faces_are_dropped_in_every_format() {
     let faces = walls_twice();

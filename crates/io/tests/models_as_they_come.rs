@@ -24,6 +24,7 @@ fn has_note(s: &Scene, words: &[&str]) -> bool {
     s.notes().iter().any(|n| words.iter().all(|w| n.contains(w)))
 }
 
+// Guards (files): reflectances of models that are limited have notes with their names.
 #[test]
 fn reflectances_of_models_are_limited_by_name() {
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 2 0\nusemtl snow\nf 1 2 3\nusemtl chalk\nf 1 3 2\nusemtl grey\nf 2 4 3\n";
@@ -202,6 +203,7 @@ fn broken_references_that_nothing_reads_are_notes() {
     assert!(!refusal.contains("texture"), "{refusal}");
 }
 
+// Guards (files): contents of models that are not read have notes with their names.
 #[test]
 fn properties_that_are_not_read_have_notes_with_their_materials() {
     let material = |name: &str, more: &str| format!(r#"{{"name":"{name}",{more}}}"#);

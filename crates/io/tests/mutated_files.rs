@@ -1,6 +1,8 @@
 //! Random changes of small files of several formats (`fuzz/src`): no reader panics, and a refusal names the scene.
 //!
 //! `ZONAL_FUZZ_RUNS=300000 cargo test -p zonal-io --test all mutated_files::vtk` runs one target as often.
+//!
+//! Guards (files): no file makes the program panic.
 
 #[allow(dead_code, unreachable_pub, missing_docs)]
 #[path = "../../../fuzz/src/files.rs"]

@@ -86,6 +86,7 @@ impl Mul<f64> for Bounded {
 mod tests {
     use super::*;
 
+    // Guards (numbers): a sum has the weakest grade of its terms (proved, estimated, statistical).
     #[test]
     fn the_weaker_grade_wins_in_a_sum() {
         let s = Bounded::proved(1.0, 0.1) + Bounded { value: 2.0, radius: 0.2, grade: Grade::Statistical };

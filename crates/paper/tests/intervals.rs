@@ -25,6 +25,7 @@ fn run(pairs: u64, ask: impl Fn(u64) -> Vec<MethodVerdict> + Sync) -> (VerdictCo
     (tally, asked)
 }
 
+// Guards (numbers): proved intervals contain the values of an independent oracle.
 /// A sample of the campaign `cargo run --release -p zonal-paper --example intervals -- --state pairs.state`.
 #[test]
 fn intervals_contain_the_oracle_value() {
@@ -36,6 +37,7 @@ fn intervals_contain_the_oracle_value() {
     assert!(t.blunt * 20 <= t.seen, "{t:?}");
 }
 
+// Guards (numbers): proved intervals are additive.
 /// A sample of the campaign `cargo run --release -p zonal-paper --example intervals -- --additivity --state sums.state`.
 #[test]
 fn intervals_are_additive() {

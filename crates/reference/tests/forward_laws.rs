@@ -1,4 +1,6 @@
 //! Forward Monte Carlo against textbook solutions.
+//!
+//! Guards (numbers): the random walks of the reference have the solutions of textbooks.
 
 use std::path::Path;
 use zonal_reference::SampleEstimate;

@@ -76,6 +76,7 @@ fn dense_engine_is_predicted() {
     assert_eq!(estimate.seconds[0], estimate.seconds[1]);
 }
 
+// Guards (files): the memory limit bounds rays, and the report says so.
 #[test]
 fn memory_limit_reduces_rays_or_refuses() {
     let scene = room(Engine::Hierarchical, 0.1);

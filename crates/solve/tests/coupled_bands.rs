@@ -100,6 +100,7 @@ fn temperatures_by_fixed_point(parts: &SceneParts) -> Vec<f64> {
     panic!("the fixed-point iteration did not converge");
 }
 
+// Guards (numbers): coupled bands agree with a fixed-point iteration.
 #[test]
 fn coupled_bands_match_a_fixed_point_iteration() {
     for shares in [gas(), BandFractions::constant(Bands::from_rgb([0.25, 0.35, 0.4]))] {

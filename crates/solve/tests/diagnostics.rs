@@ -1,4 +1,6 @@
 //! Diagnostics of unbalanced power: reported once, relative to the exchanged power.
+//!
+//! Guards (numbers): an imbalance is reported once; for heat relative to the exchanged power.
 
 use crate::common;
 

@@ -1,4 +1,6 @@
 //! The discretization error: the estimate covers the error against much finer zones, and unknown errors are reported.
+//!
+//! Guards (numbers): the discretization error covers the difference to finer zones, also for odd numbers of cells.
 
 use crate::common;
 
@@ -358,6 +360,7 @@ fn flame(cells: [usize; 3], split: usize, extinction: f64, albedo: f64, thick: &
     Scene::new(parts).unwrap()
 }
 
+// Guards (numbers): the discretization error covers the difference to finer zones, also for odd numbers of cells.
 /// Regression: rounding turned a uniform extinction into several in cells merged by odd numbers, so that no error was estimated.
 #[test]
 fn odd_cell_counts_of_temperatures_have_an_estimate() {

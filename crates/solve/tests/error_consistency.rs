@@ -29,6 +29,7 @@ fn heat(closure: &str) -> Scene {
     read(&format!("mode = 'thermal'\n{}", unit_room(&solve, HOT_WALLS, GAS)))
 }
 
+// Guards (numbers): closure defects, early termination and imbalance widen the stated errors.
 /// Factors of voxels by formulas of the paper have closure defects of some per cent, which the stated errors include.
 #[test]
 fn unclosed_rows_widen_the_errors() {
@@ -183,6 +184,7 @@ fn dense_engine_restores_closure() {
     assert!(!light.restores_closure() && solve(light).report.closure.restored);
 }
 
+// Guards (numbers): closure defects, early termination and imbalance widen the stated errors.
 #[test]
 fn early_termination_widens_the_errors() {
     for (rho, steps) in [(0.5, 1), (0.9, 1), (0.9, 2), (0.99, 1), (0.99, 3)] {

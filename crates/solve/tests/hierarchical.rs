@@ -67,6 +67,7 @@ fn assert_tolerance_holds(name: &str, scene: &Scene, reference: &Solution, toler
     }
 }
 
+// Guards (numbers): errors of the hierarchical engine stay below tolerance and estimate, against the dense and the spectral engine.
 /// A sample of the campaign `cargo run --release -p zonal-validation --example against_dense`.
 #[test]
 fn errors_stay_below_tolerance_and_estimate() {
@@ -84,6 +85,7 @@ fn errors_stay_below_tolerance_and_estimate() {
     }
 }
 
+// Guards (numbers): errors of the hierarchical engine stay below tolerance and estimate, against the dense and the spectral engine.
 /// The spectral engine has every exchange area of a box to 1e-12.
 #[test]
 fn errors_against_the_spectral_engine_stay_below_tolerance_and_estimate() {
@@ -144,6 +146,7 @@ fn smoothing_does_not_mix_colours_across_a_wall() {
     }
 }
 
+// Guards (determinism): solutions of the hierarchical engine do not depend on the number of threads.
 #[test]
 fn threads_do_not_change_a_bit() {
     let scene = room(&format!("{SMOKE}{BLOCK}"));

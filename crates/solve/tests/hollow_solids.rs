@@ -1,4 +1,6 @@
 //! Hollow solids: separate enclosures have separate heat balances.
+//!
+//! Guards (numbers): the two sides of a hollow solid belong to separate enclosures, each with its own heat balance.
 
 use crate::common;
 

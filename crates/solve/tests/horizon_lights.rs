@@ -31,6 +31,7 @@ fn summed(normal: Vec3, alpha: f64) -> f64 {
     2.0 * sum * alpha / (rings * turns) as f64 / alpha.sin().powi(2)
 }
 
+// Guards (numbers): a sun that is partly below a patch has its exact irradiance.
 #[test]
 fn suns_partly_below_a_patch_have_their_exact_irradiance() {
     for (elevation, diameter) in
@@ -97,6 +98,7 @@ fn under_a_pixel(above: f64) -> Solution {
     solve(zonal_scene::Scene::new(parts).unwrap())
 }
 
+// Guards (numbers): light that no sample finds is no proof of darkness: the stated error has an upper bound of it.
 #[test]
 fn light_that_no_sample_finds_is_no_proof_of_darkness() {
     let s = under_a_pixel(0.02);

@@ -113,6 +113,7 @@ fn assert_close(got: &[f64], want: &[f64], limit: f64, what: &str) {
     }
 }
 
+// Guards (numbers): the layered engine agrees with discrete ordinates to 1e-10.
 #[test]
 fn slabs_of_layers_agree_with_discrete_ordinates() {
     for (axis, across, omit) in [(2, 1, &[][..]), (0, 2, &[1]), (1, 3, &[0]), (2, 1, &[0, 1])] {
@@ -170,6 +171,7 @@ fn layers_cut_in_three_have_the_same_walls() {
     }
 }
 
+// Guards (numbers): the layered engine agrees with the spectral engine to 1e-11.
 #[test]
 fn uniform_layers_agree_with_the_spectral_engine() {
     for (kappa, omit) in [(0.7, &[][..]), (1e-9, &[][..]), (5.0, &[1][..])] {

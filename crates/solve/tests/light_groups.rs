@@ -103,6 +103,7 @@ fn powers(s: &Solution) -> Vec<f64> {
     all.into_iter().flatten().collect()
 }
 
+// Guards (numbers): a relit solution equals the solution of the relit scene.
 #[test]
 fn relit_solution_equals_solution_of_the_relit_scene() {
     let s = solve(read(ROOM));
@@ -240,6 +241,7 @@ fn broken_off(scene: &Scene, stages: usize, least: usize, straight: &Solution) -
     vault
 }
 
+// Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
 #[test]
 fn solve_interrupted_at_any_stage_is_bit_identical() {
     let scene = with(read(ROOM), |o| {
@@ -252,6 +254,7 @@ fn solve_interrupted_at_any_stage_is_bit_identical() {
     assert!(vault.stages.lock().unwrap().contains_key("state-krylov"));
 }
 
+// Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
 /// Identical bands solved by the spectral engine: interrupted at every saved state in turn.
 #[test]
 fn grey_solve_interrupted_in_the_iteration_is_bit_identical() {
@@ -308,6 +311,7 @@ albedo = [0.1, 0.3, 0]
 heat_source = 2000
 ";
 
+// Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
 /// The iteration over temperatures of coupled bands resumes without repeating a step or an iteration of its linear solve.
 #[test]
 fn coupled_temperatures_interrupted_at_any_step_are_bit_identical() {
@@ -344,6 +348,7 @@ fn bare(patch: f64) -> Scene {
     read(&format!("{head}[medium]{tail}").replace("patch_size = 0.5", &format!("patch_size = {patch}")))
 }
 
+// Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
 /// The same with the hierarchical engine, in the rays and between the rounds of the final gather.
 #[test]
 fn rays_and_gather_interrupted_at_any_stage_are_bit_identical() {

@@ -142,6 +142,7 @@ fn rooms() -> Vec<Room> {
     ]
 }
 
+// Guards (numbers): a linear field is invariant under halving of cells.
 /// A linear function on a cell is linear on its octants: the incident power of a cell is that of its octants combined.
 #[test]
 fn linear_field_is_invariant_under_halved_cells() {
@@ -219,6 +220,7 @@ fn hot_wall(room: &Room) -> (f64, f64) {
     (1.0 - back / area, report.energy.residual.first())
 }
 
+// Guards (numbers): thick cubes and slabs have their known fluxes with few voxels.
 #[test]
 fn thick_cube_converges_with_few_voxels() {
     // Optical depth 10: VALIDATION section 7 has 0.4483, and 0.513363 and 0.465052 where radiosity is constant in 9³ and 21³ voxels.
@@ -231,6 +233,7 @@ fn thick_cube_converges_with_few_voxels() {
     }
 }
 
+// Guards (numbers): thick cubes and slabs have their known fluxes with few voxels.
 #[test]
 fn slab_of_any_thickness_has_its_flux() {
     // VALIDATION section 5 (b): ten cells, up to one optical depth each; diffusion with jumps at the walls beyond.

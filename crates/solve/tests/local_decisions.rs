@@ -46,6 +46,7 @@ fn surfaces_away_from_a_medium_leave_its_exact_factors() {
     }
 }
 
+// Guards (numbers): the exact loss of a zone does not depend on other zones.
 /// The spectral engine applies to the box, whatever lies beside it, and agrees with all pairs.
 #[test]
 fn patches_outside_a_box_have_rows_of_their_own() {
@@ -91,6 +92,7 @@ fn sampled_rows_of_a_white_cloud_close() {
     }
 }
 
+// Guards (numbers): the exact loss of a zone does not depend on other zones.
 /// A black gauge parallel to a black plate: its exchange with the plate is proved, and the rest of its row goes to the surroundings.
 #[test]
 fn losses_follow_from_exact_rows() {

@@ -22,6 +22,7 @@ fn difference(one: &Solution, a: usize, other: &Solution, b: usize) -> f64 {
     off / largest
 }
 
+// Guards (numbers): a scene of many bands has in each band the solution of a scene of three.
 #[test]
 fn bands_of_light_are_those_of_scenes_of_three() {
     for engine in ["dense", "spectral", "hierarchical"] {
@@ -52,6 +53,7 @@ fn furnace(engine: &str, basis: &str, bands: &str) -> String {
     )
 }
 
+// Guards (numbers): bands that are divided in two have the same temperatures.
 #[test]
 fn bands_split_in_two_have_the_same_temperatures() {
     let thermal = |bands: usize, weights: &str, kappa: &str| {

@@ -166,6 +166,7 @@ fn assert_same_powers(part: &Solution, whole: &Solution, tolerance: f64) {
     }
 }
 
+// Guards (numbers): the part of a scene between symmetry planes has the solution of the whole, to 1e-10 by the spectral and the dense engine.
 #[test]
 fn parts_of_a_furnace_equal_the_whole_by_the_spectral_engine() {
     let open =
@@ -184,6 +185,7 @@ fn parts_of_a_furnace_equal_the_whole_by_the_spectral_engine() {
     }
 }
 
+// Guards (numbers): the part of a scene between symmetry planes has the temperatures of the whole.
 #[test]
 fn parts_have_the_temperatures_of_the_whole() {
     let power = Furnace {
@@ -248,6 +250,7 @@ fn linear_basis_keeps_the_symmetry() {
     assert!(off < 1e-10, "{off:e}");
 }
 
+// Guards (numbers): the part of a scene between symmetry planes has the solution of the whole, to 1e-10 by the spectral and the dense engine.
 #[test]
 fn parts_of_a_furnace_equal_the_whole_by_the_dense_engine() {
     let settings = LIT_FURNACE.settings.replace("spectral", "dense");
@@ -267,6 +270,7 @@ fn parts_of_a_furnace_equal_the_whole_by_the_dense_engine() {
     }
 }
 
+// Guards (numbers): the part of a scene between symmetry planes has the solution of the whole within the stated errors of the hierarchical engine.
 /// A block stands in the middle of the furnace, below a pane; the part has a quarter of both, which the mirrors cut.
 #[test]
 fn parts_with_obstacles_equal_the_whole_within_the_stated_errors() {
@@ -351,6 +355,7 @@ fn direct_light_has_mirror_images() {
     }
 }
 
+// Guards (numbers): isothermal parts between symmetry planes are uniform to 1e-12.
 /// Uniform emission makes the radiation in a closed part uniform; rows of exchange areas close and are symmetric by construction.
 #[test]
 fn isothermal_parts_are_uniform() {

@@ -61,6 +61,7 @@ fn assert_temperature(found: &NodeResult, wanted: f64) {
     );
 }
 
+// Guards (numbers): bodies at one temperature, convection, conductances and insulation meet closed forms within their stated errors.
 #[test]
 fn a_body_of_given_power_has_one_temperature() {
     let (emissivity, power) = (0.4, 250.0);
@@ -188,6 +189,7 @@ fn insulation_has_an_effective_emissivity() {
     assert_temperature(node(&s, "tank"), kelvin(e_skin) + power / (conductance * AREA));
 }
 
+// Guards (numbers): bodies at one temperature, convection, conductances and insulation meet closed forms within their stated errors.
 /// A fin of n cells between x = 0 and L, whose root has a given temperature and whose tip is adiabatic, with convection alone: the temperature of cell k is
 /// T∞ + θ₀ c cosh(β (n − k − ½)), 2 (cosh β − 1) = h P Δ/C for the conductance C between cells and their cooled area PΔ; at the root half a cell.
 #[test]
@@ -223,6 +225,7 @@ fn fins_with_convection_have_the_profile_of_the_difference_equation() {
     }
 }
 
+// Guards (numbers): each side of a sheet has its own emissivity.
 #[test]
 fn sides_of_a_sheet_have_emissivities_of_their_own() {
     let (emissivities, power) = ([0.8, 0.1], 60.0);
@@ -242,6 +245,7 @@ fn sides_of_a_sheet_have_emissivities_of_their_own() {
     }
 }
 
+// Guards (numbers): emissivities follow the temperatures found, and the stated errors contain their response.
 #[test]
 fn emissivities_follow_the_temperatures_found() {
     let table = EmissivityTable::new(&[[250.0, 0.1], [400.0, 0.3], [800.0, 0.7]]).unwrap();
@@ -270,6 +274,7 @@ fn emissivities_follow_the_temperatures_found() {
     assert!(s.report.counts.iter().all(|(name, n)| !name.contains("emissivities") || *n == 1));
 }
 
+// Guards (numbers): emissivities follow the temperatures found, and the stated errors contain their response.
 #[test]
 fn errors_cover_the_response_of_emissivities_to_altered_temperatures() {
     // Emissivity falls with temperature, which amplifies errors: two thirds of the fourth power are undone.

@@ -63,6 +63,7 @@ fn same(a: &[PairFactor], b: &[PairFactor]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| near(a, b))
 }
 
+// Guards (numbers): the exact factor of a pair does not depend on other zones.
 #[test]
 fn voxel_pairs_do_not_depend_on_surfaces_outside() {
     let cube = format!("{CUBE}extinction = 20\nalbedo = 1\n");

@@ -67,6 +67,7 @@ fn box_about_light(half: [f64; 3]) -> f64 {
         .sum()
 }
 
+// Guards (numbers): a voxel that holds a point light has the mean of its unbounded fluence.
 #[test]
 fn a_voxel_that_holds_or_touches_the_light_has_its_mean_fluence() {
     // The light in the middle of the middle cell, on a corner of eight cells, and in the middle of a face.
@@ -100,6 +101,7 @@ fn a_voxel_that_holds_or_touches_the_light_has_its_mean_fluence() {
     }
 }
 
+// Guards (numbers): rooms lit by a point light have the power of the light to rounding.
 /// A closed room of 4 m with a light of 10,000 lm in the middle: the mean illuminance is Φ/(A (1 − ρ)).
 #[test]
 fn mean_illuminance_of_an_integrating_cube_is_exact() {

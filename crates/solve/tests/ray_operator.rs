@@ -1,4 +1,6 @@
 //! The exchange operator by rays: closure, opaque walls, panes, and continued paths.
+//!
+//! Guards (numbers): no ray passes a wall; continued paths resolve shadows within a patch and keep an isothermal enclosure uniform.
 
 use crate::common;
 

@@ -127,6 +127,7 @@ fn like_dense(room: &Room) {
     }
 }
 
+// Guards (numbers): the spectral engine equals the dense one to 1e-10 on every zone, periodic or not.
 #[test]
 fn cuboid_zones_agree_with_the_dense_engine() {
     like_dense(&Room::new([12, 9, 7], EDGES, Bands::from_rgb([1.5, 1.5, 4.0])));
@@ -137,6 +138,7 @@ fn cubic_zones_agree_with_the_dense_engine() {
     like_dense(&Room::new([6, 6, 6], [0.25; 3], Bands::from_rgb([0.7, 2.0, 0.0])));
 }
 
+// Guards (numbers): the spectral engine equals the dense one to 1e-10 on every zone, periodic or not.
 #[test]
 fn periodic_zones_agree_with_the_dense_engine() {
     for periodic in [[true, false, false], [false, true, false], [false, false, true]] {
@@ -167,6 +169,7 @@ fn rooms() -> Vec<Room> {
     ]
 }
 
+// Guards (numbers): reciprocity, closure and the isothermal enclosure hold to 1e-12 in the spectral engine.
 #[test]
 fn reciprocity_and_closure() {
     for room in rooms() {
@@ -236,6 +239,7 @@ fn light_has_the_symmetry_of_the_room() {
     }
 }
 
+// Guards (determinism): solutions of the spectral engine do not depend on the number of threads (on one machine: transforms use its instruction set).
 #[test]
 fn threads_do_not_change_a_bit() {
     let scene = Room::new([9, 20, 6], EDGES, Bands::from_rgb([1.5, 4.0, 1.5])).scene();

@@ -95,6 +95,7 @@ fn assert_equal(state: &ThermalState, fresh: &Solution, tolerance: f64) {
     assert!((state.emitters - report.emitters).abs() <= tolerance * scale);
 }
 
+// Guards (numbers): states from stored exchange areas equal fresh solves to 1e-9.
 #[test]
 fn states_equal_fresh_solves() {
     let mut s = solver(&furnace(800.0, 1200.0, 500.0, 0.7));
@@ -280,6 +281,7 @@ fn states_of_mirrored_scenes_equal_fresh_solves() {
     assert_equal(&s.solve().unwrap(), &solve(&text(350.0)), 1e-9);
 }
 
+// Guards (numbers): errors of states from stored exchange areas cover altered areas.
 #[test]
 fn stated_errors_cover_the_effect_of_altered_areas() {
     let text = furnace(800.0, 1200.0, 500.0, 0.7);

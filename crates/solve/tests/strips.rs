@@ -40,6 +40,7 @@ fn scene(walls: &[(String, Wall)], settings: &str, keys: impl Fn(&str) -> String
     format!("{settings}\n[boundary]\ny = \"periodic\"\nmin = [-1, 0, -1]\nmax = [3, {LENGTH}, 3]\n{walls}")
 }
 
+// Guards (numbers): a duct of infinite length has crossed strings, with obstructions.
 #[test]
 fn duct_areas_equal_crossed_strings() {
     let walls = duct();

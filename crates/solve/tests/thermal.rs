@@ -259,6 +259,7 @@ fn falling() -> BandFractions {
     }
 }
 
+// Guards (numbers): an isothermal scene has no net power.
 #[test]
 fn isothermal_scene_has_no_net_power() {
     let t = 873.0;
@@ -284,6 +285,7 @@ fn isothermal_scene_has_no_net_power() {
     }
 }
 
+// Guards (numbers): net powers sum to zero.
 #[test]
 fn net_powers_sum_to_zero() {
     let cases = [

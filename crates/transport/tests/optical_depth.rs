@@ -111,6 +111,7 @@ fn traversal_of_degenerate_segments_terminates() {
     }
 }
 
+// Guards (numbers): a constant voxel grid equals a uniform medium.
 #[test]
 fn uniform_grid_matches_its_closed_form() {
     let uniform = map_scene(fog(7, 0.8));

@@ -73,6 +73,7 @@ fn queries_on_random_plates_match_exhaustive_search() {
     }
 }
 
+// Guards (numbers): no ray passes between two plates that share an edge.
 #[test]
 fn no_segment_passes_between_plates_of_a_mesh() {
     let mut rng = TestRng(7);

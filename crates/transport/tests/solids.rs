@@ -1,4 +1,7 @@
 //! Nested solids and rooms, and medium outside of rooms.
+//!
+//! Guards (numbers): solids, cavities and rooms are classified as by brute force; no emitting surface and no medium is dropped silently; medium
+//!     outside closed rooms has no zones; coincident surfaces and rooms inside out are reported.
 use crate::common;
 use common::*;
 use zonal_math::{Vec3, vec3};

@@ -67,6 +67,7 @@ fn room_on_the_grid_has_whole_cells_only() {
     assert!((area(&zones(&plain(&turned, None)), 0) - 6.0).abs() < 1e-12);
 }
 
+// Guards (numbers): a voxel that a wall divides is two zones.
 #[test]
 fn wall_within_voxels_divides_each_into_two_zones() {
     for at in [0.5, 0.43, 0.5 + 1.0 / 48.0] {
@@ -329,6 +330,7 @@ fn excess_patches_are_refused_with_the_surface_name() {
     assert!(e.message().contains("larger"), "{e}");
 }
 
+// Guards (determinism): zones do not depend on the number of threads.
 #[test]
 fn zones_do_not_depend_on_the_number_of_threads() {
     let block = turned(&solid_box(Vec3::splat(0.3), Vec3::splat(0.6)), Vec3::splat(0.5), 0.7);
@@ -404,6 +406,7 @@ fn wide_needles_have_pieces_as_large_as_the_patch_size() {
     assert!((5_000..30_000).contains(&z.patches.len()), "{}", z.patches.len());
 }
 
+// Guards (files): no file makes the program allocate memory out of proportion to its size.
 #[test]
 fn too_many_pieces_are_refused_before_they_are_made() {
     let needle = Plate::triangle(Vec3::ZERO, vec3(0.0, 1e8, 0.0), vec3(1e-3, 0.0, 0.0));

@@ -1,4 +1,7 @@
 //! Small scenes of the random coverage campaign: stated errors cover the true ones. The example `coverage` runs the whole campaign.
+//!
+//! Guards (numbers): in random scenes stated errors cover true errors, for every engine and under invariances of the scene; the reference is random
+//!     walks.
 
 #![allow(dead_code)]
 

@@ -14,6 +14,7 @@ const MESHES: u64 = 340;
 const QUICK_MESHES: std::ops::Range<u64> = 8..34;
 const SEED: u64 = 2026;
 
+// Guards (numbers): radii of view factors cover the errors of random meshes.
 #[test]
 fn stated_radii_cover_the_errors_of_random_meshes() {
     let checks = if run_all_cases() {

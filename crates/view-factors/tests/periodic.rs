@@ -41,6 +41,7 @@ fn canyon_factors(h: f64) -> [f64; 4] {
     [0.5 * side, (diagonal - 1.0) / h, 0.5 * side / h, 0.5 * side / h]
 }
 
+// Guards (numbers): radii of view factors hold in periodic canyons and sheds at every tolerance.
 #[test]
 fn canyons_of_any_proportion_hold_at_any_tolerance() {
     for (h, block, along, triangles) in [

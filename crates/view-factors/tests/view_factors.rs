@@ -94,6 +94,7 @@ fn empty_rooms_close_with_proved_radii() {
     }
 }
 
+// Guards (numbers): rows of view factors close within their radii.
 #[test]
 fn rows_of_a_furnished_room_close_within_their_radii() {
     let facets: Vec<ConvexPolygon> = furnished_room().iter().map(turned).collect();
@@ -186,6 +187,7 @@ fn first_hit(facets: &[ConvexPolygon], o: Vec3, d: Vec3) -> Option<usize> {
     hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|h| h.1)
 }
 
+// Guards (numbers): view factors of many facets agree with rays against every facet.
 #[test]
 fn factors_agree_with_rays_against_every_facet() {
     let mut facets = furnished_room();
@@ -318,6 +320,7 @@ fn bits(f: &ViewFactors) -> Vec<u64> {
     rows.chain((0..f.len()).map(|i| f.sky(i).value.to_bits() ^ f.ground(i).value.to_bits())).collect()
 }
 
+// Guards (determinism): view factors have the same bits for any number of threads and after any checkpoint.
 #[test]
 fn threads_and_checkpoints_leave_every_bit() {
     let facets = furnished_room();

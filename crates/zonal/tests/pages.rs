@@ -13,6 +13,7 @@ fn blocks(page: &str) -> Vec<&str> {
     page.split("```rust\n").skip(1).map(|rest| rest.split("```").next().unwrap_or("")).collect()
 }
 
+// Guards (documents): every block of code of the manual runs, in order and in an empty folder, or says why not.
 #[test]
 fn blocks_of_the_pages_are_those_of_this_file() {
     let here = bare(include_str!("pages.rs"));

@@ -1,4 +1,6 @@
 // Radiances of the page against `zonal render`, `zonal relight` and the solution.
+// Guards (pictures): the page agrees with `zonal render` to 5 % in blocks of 8 × 8 pixels, also relit, and its probe shows the values of the solution
+//     (run by CI).
 
 import test from 'node:test';
 import assert from 'node:assert/strict';

@@ -1,4 +1,5 @@
 // The samples of examples/threejs in a browser: their pictures against `zonal render`.
+// Guards (pictures): the pictures of `examples/threejs` agree with `zonal render` (run by CI).
 
 import test from 'node:test';
 import assert from 'node:assert/strict';

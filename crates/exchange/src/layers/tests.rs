@@ -36,6 +36,7 @@ fn thick_layers_equal_differences_of_exponential_integrals() {
     }
 }
 
+// Guards (numbers): the operator of the layered engine is symmetric, and its rows close to 1e-12.
 #[test]
 fn rows_close_at_every_extinction() {
     for k in [0.0, 1e-300, 1e-200, 1e-30, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 30.0, 1e3, 1e6] {

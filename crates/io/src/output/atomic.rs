@@ -269,6 +269,7 @@ mod tests {
         fs::read_dir(dir).unwrap().count()
     }
 
+    // Guards (files): every file is written beside its target and renamed when complete; a failure leaves the old file and nothing else.
     #[test]
     fn a_failure_leaves_the_old_file_and_nothing_else() {
         let dir = folder("failure");
@@ -291,6 +292,7 @@ mod tests {
         fs::remove_dir_all(&dir).unwrap();
     }
 
+    // Guards (files): abandoned temporary files are removed by the next success.
     #[test]
     fn temporary_files_without_a_lock_are_removed_and_locked_ones_stay() {
         let dir = folder("stale");
@@ -311,6 +313,7 @@ mod tests {
         fs::remove_dir_all(&dir).unwrap();
     }
 
+    // Guards (files): a symbolic link stays and its target is replaced.
     #[cfg(unix)]
     #[test]
     fn a_link_stays_and_its_target_is_replaced() {
@@ -332,6 +335,7 @@ mod tests {
         fs::remove_dir_all(&dir).unwrap();
     }
 
+    // Guards (files): devices and pipes are written directly.
     #[cfg(unix)]
     #[test]
     fn devices_are_written_directly() {

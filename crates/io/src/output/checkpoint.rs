@@ -382,6 +382,7 @@ mod tests {
         std::env::temp_dir().join(format!("zonal-checkpoint-{name}-{}", std::process::id()))
     }
 
+    // Guards (files): a checkpoint folder belongs to one solve at a time.
     #[test]
     fn a_folder_belongs_to_one_solve_at_a_time() {
         let dir = folder_of_test("claim");
@@ -443,6 +444,7 @@ mod tests {
         fs::remove_dir_all(&dir).unwrap();
     }
 
+    // Guards (files): a truncated, damaged or foreign checkpoint stage counts as absent; foreign files in its folder stay.
     #[test]
     fn truncated_damaged_and_foreign_stages_are_absent() {
         let dir = std::env::temp_dir().join(format!("zonal-checkpoint-{}", std::process::id()));

@@ -177,6 +177,7 @@ fn triangle_edges_match_between_neighbours() {
     assert!(inside * 100 < edges.len(), "{inside} of {}", edges.len());
 }
 
+// Guards (pictures): baked light has the power of the zones in every group.
 #[test]
 fn baked_powers_agree_with_the_zones_in_every_group() {
     let s = room();
@@ -192,6 +193,7 @@ fn baked_powers_agree_with_the_zones_in_every_group() {
     assert_eq!(b.emission_groups, [None, None, Some(1)]);
 }
 
+// Guards (pictures): the groups of baked light sum to the total.
 #[test]
 fn baked_groups_sum_to_the_whole() {
     let apart = room();
@@ -265,6 +267,7 @@ fn shadow_edges_agree_with_shadow_rays() {
     assert!(right > 1000 && wrong * 20 < right, "{right} {wrong}");
 }
 
+// Guards (determinism): baked light does not depend on the number of threads.
 #[test]
 fn threads_do_not_change_a_bit() {
     let s = room();

@@ -145,6 +145,7 @@ mod tests {
         assert!(same(&bloom(&a, 0.0)) && same(&bloom(&a, -1.0)) && same(&bloom(&a, f64::NAN)));
     }
 
+    // Guards (pictures): bloom conserves light and uniform pictures.
     #[test]
     fn bloom_conserves_light_everywhere() {
         for (w, h) in [(64, 40), (40, 64), (5, 3), (1, 9), (1, 1), (301, 2)] {

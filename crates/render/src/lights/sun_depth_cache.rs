@@ -122,6 +122,7 @@ mod tests {
         Scene::new(SceneParts { voxel_grid: Some(map.seal().unwrap()), ..SceneParts::default() }).unwrap()
     }
 
+    // Guards (pictures): approximations of the renderer agree with exact evaluation: depths towards suns.
     #[test]
     fn interpolated_depth_agrees_with_grid_traversal() {
         for factor in [1.0, 8.0] {

@@ -159,6 +159,7 @@ mod tests {
         assert!((fields / cells - 1.0).abs() < 1e-3, "{fields} {cells}");
     }
 
+    // Guards (pictures): approximations of the renderer agree with exact evaluation: interpolated extinction.
     #[test]
     fn the_field_is_continuous_and_its_depth_exact() {
         let step = |p: Vec3| if p.x > 0.05 { 3.0 } else { 0.5 + p.y };

@@ -1,4 +1,6 @@
 //! Approximations of the renderer against exact evaluation: many lights, adaptive sampling, final gather.
+//!
+//! Guards (pictures): approximations of the renderer agree with exact evaluation: many lights, adaptive pictures, final gather.
 
 use crate::integrator::radiance::Integrator;
 use crate::test_scenes::{camera, furnace, medium, quad, size, solution, sun, surface, walls, worst};

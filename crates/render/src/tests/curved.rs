@@ -113,6 +113,7 @@ fn indirect_light_varies_over_the_ball_as_over_a_sphere() {
     }
 }
 
+// Guards (pictures): no picture shows light through a wall.
 #[test]
 fn no_light_comes_through_a_wall_with_tilted_normals() {
     let wall = quad(0, vec3(-1.0, -1.0, 0.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 2.0, 0.0));

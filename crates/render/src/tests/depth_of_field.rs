@@ -43,6 +43,7 @@ fn spread(distance: f64, camera: &Camera) -> f64 {
     (square / all - step * step / 12.0).max(0.0).sqrt()
 }
 
+// Guards (pictures): blur agrees with the thin-lens formula.
 #[test]
 fn blur_of_an_edge_agrees_with_the_thin_lens_formula() {
     for (aperture, focus, distance) in [(0.2, 2.0, 3.0), (0.2, 3.0, 2.0), (0.1, 4.0, 1.6)] {

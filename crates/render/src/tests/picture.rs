@@ -114,6 +114,7 @@ fn beers_law_holds_through_a_pane_at_0_and_60_degrees() {
     }
 }
 
+// Guards (pictures): no picture shows light through a wall.
 #[test]
 fn no_light_leaks_through_a_wall() {
     let (lo, hi) = (vec3(0.0, 0.0, 0.0), vec3(2.0, 1.0, 1.0));
@@ -139,6 +140,7 @@ fn no_light_leaks_through_a_wall() {
     assert!(least as f64 > 0.8 / PI - 1e-3, "{least}");
 }
 
+// Guards (determinism): pictures do not depend on the number of threads.
 #[test]
 fn threads_do_not_change_a_bit() {
     let mut parts = furnace();

@@ -36,6 +36,7 @@ fn escape(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
 mod tests {
     use super::*;
 
+    // Guards (files): names cannot control a terminal and are no spreadsheet formulas.
     #[test]
     fn control_characters_are_escaped_and_other_text_is_unchanged() {
         assert!(matches!(printable("Wände, 壁 <&>"), Cow::Borrowed(_)));

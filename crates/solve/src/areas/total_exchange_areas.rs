@@ -182,6 +182,7 @@ mod tests {
         (f, c)
     }
 
+    // Guards (numbers): total exchange areas equal the series of all reflections and are symmetric to the bit.
     #[test]
     fn total_areas_are_the_series_of_all_reflections() {
         let n = 150;

@@ -505,6 +505,7 @@ pub(crate) mod tests {
         out
     }
 
+    // Guards (determinism): solutions do not depend on the number of processes.
     #[test]
     fn solutions_do_not_depend_on_the_number_of_ranks() {
         let scenes = [

@@ -310,6 +310,7 @@ pub(crate) mod tests {
         (Zones { voxels: part, ..all.clone() }, global)
     }
 
+    // Guards (determinism): sums do not depend on the division among processes.
     #[test]
     fn sums_do_not_depend_on_the_division() {
         for dims in [[7, 3, 2], [5, 70, 70], [1, 2, 2]] {

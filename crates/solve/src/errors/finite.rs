@@ -190,6 +190,7 @@ mod tests {
         (Scene::new(scene).unwrap(), zones, fields, Report::default())
     }
 
+    // Guards (numbers): results are finite numbers, and an unknown error is infinite.
     #[test]
     fn non_finite_values_are_refused_and_nan_errors_become_infinite() {
         let (scene, zones, fields, report) = parts();

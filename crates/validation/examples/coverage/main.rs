@@ -21,6 +21,9 @@
 //!
 //! `--keep` writes the scenes on which something fails, `--write` writes all and solves none (for another program), `--index` runs one scene, lists all of it and keeps it, `--small yes` makes scenes of few zones, each
 //! for one engine. Exit code 1 where a verdict fails.
+//!
+//! Guards (numbers): in random scenes stated errors cover true errors, for every engine and under invariances of the scene; the reference is random
+//!     walks.
 
 mod entry_points;
 mod generate;

@@ -190,6 +190,7 @@ mod tests {
         }
     }
 
+    // Guards (numbers): rows of periodic grids close at every extinction, including 0.
     #[test]
     fn periodic_rows_close_at_every_extinction() {
         let slab = [true, true, false];

@@ -92,6 +92,7 @@ mod tests {
     use super::super::tone::luminance;
     use super::*;
 
+    // Guards (pictures): false colours have the colour map of the viewer.
     /// The viewer has the same control points.
     #[test]
     fn the_sequential_map_equals_that_of_the_viewer() {

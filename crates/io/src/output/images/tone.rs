@@ -172,6 +172,7 @@ mod tests {
         assert_eq!(ToneCurve::Filmic.apply(f64::INFINITY), 1.0);
     }
 
+    // Guards (pictures): dither leaves no bands.
     /// A ramp of a hundredth of the range across 256 pixels, about three steps: each 8 × 8 block keeps its mean.
     #[test]
     fn dither_leaves_no_bands_in_a_ramp() {

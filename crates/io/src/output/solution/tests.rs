@@ -298,6 +298,7 @@ fn assert_same(a: &Solution, b: &Solution) {
     assert_eq!(crate::output::scene_hash(&a.scene), crate::output::scene_hash(&b.scene));
 }
 
+// Guards (files): a solution survives its file to the bit.
 #[test]
 fn a_solution_round_trips_to_the_bit() {
     let dir = folder("solution");
@@ -343,6 +344,7 @@ fn the_scene_hash_depends_on_numbers_and_not_on_names_or_cameras() {
     assert_eq!(hash(&parts).len(), 64);
 }
 
+// Guards (files): no file makes the program panic.
 #[test]
 fn truncated_and_flipped_files_are_refused_without_a_panic() {
     let dir = folder("hostile");
@@ -421,6 +423,7 @@ fn errors_name_the_invalid_entry() {
     fs::remove_dir_all(&dir).unwrap();
 }
 
+// Guards (files): no file makes the program allocate memory out of proportion to its size.
 /// 148 KB of packed JSON once took 1.4 GB.
 #[test]
 fn json_larger_than_the_file_allows_is_refused_before_it_is_parsed() {

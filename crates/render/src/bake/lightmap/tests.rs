@@ -83,6 +83,7 @@ fn texels_have_the_light_of_their_points() {
     assert!(all == 400 * 24 && lit > all / 3 && off < all / 150, "{off} of {all} differ, {lit} lit");
 }
 
+// Guards (pictures): the charts of a lightmap do not mix.
 #[test]
 fn filtering_mixes_no_charts() {
     // Facets of many sizes, each with an irradiance of its own by its normal.
@@ -132,6 +133,7 @@ fn charts_neither_overlap_nor_leave_the_atlas() {
     }
 }
 
+// Guards (pictures): a lightmap has the power of the zones.
 #[test]
 fn power_of_texels_is_that_of_the_zones() {
     let mut s = solution(lit_box(), |p, n| 1.0 + 0.3 * p.x + 0.1 * n.z, |_| 0.0);

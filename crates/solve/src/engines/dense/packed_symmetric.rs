@@ -108,6 +108,7 @@ mod tests {
         m.row(i.max(j))[i.min(j)]
     }
 
+    // Guards (numbers): reciprocity holds by construction: F_ij and F_ji are one stored number.
     #[test]
     fn product_equals_the_full_symmetric_product() {
         for n in [1, 2, 3, 50, 200] {
@@ -123,6 +124,7 @@ mod tests {
         }
     }
 
+    // Guards (determinism): matrix products do not depend on the number of threads.
     #[test]
     fn threads_do_not_change_a_bit() {
         let m = sample(300);

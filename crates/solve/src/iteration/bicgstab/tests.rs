@@ -103,6 +103,7 @@ fn black_zones_keep_their_source_and_dark_bands_stay_dark() {
     assert_eq!((dark.status, dark.strengths.clone()), (converged, vec![Bands::ZERO; 8]));
 }
 
+// Guards (numbers): an iteration that does not converge is a status, never an `Err`.
 #[test]
 fn divergent_cavity_is_not_converged_and_stays_finite() {
     let (g, mut weights) = cavities(&[0.0, 0.0, 0.0], 0.2);

@@ -41,6 +41,7 @@ fn two_facing_mirrors_match_the_closed_form() {
     assert_eq!(e[1].power, Bands::from_rgb([0.0, 2.0, 1.0]));
 }
 
+// Guards (numbers): an iteration that does not converge is a status, never an `Err`.
 #[test]
 fn spent_budget_and_divergent_problem_have_a_status() {
     let (g, rows) = forty_zones();

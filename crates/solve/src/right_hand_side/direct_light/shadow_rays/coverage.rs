@@ -139,6 +139,7 @@ fn scenes() -> [(&'static str, String); 14] {
     ]
 }
 
+// Guards (numbers): stated errors of direct light cover the true ones, and fall with the tolerance.
 #[test]
 fn stated_errors_cover_true_errors_and_fall_with_the_tolerance() {
     let mut wrong = Vec::new();
@@ -176,6 +177,7 @@ const MIRROR: &str = "[solve]\ntolerance = TOL\npatch_size = 0.5\nengine = \"ENG
     room = { min = [0, 0, 0], max = [2, 2, 2] }\nreflectance = 0.5\nfaces.z1 = { emission = 10 }\n\
     [[light]]\nkind = \"emitter\"\nsurface = \"room.z1\"\n";
 
+// Guards (numbers): direct light of mirror images agrees within the stated errors.
 #[test]
 fn mirror_images_agree_within_the_stated_errors() {
     for engine in ["dense", "hierarchical"] {
@@ -213,6 +215,7 @@ fn mirror_images_agree_within_the_stated_errors() {
     }
 }
 
+// Guards (numbers): errors of direct light propagate to indirect light.
 #[test]
 fn errors_of_sunlight_propagate_to_reflected_light() {
     let open = ROOM.replace("OMIT", "\"z1\"") + &lid() + SUN;
@@ -257,6 +260,7 @@ fn direct_light_is_bit_identical_for_threads_and_checkpoints() {
     assert_eq!(LightField::decode(&one.encode(), zones.len()), Some(one));
 }
 
+// Guards (numbers): stated errors of direct light hold for any number of shadow rays.
 #[test]
 fn stated_errors_hold_for_any_number_of_samples() {
     const REFERENCE_SAMPLES: usize = 1 << 17;
@@ -325,6 +329,7 @@ fn light_through_the_hole(patch: &Patch, radiance: impl Fn(Vec3) -> f64) -> f64 
     sum / (POINTS * POINTS).pow(2) as f64
 }
 
+// Guards (numbers): stated errors of direct light cover the true ones, and fall with the tolerance.
 #[test]
 fn skies_through_a_small_hole_meet_a_small_tolerance() {
     const TOLERANCE: f64 = 0.002;
