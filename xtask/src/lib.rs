@@ -1,5 +1,5 @@
 //! Developer tasks of the workspace: the steps of CI ([`steps`]), counts of the structure of the code ([`counts`]), messages of commits
-//! ([`commits`]) and the shape of documents ([`documents`]).
+//! ([`commits`]), the register of invariants ([`guards`]) and the shape of documents ([`documents`]).
 //!
 //! The counts parse every Rust source of the workspace with `syn`. [`source`] loads the files, [`modules`] resolves paths between modules and
 //! finds import cycles, [`surface`] measures the public items, [`shape`] measures functions, constants and type names.
@@ -9,6 +9,7 @@
 pub mod commits;
 pub mod counts;
 pub mod documents;
+pub mod guards;
 pub mod modules;
 pub mod shape;
 pub mod source;

@@ -7,6 +7,7 @@ cargo xtask ci [STEP…]      runs the steps of CI (all, or those named), every 
 cargo xtask steps           lists the steps
 cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place
 cargo xtask commits         checks the messages of commits
+cargo xtask guards          writes docs/guards.md, the register of invariants
 cargo xtask scope           copies the scope in README.md to docs/index.md";
 
 fn main() -> ExitCode {
@@ -21,6 +22,7 @@ fn main() -> ExitCode {
         }
         ["counts"] => xtask::counts::report(&root, false),
         ["commits"] => xtask::commits::report(&root),
+        ["guards"] => xtask::guards::write(&root),
         ["scope"] => xtask::documents::write_scope(&root),
         ["counts", "--list"] => xtask::counts::report(&root, true),
         _ => {

@@ -5,6 +5,7 @@ mod architecture;
 mod camera_animation;
 mod commands;
 mod dataset;
+mod documents;
 mod export;
 mod faces;
 mod false_colours;

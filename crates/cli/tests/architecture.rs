@@ -1,4 +1,4 @@
-//! The rules of ARCHITECTURE.md, checked on the files of the workspace.
+//! The structure that ARCHITECTURE.md describes, checked on the files of the workspace.
 //!
 //! Each rule is a function from text to violations, and is also applied to a bad sample, which it must detect.
 
@@ -81,8 +81,6 @@ const FORBIDDEN_WORDS: [&str; 5] = ["serde", "println!", "eprintln!", "print!", 
 
 /// Most lines of a source file.
 const MAX_FILE_LINES: usize = 600;
-/// Most lines of ARCHITECTURE.md.
-const MAX_ARCHITECTURE_LINES: usize = 200;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -201,6 +199,10 @@ fn wrong_dependencies(name: &str, text: &str) -> Vec<String> {
     out
 }
 
+// Guards (structure): crates depend on one another as ARCHITECTURE.md draws it: transport not on exchange factors, exchange not on solvers, render
+//     not on solvers or exchange, io not on rays or solvers, no crate on the command.
+// Guards (structure): `reference` is a dependency of tests alone; tests may also read scene files (io).
+// Guards (structure): every crate takes the lints of the workspace, which forbid unsafe code; only the macros of pyo3 expand to it.
 #[test]
 fn crate_dependencies_are_as_declared() {
     let mut found: Vec<String> = std::fs::read_dir(root().join("crates"))
@@ -225,6 +227,7 @@ fn crate_dependencies_are_as_declared() {
     assert!(workspace.contains("unsafe_code = \"forbid\""));
 }
 
+// Guards (structure): the Python module and the command of MPI are no default members, so that `cargo test` needs neither Python nor MPI.
 #[test]
 fn the_python_module_and_the_command_of_mpi_are_no_default_members() {
     assert_none(wrong_dependencies("python", &read("python/Cargo.toml")));
@@ -314,6 +317,8 @@ fn system_use(file: &str, text: &str) -> Vec<String> {
     found.iter().map(|w| format!("{file}: {w} is not allowed in core crates")).collect()
 }
 
+// Guards (structure): the core crates (math, scene, transport, exchange, gas, view-factors, paper, solve, render) use no file system, network, clock,
+//     environment, serialization or printing; progress goes through the trait `Progress`.
 #[test]
 fn core_crates_use_no_operating_system() {
     let files = CORE_CRATES.iter().flat_map(|c| sources(&format!("crates/{c}/src")));
@@ -356,6 +361,7 @@ fn module_cycles(files: &[SourceFile], package: &str) -> Vec<String> {
     cycles.iter().map(|c| format!("{package}: modules in a cycle\n    {}", c.join("\n    "))).collect()
 }
 
+// Guards (structure): the modules of a crate form no cycle.
 #[test]
 fn module_graphs_have_no_cycles() {
     let files = xtask::source::load(&root());
@@ -394,6 +400,7 @@ fn unfinished(file: &str, text: &str) -> Vec<String> {
     out
 }
 
+// Guards (structure): no test is ignored, no unfinished code remains, and no file is long.
 #[test]
 fn no_ignored_tests_unfinished_code_or_long_files() {
     assert_none(sources("crates").iter().flat_map(|(name, text)| unfinished(name, text)).collect());
@@ -421,56 +428,4 @@ fn unfinished_code_is_detected() {
     assert_eq!(unfinished("a.rs", concat!("fn f() { unimplemented", "!(\"later\") }")).len(), 1);
     assert_eq!(unfinished("a.rs", &"x\n".repeat(MAX_FILE_LINES + 1)).len(), 1);
     assert!(unfinished("a.rs", &"x\n".repeat(MAX_FILE_LINES)).is_empty());
-}
-
-// Documents.
-
-/// Guards `path/to/file.rs::test_name`, relative to `crates`, that do not exist.
-fn missing_guards(document: &str, text_of: impl Fn(&str) -> Option<String>) -> Vec<String> {
-    let quoted = document.split('`').skip(1).step_by(2);
-    let guards = quoted.filter_map(|q| q.split_once(".rs::"));
-    guards
-        .filter(|(file, test)| {
-            let holds = |t: String| t.contains(&format!("fn {test}("));
-            !text_of(&format!("crates/{file}.rs")).is_some_and(holds)
-        })
-        .map(|(file, test)| format!("ARCHITECTURE.md names a guard that does not exist: {file}.rs::{test}"))
-        .collect()
-}
-
-#[test]
-fn architecture_document_is_short_and_its_guards_exist() {
-    let document = read("ARCHITECTURE.md");
-    let lines = document.lines().count();
-    assert!(
-        lines <= MAX_ARCHITECTURE_LINES,
-        "ARCHITECTURE.md has {lines} lines; {MAX_ARCHITECTURE_LINES} are allowed"
-    );
-    assert!(document.matches(".rs::").count() >= 10, "ARCHITECTURE.md names fewer than ten guards");
-    assert_none(missing_guards(&document, |p| std::fs::read_to_string(root().join(p)).ok()));
-    for (name, _) in DEPENDENCIES {
-        assert!(
-            document.contains(&format!("`{name}`")) || document.contains(&format!("crates/{name}")),
-            "{name} is not in ARCHITECTURE.md"
-        );
-    }
-}
-
-#[test]
-fn missing_guards_are_detected() {
-    let file = |path: &str| (path == "crates/a.rs").then(|| "fn there() {}".to_string());
-    assert!(missing_guards("`a.rs::there` and `b`", file).is_empty());
-    assert_eq!(missing_guards("`a.rs::gone` or `b.rs::there`", file).len(), 2);
-}
-
-#[test]
-fn readme_begins_with_its_title_then_demo_and_test() {
-    /// Lines of a first screen.
-    const FIRST_SCREEN: usize = 24;
-    let readme = read("README.md");
-    assert!(readme.starts_with("# zonal\n"));
-    let shown = readme.lines().take(FIRST_SCREEN).filter(|l| l.starts_with("    "));
-    let mut commands = shown.map(|l| l.split('#').next().unwrap_or("").trim());
-    assert_eq!(commands.next(), Some("cargo run --release -- demo"));
-    assert_eq!(commands.next(), Some("cargo test"));
 }
