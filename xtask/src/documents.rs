@@ -149,9 +149,7 @@ mod tests {
     #[test]
     fn long_lines_of_prose_are_found() {
         let long = "word ".repeat(MAX_PROSE_LINE / 5) + "end";
-        for prose in
-            [format!("{long}"), format!("# {long}"), format!("- {long}"), format!("- a\n\n    {long}")]
-        {
+        for prose in [long.clone(), format!("# {long}"), format!("- {long}"), format!("- a\n\n    {long}")] {
             assert_eq!(long_lines(&prose).len(), 1, "{prose}");
         }
         let exempt = [
