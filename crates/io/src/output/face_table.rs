@@ -79,15 +79,15 @@ impl FaceColumns {
             let value = |f: usize| if blocks[0][f].area > 0.0 { number(bands(f, k)) } else { f64::NAN };
             self.columns.push((name, (0..blocks[0].len()).map(value).collect()));
         };
-        let Some(thermal) = s.scene.thermal() else {
+        if s.scene.thermal().is_none() {
             for b in 0..s.scene.bands().count() {
                 add(format!("{name}_{b}_W_m2"), 0, &|x| x[b]);
                 add(format!("{name}_{b}_error_W_m2"), 1, &|x| x[b]);
             }
             return;
-        };
-        // The net flux is a total already, and the bands of a grey scene are.
-        let is_total = name == "net_flux" || thermal.band_fractions.is_grey();
+        }
+        // The net flux is a total already.
+        let is_total = name == "net_flux";
         let total = |x: Vec<f64>| if is_total { x[0] } else { x.iter().sum() };
         add(format!("{name}_W_m2"), 0, &total);
         add(format!("{name}_error_W_m2"), 1, &total);

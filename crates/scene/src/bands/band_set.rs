@@ -56,6 +56,15 @@ impl Default for BandSet {
 }
 
 impl BandSet {
+    /// The one band of a grey scene.
+    ///
+    /// ```
+    /// use zonal_scene::BandSet;
+    /// assert_eq!((BandSet::grey().count(), BandSet::grey().name(0).as_str()), (1, "grey"));
+    /// ```
+    pub fn grey() -> BandSet {
+        BandSet { count: 1, wavelengths: Vec::new(), is_rgb: false, has_solar_band: false }
+    }
     /// `count` bands without wavelengths.
     ///
     /// # Errors
@@ -152,13 +161,14 @@ impl BandSet {
     pub fn is_rgb(&self) -> bool {
         self.is_rgb
     }
-    /// Name of a band: a colour, a range of wavelengths, or its number from 0.
+    /// Name of a band: a colour, a range of wavelengths, `grey` of one band without wavelengths, or its number from 0.
     pub fn name(&self, band: usize) -> String {
         match self.wavelengths.get(band) {
             Some([from, to]) => format!("{from}-{to} nm"),
             None if self.has_solar_band && band + 1 == self.count => "solar".into(),
             None if self.has_solar_band && self.count == 2 => "infrared".into(),
             None if self.is_rgb && band < BANDS_PER_BLOCK => ["red", "green", "blue"][band].into(),
+            None if self.count == 1 => "grey".into(),
             None => format!("band {band}"),
         }
     }

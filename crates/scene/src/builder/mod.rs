@@ -304,7 +304,7 @@ fn add_sunlight(parts: &mut SceneParts, fractions: Option<&BandFractions>) -> Re
         let what = "a thermal scene of a builder with lights is grey in the infrared; remove the band fractions, or read the scene from a file";
         return Err(SceneError::new("thermal.band_fractions", what));
     }
-    parts.bands = BandSet::numbered(1)?.with_solar_band()?;
+    parts.bands = BandSet::grey().with_solar_band()?;
     parts.lights.iter_mut().for_each(|l| lights::to_sunlight(l, &parts.bands));
     Ok(())
 }

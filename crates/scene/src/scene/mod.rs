@@ -1,5 +1,6 @@
 //! The scene: validated at construction and read-only afterwards.
 
+pub(crate) mod blocks;
 pub(crate) mod mirror_validation;
 pub(crate) mod scene_parts;
 pub(crate) mod thermal_validation;
@@ -17,13 +18,12 @@ use crate::model::light::{Light, Surroundings};
 use crate::model::options::SolveOptions;
 use crate::model::shading::{ShadedPoint, ShadingNormals, curved_point, mapped_normal};
 use crate::model::surface::{Facet, Pane, Surface, Texture};
-use crate::scene::scene_parts::{SceneGeometry, SceneOptics, SceneParts};
-use crate::scene::validation::{check_blocks, check_parts};
+use crate::scene::scene_parts::{SceneGeometry, BlockOptics, SceneParts};
+use crate::scene::validation::check_parts;
 use crate::thermal::emissivity::SideEmissivity;
 use crate::thermal::{Thermal, ThermalCondition};
 use crate::zones::Patch;
 use std::borrow::Cow;
-use std::ops::Range;
 use std::sync::Arc;
 use zonal_math::Vec3;
 
@@ -64,72 +64,25 @@ const DEFAULT_PATCHES_PER_DIAGONAL: f64 = 30.0;
 pub struct Scene {
     geometry: Arc<SceneGeometry>,
     /// The optical properties of each block of bands, of which there is at least one. The accessors show the first.
-    optics: Vec<Arc<SceneOptics>>,
+    optics: Vec<Arc<BlockOptics>>,
 }
 
 impl Scene {
-    /// Validates the parts. Control characters in names are escaped.
+    /// Validates the parts. Control characters in names are escaped. A scene in thermal mode without fractions of the emission is grey and has one band.
     ///
     /// # Errors
     /// If the scene is empty, a value is out of range, an index is invalid or a name is not unique.
     pub fn new(mut parts: SceneParts) -> Result<Scene, SceneError> {
         parts.names_mut().for_each(escape_name);
+        parts.give_grey_band();
         check_parts(&parts)?;
         Ok(Scene::of_checked_parts(parts))
-    }
-
-    /// A scene of any number of bands from its blocks of up to three, in order; they differ in optical properties only. The geometry of the first is kept.
-    ///
-    /// # Errors
-    /// If a block is missing or has another geometry, or if the band fractions of thermal mode are out of range.
-    pub fn from_blocks(blocks: Vec<Scene>) -> Result<Scene, SceneError> {
-        check_blocks(&blocks)?;
-        let geometry = blocks[0].geometry.clone();
-        Ok(Scene { geometry, optics: blocks.into_iter().map(|mut b| b.optics.swap_remove(0)).collect() })
     }
 
     /// The bands of the whole scene.
     pub fn bands(&self) -> &BandSet {
         &self.geometry.bands
     }
-    /// The bands that this block holds.
-    pub fn window(&self) -> Range<usize> {
-        self.geometry.bands.window(self.block())
-    }
-    /// The number of this block.
-    pub fn block(&self) -> usize {
-        self.own().block
-    }
-    /// True if both have the same bands and facets: at once if they share them.
-    pub(crate) fn shares_geometry(&self, other: &Scene) -> bool {
-        let (own, other) = (&self.geometry, &other.geometry);
-        let facets = || {
-            own.facets
-                .iter()
-                .map(|f| (f.surface, f.plate))
-                .eq(other.facets.iter().map(|f| (f.surface, f.plate)))
-        };
-        Arc::ptr_eq(own, other) || own.bands == other.bands && facets()
-    }
-    /// The blocks of up to three bands, as scenes of their own that share the geometry.
-    pub fn blocks(&self) -> impl ExactSizeIterator<Item = Scene> + Clone + '_ {
-        self.optics.iter().map(|o| Scene { geometry: self.geometry.clone(), optics: vec![o.clone()] })
-    }
-    /// The first block of bands as a scene of its own.
-    pub fn first_block(&self) -> Scene {
-        Scene { geometry: self.geometry.clone(), optics: vec![self.optics[0].clone()] }
-    }
-    /// Changes every block of bands.
-    ///
-    /// # Errors
-    /// Those of `change`, and those of [`Scene::from_blocks`].
-    pub fn map_blocks(
-        &self,
-        change: impl Fn(Scene) -> Result<Scene, SceneError>,
-    ) -> Result<Scene, SceneError> {
-        Scene::from_blocks(self.blocks().map(change).collect::<Result<_, _>>()?)
-    }
-
     /// A scene of parts that are valid by construction.
     pub(crate) fn of_checked_parts(parts: SceneParts) -> Scene {
         let (geometry, optics) = parts.divided();
@@ -138,7 +91,7 @@ impl Scene {
 
     /// The optical properties of the first block.
     #[inline]
-    fn own(&self) -> &SceneOptics {
+    fn own(&self) -> &BlockOptics {
         &self.optics[0]
     }
 

@@ -75,7 +75,7 @@ pub(crate) struct SceneGeometry {
 
 /// What belongs to one block of bands: objects with optical properties.
 #[derive(Clone, Debug)]
-pub(crate) struct SceneOptics {
+pub(crate) struct BlockOptics {
     pub(crate) surfaces: Vec<Surface>,
     pub(crate) faces: FaceTable,
     pub(crate) textures: Vec<Texture>,
@@ -89,7 +89,7 @@ pub(crate) struct SceneOptics {
 
 impl SceneParts {
     /// The geometry and the optical properties.
-    pub(crate) fn divided(self) -> (SceneGeometry, SceneOptics) {
+    pub(crate) fn divided(self) -> (SceneGeometry, BlockOptics) {
         let bounds = self.bounds();
         let SceneParts {
             name, surfaces, facets, shading, faces, textures, panes, voxel_grid, lights, ..
@@ -111,7 +111,7 @@ impl SceneParts {
             notes,
             bounds,
         };
-        let optics = SceneOptics {
+        let optics = BlockOptics {
             surfaces,
             faces,
             textures,
@@ -126,11 +126,11 @@ impl SceneParts {
     }
 
     /// The parts of a geometry and optical properties.
-    pub(crate) fn joined(geometry: SceneGeometry, optics: SceneOptics) -> SceneParts {
+    pub(crate) fn joined(geometry: SceneGeometry, optics: BlockOptics) -> SceneParts {
         let SceneGeometry { name, facets, shading, periodic, mirrors, boundary_box, cameras, bands, .. } =
             geometry;
         let SceneGeometry { options, notes, .. } = geometry;
-        let SceneOptics {
+        let BlockOptics {
             surfaces,
             faces,
             textures,
@@ -161,6 +161,14 @@ impl SceneParts {
             block,
             options,
             notes,
+        }
+    }
+
+    /// Gives a grey scene in thermal mode its one band in place of red, green and blue.
+    pub(crate) fn give_grey_band(&mut self) {
+        let is_grey = self.thermal.as_ref().is_some_and(|t| t.band_fractions.is_grey());
+        if is_grey && self.bands.is_rgb() {
+            self.bands = BandSet::grey();
         }
     }
 

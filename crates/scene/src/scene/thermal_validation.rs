@@ -7,15 +7,17 @@ use crate::medium::voxel_grid::VoxelGrid;
 use crate::model::light::Light;
 use crate::model::options::LightGrouping;
 use crate::model::surface::{Pane, Surface};
-use crate::scene::Scene;
 use crate::scene::scene_parts::SceneParts;
-use crate::thermal::{BandFractions, Thermal, ThermalCondition, check_sum};
+use crate::thermal::{BandFractions, Thermal, ThermalCondition};
 
 /// Validates the thermal conditions of a scene.
 pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(), SceneError> {
     let is_whole = parts.bands.block_count() == 1;
     for fractions in thermal.all_fractions() {
         if is_whole { fractions.check()? } else { fractions.check_coefficients()? }
+    }
+    if thermal.band_fractions.is_grey() && parts.bands.count() > 1 {
+        return missing_fractions();
     }
     check_cell_fractions(thermal, parts)?;
     if thermal.surfaces.len() != parts.surfaces.len() || thermal.panes.len() != parts.panes.len() {
@@ -56,6 +58,14 @@ pub(crate) fn check_thermal(thermal: &Thermal, parts: &SceneParts) -> Result<(),
     let Some(grid) = &parts.voxel_grid else { return Ok(()) };
     check_medium(thermal, grid)?;
     if is_whole { check_heat_sources(&[(thermal, grid)]) } else { Ok(()) }
+}
+
+/// Refuses several bands without fractions of the emission.
+fn missing_fractions() -> Result<(), SceneError> {
+    invalid(
+        "thermal.band_fractions",
+        "the scene has several bands, but their fractions of the emission are missing; give band_fractions, weights or a gas",
+    )
 }
 
 /// Refuses lights and settings that have no meaning for heat.
@@ -117,48 +127,6 @@ fn check_cell_fractions(thermal: &Thermal, parts: &SceneParts) -> Result<(), Sce
             "thermal.band_fractions",
             "give every cell of the medium one of the kinds of band fractions",
         );
-    }
-    Ok(())
-}
-
-/// Validates the band fractions and powers of the blocks of bands of a scene together.
-pub(crate) fn check_thermal_blocks(blocks: &[Scene]) -> Result<(), SceneError> {
-    let thermal: Vec<&Thermal> = blocks.iter().filter_map(Scene::thermal).collect();
-    let [first, _, ..] = thermal.as_slice() else { return Ok(()) };
-    if first.band_fractions.is_grey() {
-        return invalid(
-            "thermal.band_fractions",
-            "the scene has several bands, but their fractions of the emission are missing; give band_fractions, weights or a gas",
-        );
-    }
-    for (i, condition) in first.surfaces.iter().enumerate().filter(|(_, c)| c.prescribed_power() != 0.0) {
-        let gives = |s: &Scene, t: &Thermal| {
-            let (emitting, reflectance) = (t.band_fractions.emitting_bands(), s.surfaces()[i].reflectance);
-            Band::all().any(|b| emitting[b] && reflectance[b] < 1.0)
-        };
-        if !blocks.iter().zip(&thermal).any(|(s, t)| gives(s, t)) {
-            let power_key =
-                if matches!(condition, ThermalCondition::Power(_)) { "net_power" } else { "heat_flux" };
-            return invalid(
-                format!("surface '{}'.{power_key}", blocks[0].surfaces()[i].name),
-                "the emissivity is 0 in every band that has a fraction of the emission, so that the surface can give no power; raise it in one of them, or give 0",
-            );
-        }
-    }
-    let media: Vec<_> = blocks.iter().filter_map(|s| Some((s.thermal()?, s.voxel_grid()?))).collect();
-    check_heat_sources(&media)?;
-    for k in 0..first.all_fractions().count() {
-        let of_blocks: Option<Vec<&BandFractions>> =
-            thermal.iter().map(|t| t.all_fractions().nth(k)).collect();
-        match of_blocks {
-            Some(list) => check_sum(&list)?,
-            None => {
-                return invalid(
-                    "thermal.band_fractions",
-                    "the blocks of bands have different kinds of cells; give all the same",
-                );
-            }
-        }
     }
     Ok(())
 }
@@ -253,7 +221,7 @@ fn check_medium(thermal: &Thermal, grid: &VoxelGrid) -> Result<(), SceneError> {
 }
 
 /// Refuses heat of cells that absorb in no band, or in none that has a fraction of the emission. `blocks` are the blocks of bands.
-fn check_heat_sources(blocks: &[(&Thermal, &VoxelGrid)]) -> Result<(), SceneError> {
+pub(crate) fn check_heat_sources(blocks: &[(&Thermal, &VoxelGrid)]) -> Result<(), SceneError> {
     let Some((_, grid)) = blocks.first() else { return Ok(()) };
     // The bands that emit, by kind of cell.
     let kinds = |t: &Thermal| t.all_fractions().map(BandFractions::emitting_bands).collect::<Vec<_>>();

@@ -7,10 +7,9 @@ use crate::geometry::plate::Plate;
 use crate::model::light::Light;
 use crate::model::options::SolveOptions;
 use crate::model::surface::{Pane, Sides, Surface};
-use crate::scene::Scene;
 use crate::scene::mirror_validation::check_boundary;
 use crate::scene::scene_parts::SceneParts;
-use crate::scene::thermal_validation::{check_thermal, check_thermal_blocks};
+use crate::scene::thermal_validation::check_thermal;
 use std::collections::HashSet;
 
 /// Largest deviation of the length of a sun's direction from 1.
@@ -38,37 +37,6 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
         }
         None => Ok(()),
     }
-}
-
-/// Validates that scenes are the blocks of bands of one scene.
-pub(crate) fn check_blocks(blocks: &[Scene]) -> Result<(), SceneError> {
-    let Some(first) = blocks.first() else {
-        return invalid("bands", "the scene has no bands; give at least one");
-    };
-    if blocks.len() != first.bands().block_count() {
-        let (found, wanted) = (blocks.len(), first.bands().block_count());
-        return invalid(
-            "bands",
-            format!("{found} blocks of bands are given where {wanted} are needed; give all"),
-        );
-    }
-    let grid = |s: &Scene| s.voxel_grid().map(|g| *g.geometry());
-    for (b, s) in blocks.iter().enumerate() {
-        let same = s.shares_geometry(first)
-            && s.block() == b
-            && s.surfaces().len() == first.surfaces().len()
-            && s.panes().len() == first.panes().len()
-            && s.lights().len() == first.lights().len()
-            && grid(s) == grid(first)
-            && s.thermal().is_some() == first.thermal().is_some();
-        if !same {
-            return invalid(
-                "bands",
-                format!("block {b} of the bands has another geometry; use one geometry for all bands"),
-            );
-        }
-    }
-    check_thermal_blocks(blocks)
 }
 
 fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {

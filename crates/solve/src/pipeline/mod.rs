@@ -340,18 +340,7 @@ fn solve_together(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<
         check_interrupted(settings.progress)?;
     }
     // Complete the direct light by the exchange areas of the engines.
-    let complete = |((engine, block), own): ((&BlockEngine, &BandBlock), &Prepared)| {
-        let shadow_rays = |l: usize| block.light(l, &engine.context.settings);
-        emitter_exchange::complete(
-            &engine.context,
-            &engine.built,
-            &engine.surroundings,
-            &own.emitters,
-            shadow_rays,
-        )
-    };
-    let all = engines.iter().zip(blocks).zip(&prepared).map(complete);
-    completed = all.collect::<Result<Vec<Option<DirectLight>>, _>>()?;
+    completed = complete_direct_light(blocks, &prepared, &engines)?;
     for (engine, direct) in engines.iter_mut().zip(&completed) {
         engine.context.direct = direct.as_ref().unwrap_or(engine.context.direct);
     }
@@ -362,6 +351,20 @@ fn solve_together(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<
         engine.context.zones = zones;
     }
     finish(engines, &prepared, columns)
+}
+
+/// The direct light of each block, completed by the exchange areas of its engine; `None` where shadow rays give all of it.
+fn complete_direct_light(
+    blocks: &[BandBlock],
+    prepared: &[Prepared],
+    engines: &[BlockEngine],
+) -> Result<Vec<Option<DirectLight>>, SceneError> {
+    let complete = |((block, own), engine): ((&BandBlock, &Prepared), &BlockEngine)| {
+        let BlockEngine { context, built, surroundings } = engine;
+        let shadow_rays = |l: usize| block.light(l, &context.settings);
+        emitter_exchange::complete(context, built, surroundings, &own.emitters, shadow_rays)
+    };
+    blocks.iter().zip(prepared).zip(engines).map(complete).collect()
 }
 
 /// Computes fields with errors, balances the energy and writes the reports of all blocks.

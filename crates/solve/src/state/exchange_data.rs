@@ -88,9 +88,8 @@ impl ExchangeData {
         let (zones, n) = (&areas.zones, areas.zone_count());
         let faces = scene.faces();
         let face = |i: usize| zones.patches.get(i).and_then(|p| faces.face_of(p.facet));
-        let is_grey = thermal.band_fractions.is_grey();
         let mut data = ExchangeData {
-            bands: if is_grey { 1 } else { scene.bands().count() },
+            bands: scene.bands().count(),
             has_solar_band: scene.bands().has_solar_band(),
             matrices: areas.matrices,
             patches: zones.voxel_offset(),
@@ -115,7 +114,7 @@ impl ExchangeData {
                 data.conditions.clone_from(&block.properties.conditions);
                 data.band_fractions = ZoneFractions::of(scene, block.properties.kinds.clone());
             }
-            data.append(block, if is_grey { 1 } else { own.window().len() });
+            data.append(block, own.window().len());
         }
         Ok(data)
     }

@@ -5,16 +5,17 @@ use crate::input::scene::quantities::gas_composition::{SceneGas, find_gas};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{BandSet, MAX_BANDS};
 
-/// The bands of a document, and its gas model. Without the key they are the grey gases of the model, or red, green and blue. Lights of a scene in thermal
-/// mode add a band of sunlight.
+/// The bands of a document, and its gas model. Without the key they are the grey gases of the model, the one band of a grey scene in thermal mode, or red,
+/// green and blue. Lights of a scene in thermal mode add a band of sunlight.
 pub(crate) fn read_bands(root: &TomlTable<'_>) -> Result<(BandSet, Option<SceneGas>), InputError> {
-    let (bands, gas) = read_own_bands(root)?;
+    let (mut bands, gas) = read_own_bands(root)?;
     let is_thermal = root.read("mode", |n| n.choice(&["light", "thermal"]))? == Some(1);
+    if is_thermal && root.get("bands").is_none() && gas.is_none() && root.get("thermal").is_none() {
+        bands = BandSet::grey();
+    }
     let lights = root.list("light")?;
     let Some(first) = lights.first().filter(|_| is_thermal) else { return Ok((bands, gas)) };
-    let is_grey = root.get("bands").is_none() && gas.is_none() && root.get("thermal").is_none();
-    let infrared = if is_grey { BandSet::numbered(1) } else { Ok(bands) };
-    let all = infrared.and_then(BandSet::with_solar_band);
+    let all = bands.with_solar_band();
     Ok((all.map_err(|e| first.error(e.message().to_string()))?, gas))
 }
 

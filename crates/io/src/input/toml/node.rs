@@ -321,6 +321,7 @@ impl<'a> TomlNode<'a> {
         bands.of_block(self.source.block(), values).ok_or_else(|| {
             let wanted = match bands.is_rgb() {
                 true => "[red, green, blue]".to_string(),
+                false if bands.count() == 1 => "a list of one; the scene has one band".to_string(),
                 false if bands.has_solar_band() => {
                     format!("a list of {} values, one for each band, the last for sunlight", bands.count())
                 }

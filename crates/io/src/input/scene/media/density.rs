@@ -32,6 +32,9 @@ use zonal_scene::{Bands, Diagnostic};
 /// Distance between the planes of elements and those of voxels, in voxels, below which the elements are the voxels.
 const SAME_CELLS_TOLERANCE: f64 = 1e-6;
 
+/// The missing key as an example.
+const FILE_EXAMPLE: &str = "file = \"smoke.npy\" (or .vdb, .vol)";
+
 /// Refuses keys of OpenVDB files for other arrays.
 fn refuse_vdb_keys(t: &TomlTable<'_>) -> Result<(), InputError> {
     match VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
@@ -53,7 +56,7 @@ pub(crate) fn read_density(
     let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ONE);
     let scale = scale.map(|s| s.powi(field.scale_exponent));
     let interpolated = read_interpolation(&t, field)?;
-    let file = t.require("file", "file = \"smoke.npy\" (or .vdb, .vol)")?;
+    let file = t.require("file", FILE_EXAMPLE)?;
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
     if let Some(memory) = reader.context.files.array(&path) {
@@ -63,18 +66,7 @@ pub(crate) fn read_density(
         let colours = &Bands::from_rgb;
         return Ok(ArrayFill { arrays: &[array], bounds, scale, colours, interpolated }.fill(field, grid));
     }
-    let refused = |f: FileFault| file.error(f.to_string());
-    let read = || -> Result<VoxelFile, InputError> {
-        let bytes = read_voxel_file(&path, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
-        if !vdb::is_vdb(&bytes) {
-            refuse_vdb_keys(&t)?;
-            return Ok(VoxelFile::Arrays(parse_arrays(&name, &bytes, field).map_err(refused)?));
-        }
-        let placement = GridPlacement::read(&t, bounds)?;
-        let resampled = resample::resample(&name, &bytes, &placement, field, grid).map_err(refused)?;
-        Ok(VoxelFile::Resampled(resampled))
-    };
-    let contents = file.once(read)?;
+    let contents = file.once(|| read_contents(&t, bounds, &path, field, reader, grid))?;
     let PlacedArrays { arrays, bounds: own_bounds, note } = match &*contents {
         VoxelFile::Resampled(resampled) => {
             let cells = resampled.fill(scale, field, grid);
@@ -96,6 +88,28 @@ pub(crate) fn read_density(
     let source = &reader.source;
     let colours = |rgb| source.bands().from_rgb(source.block(), rgb).unwrap_or(Bands::from_rgb(rgb));
     Ok(ArrayFill { arrays, bounds, scale, colours: &colours, interpolated }.fill(field, grid))
+}
+
+/// The contents of the file that a table names, whatever the bands.
+fn read_contents(
+    t: &TomlTable<'_>,
+    bounds: Option<(Vec3, Vec3)>,
+    path: &Path,
+    field: &VoxelField<'_>,
+    reader: &SceneReader<'_>,
+    grid: &VoxelGridBuilder,
+) -> Result<VoxelFile, InputError> {
+    let file = t.require("file", FILE_EXAMPLE)?;
+    let name = path.display().to_string();
+    let refused = |f: FileFault| file.error(f.to_string());
+    let bytes = read_voxel_file(path, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
+    if !vdb::is_vdb(&bytes) {
+        refuse_vdb_keys(t)?;
+        return Ok(VoxelFile::Arrays(parse_arrays(&name, &bytes, field).map_err(refused)?));
+    }
+    let placement = GridPlacement::read(t, bounds)?;
+    let resampled = resample::resample(&name, &bytes, &placement, field, grid).map_err(refused)?;
+    Ok(VoxelFile::Resampled(resampled))
 }
 
 /// The bytes of a file of voxels; an error states the defect and the remedy.
