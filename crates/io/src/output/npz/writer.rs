@@ -64,9 +64,49 @@ impl<W: Seek> Seek for FailsOnce<W> {
     }
 }
 
-/// An npz that is written entry by entry. Arrays of bands have one column for each band of a scene; their values are given by blocks of bands.
-pub(crate) struct NpzWriter<W: Write + Seek> {
+/// What takes named arrays one after the other.
+pub(crate) trait ArraySink {
+    /// Begins an array of so many bytes after its header.
+    fn begin(&mut self, name: &str, bytes: usize) -> io::Result<()>;
+    /// Adds bytes to the array.
+    fn add(&mut self, bytes: &[u8]) -> io::Result<()>;
+}
+
+/// A zip of arrays.
+pub(crate) struct Archive<W: Write + Seek> {
     zip: ZipWriter<FailsOnce<W>>,
+}
+
+impl<W: Write + Seek> ArraySink for Archive<W> {
+    fn begin(&mut self, name: &str, bytes: usize) -> io::Result<()> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(bytes > 1 << 31);
+        self.zip.start_file(format!("{name}.npy"), options).map_err(io::Error::other)
+    }
+    fn add(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.zip.write_all(bytes)
+    }
+}
+
+/// A hash over names and bytes of arrays; its calls do not fail.
+impl ArraySink for blake3::Hasher {
+    fn begin(&mut self, name: &str, _: usize) -> io::Result<()> {
+        self.update(name.as_bytes());
+        Ok(())
+    }
+    fn add(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.update(bytes);
+        Ok(())
+    }
+}
+
+/// An npz that is written entry by entry.
+pub(crate) type NpzWriter<W> = ArrayWriter<Archive<W>>;
+
+/// Writes arrays one after the other. Arrays of bands have one column for each band of a scene; their values are given by blocks of bands.
+pub(crate) struct ArrayWriter<S> {
+    pub(crate) sink: S,
     /// Bands of each block.
     bands_of_blocks: Vec<usize>,
 }
@@ -74,21 +114,24 @@ pub(crate) struct NpzWriter<W: Write + Seek> {
 impl<W: Write + Seek> NpzWriter<W> {
     /// For arrays of the bands of a scene.
     pub(crate) fn new(out: W, bands: &BandSet) -> NpzWriter<W> {
-        let bands_of_blocks = (0..bands.block_count()).map(|t| bands.window(t).len()).collect();
-        NpzWriter { zip: ZipWriter::new(FailsOnce::new(out)), bands_of_blocks }
+        ArrayWriter::into_sink(Archive { zip: ZipWriter::new(FailsOnce::new(out)) }, bands)
     }
 
     pub(crate) fn finish(self) -> io::Result<()> {
-        self.zip.finish().map_err(io::Error::other)?.flush()
+        self.sink.zip.finish().map_err(io::Error::other)?.flush()
+    }
+}
+
+impl<S: ArraySink> ArrayWriter<S> {
+    /// For arrays of the bands of a scene.
+    pub(crate) fn into_sink(sink: S, bands: &BandSet) -> ArrayWriter<S> {
+        let bands_of_blocks = (0..bands.block_count()).map(|t| bands.window(t).len()).collect();
+        ArrayWriter { sink, bands_of_blocks }
     }
 
     fn begin(&mut self, name: &str, kind: ElementType, shape: &[usize]) -> io::Result<()> {
-        let bytes = kind.size() * shape.iter().product::<usize>();
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .large_file(bytes > 1 << 31);
-        self.zip.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
-        self.zip.write_all(&npy::header(kind, shape))
+        self.sink.begin(name, kind.size() * shape.iter().product::<usize>())?;
+        self.sink.add(&npy::header(kind, shape))
     }
 
     /// Streams elements of `N` bytes, a block at a time.
@@ -99,11 +142,11 @@ impl<W: Write + Seek> NpzWriter<W> {
             block[filled] = item;
             filled += 1;
             if filled == block.len() {
-                self.zip.write_all(block.as_flattened())?;
+                self.sink.add(block.as_flattened())?;
                 filled = 0;
             }
         }
-        self.zip.write_all(block[..filled].as_flattened())
+        self.sink.add(block[..filled].as_flattened())
     }
 
     /// Streams the bands of each row, a block at a time; `value` gives those of block t in row i.
@@ -121,16 +164,16 @@ impl<W: Write + Seek> NpzWriter<W> {
                 bytes.iter().take(*count).for_each(|b| block.extend_from_slice(b));
             }
             if block.len() >= BLOCK_BYTES {
-                self.zip.write_all(&block)?;
+                self.sink.add(&block)?;
                 block.clear();
             }
         }
-        self.zip.write_all(&block)
+        self.sink.add(&block)
     }
 
     pub(crate) fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
         self.begin(name, ElementType::U8, &[data.len()])?;
-        self.zip.write_all(data)
+        self.sink.add(data)
     }
 
     pub(crate) fn ints(&mut self, name: &str, data: impl ExactSizeIterator<Item = usize>) -> io::Result<()> {
@@ -151,7 +194,7 @@ impl<W: Write + Seek> NpzWriter<W> {
     /// One text of ASCII characters, an array without dimensions.
     pub(crate) fn ascii(&mut self, name: &str, text: &str) -> io::Result<()> {
         self.begin(name, ElementType::Ascii(text.len()), &[])?;
-        self.zip.write_all(text.as_bytes())
+        self.sink.add(text.as_bytes())
     }
 
     /// Texts of at most `max_chars` characters, as `escape` gives them; the rest is cut.
@@ -344,7 +387,7 @@ mod tests {
             if write(&mut npz).is_err() {
                 failures += 1;
                 // The archive finishes when it is dropped.
-                let dropped = npz.zip.finish().map(|_| ()).map_err(|e| e.to_string());
+                let dropped = npz.sink.zip.finish().map(|_| ()).map_err(|e| e.to_string());
                 assert_eq!(dropped, Ok(()), "{room}");
             } else {
                 complete += usize::from(npz.finish().is_ok());

@@ -10,8 +10,8 @@
 
 use crate::output::error::FileError;
 use crate::output::npz::reader::NpzReader;
-use crate::output::npz::writer::NpzWriter;
-use std::io::{self, Seek, Write};
+use crate::output::npz::writer::{ArraySink, ArrayWriter};
+use std::io;
 use zonal_scene::{Bands, FaceMesh, FaceTable, FacetValues, ThermalCondition};
 
 /// Bytes that a reader needs for each face.
@@ -20,8 +20,8 @@ const BYTES_PER_FACE: u64 = 512;
 const NO_VALUE: [f64; 3] = [-1.0; 3];
 
 /// Writes the faces of `facets` facets.
-pub(super) fn write_faces<W: Write + Seek>(
-    npz: &mut NpzWriter<W>,
+pub(super) fn write_faces<S: ArraySink>(
+    npz: &mut ArrayWriter<S>,
     table: &FaceTable,
     facets: usize,
 ) -> io::Result<()> {

@@ -3,8 +3,8 @@
 
 use super::network::NetworkFormat;
 use crate::output::report::codec::{
-    bands, engine, join_blocks, light_grouping, list_of, patch_rule, polynomials, printable_text, vector,
-    zone_basis,
+    bands, engine, join_blocks, light_grouping, list_of, nan_bands, patch_rule, polynomials, printable_text,
+    vector, zone_basis,
 };
 use crate::output::report::notes::diagnostics;
 use crate::output::report::{block_json, encode_bands};
@@ -12,9 +12,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, Engine, FaceMesh,
-    IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene, Sides, SkyDistribution,
-    Solution, SolveOptions, Surface, Surroundings, Thermal, ThermalCondition, Transmission, ZoneBasis,
+    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, EmissivityTable, Engine,
+    FaceMesh, IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene,
+    SideEmissivity, Sides, SkyDistribution, Solution, SolveOptions, Surface, SurfaceEmissivity, Surroundings,
+    Thermal, ThermalCondition, Transmission, ZoneBasis,
 };
 
 /// The version of the format.
@@ -271,6 +272,9 @@ pub(super) struct ThermalFormat {
     surroundings: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     network: Option<NetworkFormat>,
+    /// Emissivities of surfaces by temperature or side; empty if there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    emissivities: Vec<EmissivityFormat>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -318,7 +322,17 @@ pub(super) struct CellPolynomials {
 
 impl ThermalFormat {
     fn new(t: &Thermal) -> ThermalFormat {
-        let band_fractions = match &t.band_fractions {
+        // The fractions of cells are arrays.
+        let Thermal {
+            band_fractions,
+            cell_fractions: _,
+            surfaces,
+            panes,
+            surroundings,
+            network,
+            emissivities,
+        } = t;
+        let band_fractions = match band_fractions {
             BandFractions::Grey => None,
             BandFractions::BlackBody { .. } => Some(FractionsFormat {
                 coefficients: vec![Vec::new(); Band::count()],
@@ -337,9 +351,15 @@ impl ThermalFormat {
                 })
             }
         };
-        let (surfaces, panes) = (t.surfaces.clone(), t.panes.clone());
-        let network = t.network.as_ref().map(NetworkFormat::new);
-        ThermalFormat { band_fractions, surfaces, panes, surroundings: t.surroundings, network }
+        let varied = t.has_varied_emissivities();
+        ThermalFormat {
+            band_fractions,
+            surfaces: surfaces.clone(),
+            panes: panes.clone(),
+            surroundings: *surroundings,
+            network: network.as_ref().map(NetworkFormat::new),
+            emissivities: emissivities.iter().filter(|_| varied).map(EmissivityFormat::new).collect(),
+        }
     }
 
     /// The thermal data of one block of bands; `cells` gives the kind of each cell and the polynomials of every kind and band, if they differ.
@@ -349,23 +369,31 @@ impl ThermalFormat {
         block: usize,
         cells: Option<CellPolynomials>,
     ) -> Result<Thermal, String> {
-        let ThermalFormat { band_fractions, surfaces, panes, surroundings, network } = self;
-        let network = network.map(NetworkFormat::into_network);
-        let is_black_body = band_fractions.as_ref().is_some_and(|f| f.black_body);
-        let black_body = BandFractions::of_wavelengths(bands, block).filter(|_| is_black_body);
-        let Some(FractionsFormat { coefficients, range, allow_partial, normalized, .. }) =
-            band_fractions.filter(|f| !f.black_body)
-        else {
-            let band_fractions = black_body.unwrap_or_default();
-            return Ok(Thermal {
-                band_fractions,
-                surfaces,
-                panes,
-                surroundings,
-                network,
-                ..Thermal::default()
-            });
+        let ThermalFormat { band_fractions, surfaces, panes, surroundings, network, emissivities } = self;
+        let mut emissivities: Vec<SurfaceEmissivity> =
+            emissivities.into_iter().map(EmissivityFormat::into_emissivity).collect::<Result<_, _>>()?;
+        emissivities.resize(surfaces.len(), SurfaceEmissivity::default());
+        let (band_fractions, cell_fractions) = match band_fractions {
+            None => (BandFractions::Grey, None),
+            Some(f) if f.black_body => {
+                (BandFractions::of_wavelengths(bands, block).unwrap_or_default(), None)
+            }
+            Some(f) => f.of_block(bands, block, cells)?,
         };
+        let network = network.map(NetworkFormat::into_network);
+        Ok(Thermal { band_fractions, cell_fractions, surfaces, panes, surroundings, network, emissivities })
+    }
+}
+
+impl FractionsFormat {
+    /// The fractions of one block of bands: of the scene, and of its cells if they differ.
+    fn of_block(
+        self,
+        bands: &BandSet,
+        block: usize,
+        cells: Option<CellPolynomials>,
+    ) -> Result<(BandFractions, Option<CellFractions>), String> {
+        let FractionsFormat { coefficients, range, allow_partial, normalized, black_body: _ } = self;
         let count = bands.count();
         let lists = cells.iter().flat_map(|c| &c.kinds).chain(std::iter::once(&coefficients));
         if let Some(list) = lists.into_iter().find(|list| list.len() != count) {
@@ -383,15 +411,46 @@ impl ThermalFormat {
             kinds: cells.kinds.iter().map(|k| of(k)).collect(),
             kind_of_cell: cells.kind_of_cell,
         });
-        Ok(Thermal {
-            band_fractions: of_scene,
-            cell_fractions,
-            surfaces,
-            panes,
-            surroundings,
-            network,
-            ..Thermal::default()
-        })
+        Ok((of_scene, cell_fractions))
+    }
+}
+
+/// Emissivities of a surface by temperature or side.
+#[derive(Serialize, Deserialize)]
+struct EmissivityFormat {
+    table: Option<Vec<[f64; 2]>>,
+    back: Option<SideFormat>,
+}
+
+/// The back of a surface.
+#[derive(Serialize, Deserialize)]
+struct SideFormat {
+    #[serde(with = "nan_bands")]
+    reflectance: Bands,
+    table: Option<Vec<[f64; 2]>>,
+}
+
+impl EmissivityFormat {
+    fn new(e: &SurfaceEmissivity) -> EmissivityFormat {
+        let points = |t: &EmissivityTable| t.points().to_vec();
+        let SurfaceEmissivity { table, back } = e;
+        let side = |SideEmissivity { reflectance, table }: &SideEmissivity| SideFormat {
+            reflectance: *reflectance,
+            table: table.as_ref().map(points),
+        };
+        EmissivityFormat { table: table.as_ref().map(points), back: back.as_ref().map(side) }
+    }
+
+    fn into_emissivity(self) -> Result<SurfaceEmissivity, String> {
+        let table = |points: Option<Vec<[f64; 2]>>| {
+            let table = points.map(|p| EmissivityTable::new(&p)).transpose();
+            table.map_err(|e| format!("thermal.emissivities: {e}"))
+        };
+        let side = |s: SideFormat| {
+            Ok::<_, String>(SideEmissivity { reflectance: s.reflectance, table: table(s.table)? })
+        };
+        let back = self.back.map(side).transpose()?;
+        Ok(SurfaceEmissivity { table: table(self.table)?, back })
     }
 }
 
@@ -422,6 +481,27 @@ impl SceneHeader {
             options: scene.options().clone(),
         }
     }
+}
+
+/// What a solution depends on among the parts of a scene that are no arrays: without names, notes and cameras.
+pub(in crate::output) fn encode_unnamed_scene(scene: &Scene) -> Value {
+    let of_block = |scene: Scene| {
+        let mut header = SceneHeader::new(&scene);
+        (header.name, header.notes, header.cameras) = Default::default();
+        header.surfaces.iter_mut().for_each(|s| s.name = String::new());
+        header.meshes.iter_mut().for_each(|m| m.name = String::new());
+        header.panes.iter_mut().for_each(|p| p.name = String::new());
+        header.lights.iter_mut().for_each(|l| match l {
+            Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => name.clear(),
+            Light::Emitter { name, .. } => *name = None,
+        });
+        header.surroundings.name = None;
+        // As in `encode_header`.
+        serde_json::to_value(header).unwrap_or_default()
+    };
+    let (mut v, _) = join_blocks(scene.bands(), scene.blocks().map(of_block).collect());
+    v["bands"] = encode_bands(scene.bands());
+    v
 }
 
 /// The header of a solution: its scene and its report.

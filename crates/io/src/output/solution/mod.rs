@@ -38,13 +38,13 @@
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 
 mod faces;
-mod header;
+pub(in crate::output) mod header;
 mod network;
 mod read;
 mod shading;
 #[cfg(test)]
 mod tests;
-mod write;
+pub(in crate::output) mod write;
 
 pub use read::{read_solution, read_solution_from_bytes};
 pub use write::{CollectZones, collect_solution, solution_bytes, write_divided_solution, write_solution};

@@ -10,13 +10,13 @@
 
 use crate::output::error::FileError;
 use crate::output::npz::reader::NpzReader;
-use crate::output::npz::writer::NpzWriter;
-use std::io::{self, Seek, Write};
+use crate::output::npz::writer::{ArraySink, ArrayWriter};
+use std::io;
 use zonal_scene::{NormalMap, ShadingNormals};
 
 /// Writes the normals.
-pub(super) fn write_shading<W: Write + Seek>(
-    npz: &mut NpzWriter<W>,
+pub(super) fn write_shading<S: ArraySink>(
+    npz: &mut ArrayWriter<S>,
     shading: &ShadingNormals,
 ) -> io::Result<()> {
     let n = shading.facets().len();

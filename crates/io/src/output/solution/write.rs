@@ -5,12 +5,12 @@ use super::header::encode_header;
 use super::shading::write_shading;
 use crate::output::atomic::write_atomic;
 use crate::output::error::FileError;
-use crate::output::npz::writer::NpzWriter;
+use crate::output::npz::writer::{ArraySink, ArrayWriter, NpzWriter};
 use std::borrow::Cow;
 use std::io::{self, Cursor, Seek, Write};
 use std::path::Path;
 use zonal_scene::{
-    Bands, CellFractions, Fields, Light, LightGroup, Plate, Solution, ThermalCondition, VoxelGrid,
+    Bands, CellFractions, Fields, Light, LightGroup, Plate, Scene, Solution, ThermalCondition, VoxelGrid,
     VoxelZones, ZoneValues,
 };
 
@@ -133,7 +133,7 @@ fn write<W: Write + Seek>(out: W, s: &Solution, collect: &CollectZones) -> io::R
     write_patches(&mut npz, &blocks)?;
     write_voxels(&mut npz, &blocks)?;
     write_pane_zones(&mut npz, &blocks)?;
-    write_scene(&mut npz, &blocks)?;
+    write_scene(&mut npz, &s.scene)?;
     npz.finish()
 }
 
@@ -224,8 +224,12 @@ fn write_pane_zones<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution
     npz.band_rows("pane_zone_emission", &n, |t, i| blocks[t].zones.panes[i].emission)
 }
 
-fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
-    let scene = &blocks[0].scene;
+/// Writes all arrays of a scene.
+pub(in crate::output) fn write_scene<S: ArraySink>(
+    npz: &mut ArrayWriter<S>,
+    scene: &Scene,
+) -> io::Result<()> {
+    let blocks: Vec<Scene> = scene.blocks().collect();
     let facets = scene.facets();
     npz.plates("facet", facets.iter().map(|f| &f.plate))?;
     npz.ints("facet_surface", facets.iter().map(|f| f.surface))?;
@@ -237,7 +241,7 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) ->
     npz.plates("pane_plate", owned.iter().map(|o| o.1))?;
     npz.ints("pane_plate_pane", owned.iter().map(|o| o.0))?;
     for (t, block) in blocks.iter().enumerate() {
-        for (i, texture) in block.scene.textures().iter().enumerate() {
+        for (i, texture) in block.textures().iter().enumerate() {
             npz.picture(&texture_name(t, i), texture.width, texture.height, &texture.pixels)?;
         }
     }
@@ -248,7 +252,7 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) ->
             npz.picture(&sky_name(l), picture.width, picture.height, &picture.pixels)?;
         }
     }
-    let grids: Vec<&VoxelGrid> = blocks.iter().filter_map(|t| t.scene.voxel_grid()).collect();
+    let grids: Vec<&VoxelGrid> = blocks.iter().filter_map(Scene::voxel_grid).collect();
     if let Some(v) = grids.first() {
         let dims = v.dims();
         npz.band_rows("voxmap_extinction", &dims, |t, i| grids[t].extinction(i))?;
@@ -269,7 +273,7 @@ fn write_scene<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) ->
             npz.rows("voxmap_heat", &dims, (0..v.len()).map(known))?;
         }
     }
-    write_cell_fractions(npz, blocks)
+    write_cell_fractions(npz, &blocks)
 }
 
 /// Name of the array of a texture; each block of bands has its own.
@@ -283,15 +287,15 @@ pub(super) fn sky_name(light: usize) -> String {
 }
 
 /// Band fractions that differ from cell to cell: the kind of each cell, and the polynomials of every kind and band.
-fn write_cell_fractions<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
-    let of = |s: &&Solution| s.scene.thermal().and_then(|t| t.cell_fractions.clone());
+fn write_cell_fractions<S: ArraySink>(npz: &mut ArrayWriter<S>, blocks: &[Scene]) -> io::Result<()> {
+    let of = |s: &Scene| s.thermal().and_then(|t| t.cell_fractions.clone());
     let all: Vec<CellFractions> = blocks.iter().filter_map(of).collect();
     let Some(first) = all.first() else { return Ok(()) };
     npz.ints("cell_fraction_kind", first.kind_of_cell.iter().map(|k| *k as usize))?;
     let polynomials = |kind: usize| -> Vec<Vec<f64>> {
         let own = all.iter().zip(blocks).flat_map(|(f, s)| {
             let coefficients = f.kinds[kind].coefficients();
-            coefficients.into_iter().flatten().take(s.scene.window().len()).cloned().collect::<Vec<_>>()
+            coefficients.into_iter().flatten().take(s.window().len()).cloned().collect::<Vec<_>>()
         });
         own.collect()
     };
