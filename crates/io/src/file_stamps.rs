@@ -63,73 +63,83 @@ fn identity(_: &Metadata) -> [i64; 4] {
     [0; 4]
 }
 
-/// The files that were read, each with its stamp before the first reading.
+/// A file that was read or looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct ReadFile {
+    /// Before the first reading; `None` of a missing file.
+    stamp: Option<FileStamp>,
+    openings: usize,
+}
+
+/// The files that were read or looked for, as they were before the first reading.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FilesRead {
-    stamps: BTreeMap<PathBuf, Option<FileStamp>>,
+    files: BTreeMap<PathBuf, ReadFile>,
 }
 
 impl FilesRead {
     /// True where a file has changed, is gone or has appeared since it was read.
     #[must_use]
     pub fn have_changed(&self) -> bool {
-        self.stamps.iter().any(|(path, stamp)| FileStamp::of(path) != *stamp)
+        self.files.iter().any(|(path, file)| FileStamp::of(path) != file.stamp)
     }
 
-    /// The files.
-    pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.stamps.keys().map(PathBuf::as_path)
+    /// The files, and how often each was opened.
+    pub fn openings(&self) -> impl Iterator<Item = (&Path, usize)> {
+        self.files.iter().map(|(path, file)| (path.as_path(), file.openings))
     }
 }
 
-thread_local! {
-    /// The record of the reading under way on this thread.
-    static RECORD: RefCell<Option<FilesRead>> = const { RefCell::new(None) };
-}
-
-/// Calls `read`, and records the files that it opens or looks for on this thread.
+/// Reads scenes and models from files, and keeps a record of all files that it opens or looks for.
 ///
 /// ```
-/// use zonal_io::input::{read_scene, record_files};
+/// use zonal_io::input::FileRecord;
 /// let path = std::env::temp_dir().join(format!("zonal-doc-files-{}.toml", std::process::id()));
 /// std::fs::write(&path, "[medium]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ncells = [2, 2, 2]\nextinction = 0.5")?;
-/// let (scene, files) = record_files(|| read_scene(&path));
-/// assert!(scene.is_ok() && files.paths().eq([path.as_path()]) && !files.have_changed());
+/// let record = FileRecord::default();
+/// assert!(record.read_scene(&path).is_ok());
+/// let files = record.into_files();
+/// assert!(files.openings().eq([(path.as_path(), 1)]) && !files.have_changed());
 /// std::fs::remove_file(&path)?;
 /// assert!(files.have_changed());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn record_files<T>(read: impl FnOnce() -> T) -> (T, FilesRead) {
-    let before = RECORD.replace(Some(FilesRead::default()));
-    let out = read();
-    let record = RECORD.replace(before).unwrap_or_default();
-    // A record within another belongs to both.
-    RECORD.with_borrow_mut(|outer| {
-        if let Some(outer) = outer {
-            record
-                .stamps
-                .iter()
-                .for_each(|(path, stamp)| _ = outer.stamps.entry(path.clone()).or_insert(*stamp));
-        }
-    });
-    (out, record)
+#[derive(Debug, Default)]
+pub struct FileRecord {
+    read: RefCell<FilesRead>,
 }
 
-/// Records a file before it is opened.
-pub(crate) fn record(path: &Path) {
-    RECORD.with_borrow_mut(|record| {
-        if let Some(record) = record
-            && !record.stamps.contains_key(path)
-        {
-            record.stamps.insert(path.to_path_buf(), FileStamp::settled(path));
+impl FileRecord {
+    /// The files.
+    #[must_use]
+    pub fn into_files(self) -> FilesRead {
+        self.read.into_inner()
+    }
+
+    /// Adds a file that is looked for.
+    pub(crate) fn add(&self, path: &Path) {
+        self.count(path, 0);
+    }
+
+    /// Adds a file before it is opened.
+    pub(crate) fn add_opening(&self, path: &Path) {
+        self.count(path, 1);
+    }
+
+    fn count(&self, path: &Path, openings: usize) {
+        let files = &mut self.read.borrow_mut().files;
+        if let Some(file) = files.get_mut(path) {
+            file.openings += openings;
+            return;
         }
-    });
+        files.insert(path.to_path_buf(), ReadFile { stamp: FileStamp::settled(path), openings });
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files;
+    use crate::files::FileSource;
 
     #[test]
     fn every_kind_of_save_is_a_change() {
@@ -137,7 +147,11 @@ mod tests {
         std::fs::create_dir_all(&dir).unwrap();
         let path = dir.join("a.txt");
         let written = |text: &str| std::fs::write(&path, text).unwrap();
-        let read = || record_files(|| files::read(&path, 100)).1;
+        let read = || {
+            let record = FileRecord::default();
+            _ = FileSource::recorded(&record).read(&path, 100);
+            record.into_files()
+        };
         written("one");
         let first = read();
         assert!(!first.have_changed());
@@ -167,11 +181,12 @@ mod tests {
     fn a_save_during_the_reading_is_a_change() {
         let path = std::env::temp_dir().join(format!("zonal-stamps-race-{}", std::process::id()));
         std::fs::write(&path, "one").unwrap();
-        let ((), files) = record_files(|| {
-            files::read(&path, 100).unwrap();
-            std::fs::write(&path, "two").unwrap();
-            files::read(&path, 100).unwrap();
-        });
+        let record = FileRecord::default();
+        let source = FileSource::recorded(&record);
+        source.read(&path, 100).unwrap();
+        std::fs::write(&path, "two").unwrap();
+        source.read(&path, 100).unwrap();
+        let files = record.into_files();
         assert!(files.have_changed());
         std::fs::remove_file(&path).unwrap();
     }
@@ -235,19 +250,19 @@ mod tests {
 
         /// Reads all files with saves in between; the contents and the record.
         fn read(&mut self) -> (Vec<Option<Vec<u8>>>, FilesRead) {
-            record_files(|| {
-                let one = |k: u64| {
-                    if self.below(4) == 0 {
-                        self.save();
-                    }
-                    let text = files::read(&self.path(k), 100).ok();
-                    if self.below(6) == 0 {
-                        self.save();
-                    }
-                    text
-                };
-                (0..Self::FILES).map(one).collect()
-            })
+            let record = FileRecord::default();
+            let one = |k: u64| {
+                if self.below(4) == 0 {
+                    self.save();
+                }
+                let text = FileSource::recorded(&record).read(&self.path(k), 100).ok();
+                if self.below(6) == 0 {
+                    self.save();
+                }
+                text
+            };
+            let all = (0..Self::FILES).map(one).collect();
+            (all, record.into_files())
         }
     }
 

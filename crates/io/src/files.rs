@@ -2,7 +2,7 @@
 //!
 //! Only regular files are opened: opening a pipe blocks until its writer appears, and a device has no end.
 
-use crate::file_stamps;
+use crate::file_stamps::FileRecord;
 use crate::memory_arrays::{ArraysInMemory, MemoryArray};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -12,9 +12,15 @@ use std::path::{Path, PathBuf};
 /// Files in memory that a scene refers to, by their paths relative to the scene.
 pub type FilesInMemory = BTreeMap<PathBuf, Vec<u8>>;
 
-/// Storage of the files that a scene refers to.
+/// Storage of the files that a scene refers to, and the record of those that are read.
 #[derive(Clone, Copy)]
-pub(crate) enum FileSource<'a> {
+pub(crate) struct FileSource<'a> {
+    storage: Storage<'a>,
+    record: Option<&'a FileRecord>,
+}
+
+#[derive(Clone, Copy)]
+enum Storage<'a> {
     /// On disk.
     Disk,
     /// In memory.
@@ -24,14 +30,32 @@ pub(crate) enum FileSource<'a> {
 }
 
 impl<'a> FileSource<'a> {
+    /// Files on disk, without a record.
+    pub(crate) const DISK: FileSource<'static> = FileSource { storage: Storage::Disk, record: None };
+
+    /// Files on disk that are recorded.
+    pub(crate) fn recorded(record: &'a FileRecord) -> FileSource<'a> {
+        FileSource { storage: Storage::Disk, record: Some(record) }
+    }
+    /// Files in memory.
+    pub(crate) fn memory(files: &'a FilesInMemory) -> FileSource<'a> {
+        FileSource { storage: Storage::Memory(files), record: None }
+    }
+    /// Files on disk, but for these arrays.
+    pub(crate) fn arrays(arrays: &'a ArraysInMemory<'a>) -> FileSource<'a> {
+        FileSource { storage: Storage::Arrays(arrays), record: None }
+    }
     /// The array that a path names in place of a file.
     pub(crate) fn array(self, path: &Path) -> Option<MemoryArray<'a>> {
-        let FileSource::Arrays(arrays) = self else { return None };
+        let Storage::Arrays(arrays) = self.storage else { return None };
         arrays.get(path)
     }
     /// The bytes of a file of at most `limit` bytes; an error states the defect and the remedy.
     pub(crate) fn read(self, path: &Path, limit: u64) -> Result<Vec<u8>, String> {
-        let FileSource::Memory(files) = self else { return read(path, limit) };
+        let Storage::Memory(files) = self.storage else {
+            self.record.iter().for_each(|r| r.add_opening(path));
+            return read(path, limit);
+        };
         match files.get(path) {
             Some(bytes) if bytes.len() as u64 <= limit => Ok(bytes.clone()),
             Some(_) => Err(too_large(limit)),
@@ -40,12 +64,12 @@ impl<'a> FileSource<'a> {
     }
     /// True if a regular file of that name exists.
     pub(crate) fn contains(self, path: &Path) -> bool {
-        match self {
-            FileSource::Disk | FileSource::Arrays(_) => {
-                file_stamps::record(path);
+        match self.storage {
+            Storage::Disk | Storage::Arrays(_) => {
+                self.record.iter().for_each(|r| r.add(path));
                 path.is_file()
             }
-            FileSource::Memory(files) => files.contains_key(path),
+            Storage::Memory(files) => files.contains_key(path),
         }
     }
 }
@@ -53,7 +77,6 @@ impl<'a> FileSource<'a> {
 /// An open regular file and its length in bytes; an error states the defect and the remedy. Pipes, devices, sockets and folders are
 /// refused before they are opened.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), String> {
-    file_stamps::record(path);
     let failed = |e: std::io::Error| unreadable(&e);
     let check_regular = |m: &std::fs::Metadata| match m.is_file() {
         true => Ok(()),

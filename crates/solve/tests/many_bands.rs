@@ -101,3 +101,54 @@ fn a_gas_of_four_grey_gases_and_a_clear_one_closes_its_balance() {
     assert!(medium.temperature.unwrap() > 900.0);
     assert!(s.scene.notes().iter().any(|n| n.code == "gas-model"));
 }
+
+/// Counts the stages of a solve by name.
+#[derive(Default)]
+struct StageCounts(std::sync::Mutex<std::collections::BTreeMap<String, usize>>);
+
+impl zonal_scene::Progress for StageCounts {
+    fn begin(&self, stage: &str, _: u64) {
+        *self.0.lock().unwrap().entry(stage.into()).or_default() += 1;
+    }
+    fn advance(&self, _: u64) {}
+    fn end(&self) {}
+}
+
+// Guards (bands): A scene of many bands is cut into zones once, each of its files is opened once, and so is its solution.
+#[test]
+fn files_zones_and_solutions_of_many_bands_are_read_once() {
+    use zonal_io::input::FileRecord;
+    let dir = std::env::temp_dir().join(format!("zonal-many-bands-{}", std::process::id()));
+    std::fs::create_dir_all(&dir).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(dir.join(name), text).unwrap();
+    write("sheet.obj", "v 0.2 0.2 0.5\nv 0.8 0.2 0.5\nv 0.8 0.8 0.5\nv 0.2 0.8 0.5\nf 1 2 3 4\n");
+    write("paint.csv", "nm,rho\n380,0.1\n900,0.8\n");
+    write("faces.csv", "face,rho\n0,0.3\n");
+    let limits: Vec<String> = (0..25).map(|b| format!("[{}, {}]", 400 + 10 * b, 410 + 10 * b)).collect();
+    write(
+        "scene.toml",
+        &format!(
+            "bands = [{}]\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = {{ spectrum = \"paint.csv\" }}\nfaces.z1.emission = 5\n[[surface]]\nname = \"sheet\"\nmesh = {{ file = \"sheet.obj\" }}\nsides = \"both\"\nreflectance = {{ file = \"faces.csv\", column = \"rho\" }}\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nextinction = 0.5\nalbedo = 0.5\n[solve]\nengine = \"dense\"\npatch_size = 0.5\n",
+            limits.join(", ")
+        ),
+    );
+    let record = FileRecord::default();
+    let scene = record.read_scene(&dir.join("scene.toml")).unwrap();
+    let files = record.into_files();
+    let openings: Vec<usize> = files.openings().map(|(_, n)| n).filter(|n| *n > 0).collect();
+    assert_eq!((scene.bands().count(), openings), (25, vec![1; 4]));
+    let stages = StageCounts::default();
+    let solution = zonal_solve::solve(scene, 1 << 30, &stages).unwrap();
+    assert_eq!(stages.0.lock().unwrap()["zones"], 1);
+    // The blocks share the facets.
+    let facets: Vec<_> = solution.blocks().map(|b| b.scene.facets().as_ptr()).collect();
+    assert!(facets.len() == 9 && facets.iter().all(|f| *f == facets[0]));
+    // A solution that is read shares them too.
+    let path = dir.join("run.npz");
+    zonal_io::output::write_solution(&path, &solution).unwrap();
+    let back = zonal_io::output::read_solution(&path).unwrap();
+    let facets: Vec<_> = back.blocks().map(|b| b.scene.facets().as_ptr()).collect();
+    assert!(facets.len() == 9 && facets.iter().all(|f| *f == facets[0]));
+    assert_eq!(back.all_bands(|b| b.fields.radiosity[3]), solution.all_bands(|b| b.fields.radiosity[3]));
+    std::fs::remove_dir_all(&dir).unwrap();
+}

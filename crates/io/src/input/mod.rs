@@ -35,7 +35,7 @@ mod toml;
 mod view3d;
 mod vtk;
 
-pub use crate::file_stamps::{FilesRead, record_files};
+pub use crate::file_stamps::{FileRecord, FilesRead};
 pub use crate::files::FilesInMemory;
 pub use crate::memory_arrays::{ArraysInMemory, GridArray, GridOrder, GridValues, MemoryArray, MeshArrays};
 pub use entry_points::camera_file::read_cameras;
@@ -80,11 +80,38 @@ use zonal_scene::Scene;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_scene(path: impl AsRef<Path>) -> Result<Scene, InputError> {
-    let path = path.as_ref();
-    let file = path.display().to_string();
-    let text = read_text(path, MAX_SCENE_TEXT_BYTES)?;
-    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
-    parse_named(&text, on_disk(path.parent()), &file, stem.as_deref().unwrap_or("scene"))
+    FileRecord::default().read_scene(path.as_ref())
+}
+
+impl FileRecord {
+    /// As [`read_scene`].
+    ///
+    /// # Errors
+    ///
+    /// As [`read_scene`].
+    pub fn read_scene(&self, path: &Path) -> Result<Scene, InputError> {
+        let file = path.display().to_string();
+        self.add_opening(path);
+        let text = read_text(path, MAX_SCENE_TEXT_BYTES)?;
+        let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned());
+        let context = ReadContext { files: FileSource::recorded(self), ..on_disk(path.parent()) };
+        parse_named(&text, context, &file, stem.as_deref().unwrap_or("scene"))
+    }
+
+    /// As [`parse_scene`].
+    ///
+    /// # Errors
+    ///
+    /// As [`read_scene`].
+    pub fn parse_scene(
+        &self,
+        text: &str,
+        base: Option<&Path>,
+        name_for_messages: &str,
+    ) -> Result<Scene, InputError> {
+        let context = ReadContext { files: FileSource::recorded(self), ..on_disk(base) };
+        parse_named(text, context, name_for_messages, "scene")
+    }
 }
 
 /// Reads a scene from its text. Referenced files are looked for in `base`; without one they are refused.
@@ -120,7 +147,7 @@ pub fn parse_scene_with_arrays(
     name_for_messages: &str,
     default_name: &str,
 ) -> Result<Scene, InputError> {
-    let context = ReadContext { files: FileSource::Arrays(arrays), ..on_disk(Some(base)) };
+    let context = ReadContext { files: FileSource::arrays(arrays), ..on_disk(Some(base)) };
     parse_named(text, context, name_for_messages, default_name)
 }
 
@@ -136,6 +163,6 @@ pub fn read_scene_from_bytes(
     max_cells: usize,
 ) -> Result<Scene, InputError> {
     let text = decode_utf8(name_for_messages, text.to_vec())?;
-    let context = ReadContext { base: Some(Path::new("")), files: FileSource::Memory(files), max_cells };
+    let context = ReadContext { base: Some(Path::new("")), files: FileSource::memory(files), max_cells };
     parse_named(&text, context, name_for_messages, "scene")
 }

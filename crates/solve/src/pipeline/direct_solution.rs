@@ -61,8 +61,7 @@ fn solve_first_light(
     if scene.thermal().is_some() {
         return Err(SceneError::new("mode", "direct light alone is a solution in light mode only"));
     }
-    let transport = Transport::new(&scene);
-    let zones = zone_division::known_or_shared_zones(&scene, &transport, settings)?;
+    let (transport, zones) = zone_division::cut(&scene, settings)?;
     let mut solved = Vec::new();
     for (b, block) in scene.blocks().enumerate() {
         let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };

@@ -76,8 +76,7 @@ fn on_worker_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 /// Cuts a scene into zones once for all bands, and solves its blocks of bands: those that temperatures couple together, others one after the other, which
 /// takes the memory of one.
 fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
-    let transport = Transport::new(&scene);
-    let zones = zone_division::known_or_shared_zones(&scene, &transport, settings)?;
+    let (transport, zones) = zone_division::cut(&scene, settings)?;
     let solved = if scene.thermal().is_some() || scene.bands().block_count() == 1 {
         solve_blocks(&scene, transport.clone(), zones, settings)?
     } else {

@@ -43,19 +43,22 @@ pub(crate) fn shared_zones(
     build_shared_zones(scene, transport, sharing)
 }
 
-/// The zones of a scene that the settings have, or all that the processes find together.
+/// A scene prepared for ray queries, and its zones: those that the settings have, or all that the processes find together.
 ///
 /// # Errors
 /// As [`shared_zones`].
-pub(crate) fn known_or_shared_zones(
-    scene: &Scene,
-    transport: &Transport,
+pub(crate) fn cut<'a>(
+    scene: &'a Scene,
     settings: &SolveSettings,
-) -> Result<Zones, SceneError> {
-    match settings.zones {
-        Some(zones) => Ok(zones.clone()),
-        None => shared_zones(scene, transport, settings.communicator),
-    }
+) -> Result<(Transport<'a>, Zones), SceneError> {
+    settings.progress.begin("zones", 1);
+    let transport = Transport::new(scene);
+    let zones = match settings.zones {
+        Some(zones) => zones.clone(),
+        None => shared_zones(scene, &transport, settings.communicator)?,
+    };
+    settings.progress.end();
+    Ok((transport, zones))
 }
 
 /// The zones of this process, of all zones of a scene.

@@ -36,7 +36,7 @@ pub struct FacetFile {
 /// ```
 pub fn read_facets(path: &Path) -> Result<FacetFile, InputError> {
     let file = path.display().to_string();
-    Ok(FacetFile::new(read_mesh_file(FileSource::Disk, path, &file).map_err(FileFault::into_error)?))
+    Ok(FacetFile::new(read_mesh_file(FileSource::DISK, path, &file).map_err(FileFault::into_error)?))
 }
 
 impl FacetFile {

@@ -3,6 +3,7 @@
 //! Everything is in the unit and the axes of the file. [`ModelSurvey::axis_areas`] sums the area of the faces seen along each axis, Σ A |n_k|: in buildings floors
 //! and ceilings make it largest along the vertical.
 
+use crate::file_stamps::FileRecord;
 use crate::files::FileSource;
 use crate::input::mesh::model::{MeshData, MeshMaterial};
 use crate::input::mesh::shells::{ShellKind, TurnedPart, find_shells, turned_parts};
@@ -94,9 +95,19 @@ pub struct PartCounts {
 /// # Ok::<(), zonal_io::input::InputError>(())
 /// ```
 pub fn survey_model(path: &Path) -> Result<ModelSurvey, InputError> {
-    let file = path.display().to_string();
-    let mesh = read_mesh_file(FileSource::Disk, path, &file).map_err(FileFault::into_error)?;
-    Ok(ModelSurvey::of(mesh))
+    FileRecord::default().survey_model(path)
+}
+
+impl FileRecord {
+    /// As [`survey_model`].
+    ///
+    /// # Errors
+    /// As [`survey_model`].
+    pub fn survey_model(&self, path: &Path) -> Result<ModelSurvey, InputError> {
+        let file = path.display().to_string();
+        let mesh = read_mesh_file(FileSource::recorded(self), path, &file).map_err(FileFault::into_error)?;
+        Ok(ModelSurvey::of(mesh))
+    }
 }
 
 impl ModelSurvey {

@@ -14,7 +14,7 @@ pub(crate) const MAX_SCENE_TEXT_BYTES: u64 = 64 << 20;
 
 /// Files on disk, relative to the folder `base`.
 pub(crate) fn on_disk(base: Option<&Path>) -> ReadContext<'_> {
-    ReadContext { base, files: FileSource::Disk, max_cells: MAX_UNIFORM_CELLS }
+    ReadContext { base, files: FileSource::DISK, max_cells: MAX_UNIFORM_CELLS }
 }
 
 /// Reads the scene of a text. `file` stands for the file in messages; `name` is the default name of the scene.

@@ -52,7 +52,7 @@ pub fn read_values(
 ) -> Result<ValueTable, InputError> {
     let wanted = WantedColumn { column, quantity, rows };
     let name = path.display().to_string();
-    read_column(FileSource::Disk, path, &name, wanted).map_err(FileFault::into_error)
+    read_column(FileSource::DISK, path, &name, wanted).map_err(FileFault::into_error)
 }
 
 /// Reads a column of a file; `file` names it in messages.

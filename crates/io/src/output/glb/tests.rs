@@ -55,7 +55,7 @@ fn geometry_and_materials_round_trip() {
     let path = dir.join("a.glb");
     for (up, axis) in [(UpAxis::Y, [0.0, 0.0, 1.0]), (UpAxis::Z, [0.0, 1.0, 0.0])] {
         write_glb(&path, &GlbModel { up, ..model() }).unwrap();
-        let back = read_gltf(FileSource::Disk, &path, "a.glb").unwrap();
+        let back = read_gltf(FileSource::DISK, &path, "a.glb").unwrap();
         let area: f64 = back.faces.iter().map(|f| f.plate.area()).sum();
         let wanted = 3.0 + 0.5 * (1.5f64 * 1.5 + 1.0 + 36.0).sqrt();
         assert!((area - wanted).abs() < 1e-5, "{area} {wanted}");

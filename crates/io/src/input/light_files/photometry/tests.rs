@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 fn read(name: &str, text: &str) -> Result<LuminousTable, String> {
     let files = FilesInMemory::from([(name.into(), text.as_bytes().to_vec())]);
-    read_luminaire(FileSource::Memory(&files), Path::new(name)).map_err(|e| e.to_string())
+    read_luminaire(FileSource::memory(&files), Path::new(name)).map_err(|e| e.to_string())
 }
 
 /// Intensity, cd, at γ and C, degrees, of a luminaire that hangs straight down.
