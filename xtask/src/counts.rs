@@ -4,7 +4,7 @@
 //!     folders form no cycle and have few entries, and lines of prose are short.
 
 use crate::source::{Role, SourceFile, load};
-use crate::{documents, modules, shape, surface};
+use crate::{documents, idioms, modules, shape, surface};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
@@ -16,7 +16,15 @@ const LONG_FUNCTION_LINES: usize = 50;
 /// Most functions that may be long.
 const MAX_LONG_FUNCTIONS: usize = 20;
 /// Most parameters of a function, `self` counted.
-const MAX_PARAMETERS: usize = 6;
+const MAX_PARAMETERS: usize = 7;
+/// Most parameters that are tuples.
+const MAX_TUPLE_PARAMETERS: usize = 258;
+/// Most matches on booleans.
+const MAX_BOOL_MATCHES: usize = 174;
+/// Most uses of thread-local state.
+const MAX_THREAD_LOCALS: usize = 2;
+/// Most calls that return the first index of a range of zones.
+const MAX_ZONE_RANGE_STARTS: usize = 215;
 /// Most items, methods included, that can be named from the library `zonal`.
 const MAX_REACHABLE_ITEMS: usize = 300;
 /// Most lines of the library crate `zonal`.
@@ -85,6 +93,7 @@ pub fn count(root: &Path) -> Vec<Count> {
     counts.push(folder_count(&files));
     counts.extend(surface_counts(&files));
     counts.extend(function_counts(&files));
+    counts.extend(idiom_counts(&files));
     counts.push(constant_count(&files));
     counts.extend(type_counts(&files));
     counts.push(dependency_count(root));
@@ -158,7 +167,7 @@ fn function_counts(files: &[SourceFile]) -> [Count; 4] {
             places(&|f| f.lines > LONG_FUNCTION_LINES, &lines),
         ),
         Count::of(
-            "functions of more than six parameters",
+            "functions of more than seven parameters",
             0,
             places(&|f| f.parameters > MAX_PARAMETERS, &|f| f.parameters),
         ),
@@ -167,6 +176,16 @@ fn function_counts(files: &[SourceFile]) -> [Count; 4] {
             0,
             places(&|f| f.public && f.bools > 0 && !f.setter, &|f| f.bools),
         ),
+    ]
+}
+
+fn idiom_counts(files: &[SourceFile]) -> [Count; 4] {
+    let idioms = idioms::find(files);
+    [
+        Count::of("tuple-typed parameters", MAX_TUPLE_PARAMETERS, idioms.tuple_parameters),
+        Count::of("match on a bool", MAX_BOOL_MATCHES, idioms.bool_matches),
+        Count::of("thread_local in shipped code", MAX_THREAD_LOCALS, idioms.thread_locals),
+        Count::of("arithmetic on range starts of zones", MAX_ZONE_RANGE_STARTS, idioms.zone_range_starts),
     ]
 }
 

@@ -2,7 +2,8 @@
 //! ([`commits`]), the register of invariants ([`guards`]) and the shape of documents ([`documents`]).
 //!
 //! The counts parse every Rust source of the workspace with `syn`. [`source`] loads the files, [`modules`] resolves paths between modules and
-//! finds import cycles, [`surface`] measures the public items, [`shape`] measures functions, constants and type names.
+//! finds import cycles, [`surface`] measures the public items, [`shape`] measures functions, constants and type names,
+//! [`idioms`] finds tuples in signatures, matches on booleans, thread-local state and arithmetic on ranges of zones.
 
 #![forbid(unsafe_code)]
 
@@ -10,6 +11,7 @@ pub mod commits;
 pub mod counts;
 pub mod documents;
 pub mod guards;
+pub mod idioms;
 pub mod modules;
 pub mod shape;
 pub mod source;
