@@ -61,11 +61,13 @@ pub(super) fn clip_segment(polygon: &[Point2], a: Point2, b: Point2) -> Option<(
     for i in 0..polygon.len() {
         let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
         let (da, db) = (orientation(p, q, a), orientation(p, q, b));
-        match (da < 0.0, db < 0.0) {
-            (true, true) => return None,
-            (true, false) => lo = lo.max(da / (da - db)),
-            (false, true) => hi = hi.min(da / (da - db)),
-            _ => {}
+        if da < 0.0 && db < 0.0 {
+            return None;
+        }
+        if da < 0.0 {
+            lo = lo.max(da / (da - db));
+        } else if db < 0.0 {
+            hi = hi.min(da / (da - db));
         }
     }
     let at = |t: f64| [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];

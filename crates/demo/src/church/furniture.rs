@@ -29,7 +29,7 @@ pub(super) fn column(m: &mut ChurchModel, foot: Vec3, sides: usize) {
 }
 
 /// A slender shaft before a wall, from `z0` up to `z1`, with a capital.
-pub(super) fn shaft(m: &mut ChurchModel, foot: Vec3, (z0, z1): (f64, f64), sides: usize) {
+pub(super) fn shaft(m: &mut ChurchModel, foot: Vec3, z0: f64, z1: f64, sides: usize) {
     let r = 0.13;
     let profile = [
         (0.04, z0 - 0.3),
@@ -47,7 +47,7 @@ pub(super) fn shaft(m: &mut ChurchModel, foot: Vec3, (z0, z1): (f64, f64), sides
 }
 
 /// A bench facing +y, its seat from `x0` to `x1`.
-pub(super) fn bench(m: &mut ChurchModel, (x0, x1): (f64, f64), y: f64) {
+pub(super) fn bench(m: &mut ChurchModel, x0: f64, x1: f64, y: f64) {
     for x in [x0, x1 - 0.06] {
         let side = [
             vec3(x, y, 0.0),

@@ -92,7 +92,8 @@ fn ring(
     m: &mut ChurchModel,
     frame: &WallFrame,
     at: Point2,
-    (radius, pieces): (f64, usize),
+    radius: f64,
+    pieces: usize,
     section: &[[f64; 2]],
 ) {
     let point = |k: usize| {
@@ -159,7 +160,7 @@ impl ChurchWindow<'_> {
             let corners: Vec<_> = piece.iter().map(|p| self.frame.at(p[0], p[1], GLASS_DEPTH)).collect();
             m.polygon(ChurchMaterial::Dressed, &corners, corners[0] + self.frame.inward);
         }
-        self.tracery(m, &centres, sub, (lift, radius));
+        self.tracery(m, &centres, sub, lift, radius);
         for (r, c) in regions.iter().zip(&centres) {
             self.glaze(m, r, *c, self.sill, half);
             self.saddles(m, *c, half);
@@ -167,7 +168,7 @@ impl ChurchWindow<'_> {
         self.wheel(m, lift, radius);
     }
 
-    fn tracery(&self, m: &mut ChurchModel, centres: &[f64; 2], sub: PointedArch, (lift, radius): (f64, f64)) {
+    fn tracery(&self, m: &mut ChurchModel, centres: &[f64; 2], sub: PointedArch, lift: f64, radius: f64) {
         let thick = section(0.085, MULLION_HALF_WIDTH);
         let top = self.spring + lift - radius;
         bar(
@@ -183,7 +184,7 @@ impl ChurchWindow<'_> {
             bar(m, &self.frame, &line, ChurchMaterial::Dressed, GLASS_DEPTH, &section(0.07, 0.04));
         }
         let middle = [self.centre, self.spring + lift];
-        ring(m, &self.frame, middle, (radius, 4 * self.head.pieces), &section(0.075, 0.045));
+        ring(m, &self.frame, middle, radius, 4 * self.head.pieces, &section(0.075, 0.045));
     }
 
     fn saddles(&self, m: &mut ChurchModel, centre: f64, half: f64) {
@@ -254,11 +255,15 @@ impl ChurchWindow<'_> {
 
     /// The oculus: a ring of wedges about a disc.
     fn wheel(&self, m: &mut ChurchModel, lift: f64, radius: f64) {
-        let centre = [self.centre, self.spring + lift];
         let s = self.scheme;
-        let rings = [0.0, 0.42 * radius, radius];
-        let wedges = (8, self.head.pieces.div_ceil(2), self.leaded);
-        wheel(m, &self.frame, centre, &rings, wedges, |ring, k| match ring {
+        let wheel = GlassWheel {
+            centre: [self.centre, self.spring + lift],
+            radii: &[0.0, 0.42 * radius, radius],
+            wedges: 8,
+            pieces: self.head.pieces.div_ceil(2),
+            leaded: self.leaded,
+        };
+        wheel.build(m, &self.frame, |ring, k| match ring {
             0 => s.medallion[0],
             _ => [s.border[0], s.ground[0]][k % 2],
         });
@@ -282,37 +287,51 @@ fn came(m: &mut ChurchModel, frame: &WallFrame, p: Point2, q: Point2) {
     m.polygon(ChurchMaterial::Iron, &strip, strip[0] + frame.inward);
 }
 
-/// Glass in rings about a centre, with the number of wedges of a ring, of pieces of a wedge, and cames or none; `hue` of ring and wedge.
-fn wheel(
-    m: &mut ChurchModel,
-    frame: &WallFrame,
-    c: Point2,
-    rings: &[f64],
-    (sectors, fine, leaded): (usize, usize, bool),
-    hue: impl Fn(usize, usize) -> usize,
-) {
-    let at = |r: f64, k: f64| {
-        let (sin, cos) = (TAU * k / sectors as f64).sin_cos();
-        [c[0] + r * cos, c[1] + r * sin]
-    };
-    for (ring, r) in rings.windows(2).enumerate() {
-        for k in 0..sectors {
-            for part in 0..fine {
-                let (a, b) =
-                    (k as f64 + part as f64 / fine as f64, k as f64 + (part + 1) as f64 / fine as f64);
-                let mut cell = vec![at(r[0], a), at(r[1], a), at(r[1], b)];
-                if r[0] > 0.0 {
-                    cell.push(at(r[0], b));
+/// Glass in rings about a centre, each divided into wedges.
+struct GlassWheel<'a> {
+    /// Centre in the wall.
+    centre: Point2,
+    /// Radii of the circles that bound the rings, m.
+    radii: &'a [f64],
+    /// Number of wedges of a ring.
+    wedges: usize,
+    /// Number of straight pieces of the arc of a wedge.
+    pieces: usize,
+    /// True with cames.
+    leaded: bool,
+}
+
+impl GlassWheel<'_> {
+    /// Adds the wheel; `hue` of ring and wedge.
+    fn build(&self, m: &mut ChurchModel, frame: &WallFrame, hue: impl Fn(usize, usize) -> usize) {
+        let at = |r: f64, k: f64| {
+            let (sin, cos) = (TAU * k / self.wedges as f64).sin_cos();
+            [self.centre[0] + r * cos, self.centre[1] + r * sin]
+        };
+        for (ring, r) in self.radii.windows(2).enumerate() {
+            for k in 0..self.wedges {
+                for part in 0..self.pieces {
+                    let (a, b) = (
+                        k as f64 + part as f64 / self.pieces as f64,
+                        k as f64 + (part + 1) as f64 / self.pieces as f64,
+                    );
+                    let mut cell = vec![at(r[0], a), at(r[1], a), at(r[1], b)];
+                    if r[0] > 0.0 {
+                        cell.push(at(r[0], b));
+                    }
+                    let corners: Vec<_> = cell.iter().map(|p| frame.at(p[0], p[1], GLASS_DEPTH)).collect();
+                    m.polygon(ChurchMaterial::Glass(hue(ring, k)), &corners, corners[0] + frame.inward);
                 }
-                let corners: Vec<_> = cell.iter().map(|p| frame.at(p[0], p[1], GLASS_DEPTH)).collect();
-                m.polygon(ChurchMaterial::Glass(hue(ring, k)), &corners, corners[0] + frame.inward);
-            }
-            if r[0] > 0.0 && leaded {
-                came(m, frame, at(r[0], k as f64), at(r[1], k as f64));
-                (0..fine).for_each(|j| {
-                    let (a, b) = (k as f64 + j as f64 / fine as f64, k as f64 + (j + 1) as f64 / fine as f64);
-                    came(m, frame, at(r[0], a), at(r[0], b));
-                });
+                if r[0] > 0.0 && self.leaded {
+                    came(m, frame, at(r[0], k as f64), at(r[1], k as f64));
+                    (0..self.pieces).for_each(|j| {
+                        let (a, b) = (
+                            k as f64 + j as f64 / self.pieces as f64,
+                            k as f64 + (j + 1) as f64 / self.pieces as f64,
+                        );
+                        came(m, frame, at(r[0], a), at(r[0], b));
+                    });
+                }
             }
         }
     }
@@ -331,9 +350,10 @@ pub(super) fn rose(m: &mut ChurchModel, frame: &WallFrame, opening: &WallOpening
     } else {
         &[0.0, 0.22, 0.43, 0.64, 0.83, 1.02]
     };
-    let rings: Vec<f64> = shares.iter().map(|r| r * radius).collect();
+    let radii: Vec<f64> = shares.iter().map(|r| r * radius).collect();
     let ground = [RUBY, COBALT, AMBER, AZURE];
-    wheel(m, frame, c, &rings, (2 * petals, 2, leaded), |ring, k| match ring {
+    let wheel = GlassWheel { centre: c, radii: &radii, wedges: 2 * petals, pieces: 2, leaded };
+    wheel.build(m, frame, |ring, k| match ring {
         0 => GOLD,
         1 => [RUBY, GOLD][k % 2],
         2 | 3 => ground[(k / 2 + ring) % 4],
@@ -342,8 +362,8 @@ pub(super) fn rose(m: &mut ChurchModel, frame: &WallFrame, opening: &WallOpening
         6 => [COBALT, COLOURLESS][k % 2],
         _ => [RUBY, EMERALD, GOLD, COBALT][k % 4],
     });
-    ring(m, frame, c, (0.22 * radius, sides), &section(0.09, 0.05));
-    ring(m, frame, c, (0.64 * radius, sides), &section(0.08, 0.04));
+    ring(m, frame, c, 0.22 * radius, sides, &section(0.09, 0.05));
+    ring(m, frame, c, 0.64 * radius, sides, &section(0.08, 0.04));
     for k in 0..petals {
         let at = |r: f64, k: f64| {
             let (sin, cos) = (TAU * k / petals as f64).sin_cos();
@@ -352,6 +372,6 @@ pub(super) fn rose(m: &mut ChurchModel, frame: &WallFrame, opening: &WallOpening
         let spoke = [at(0.22 * radius, k as f64), at(radius, k as f64)];
         bar(m, frame, &spoke, ChurchMaterial::Dressed, GLASS_DEPTH, &section(0.08, 0.04));
         let small = at(0.81 * radius, k as f64 + 0.5);
-        ring(m, frame, small, (0.16 * radius, sides / 2), &section(0.06, 0.03));
+        ring(m, frame, small, 0.16 * radius, sides / 2, &section(0.06, 0.03));
     }
 }

@@ -53,9 +53,10 @@ impl Church<'_> {
         [(across, NAVE_WALL_OFFSETS.1), (-across, -OUTER_WALL_OFFSET), (along, 0.0), (-along, -self.end())]
     }
 
-    pub(super) fn vault(&self, bay: usize, x: (f64, f64), spring: f64, rise: f64) -> RibVault {
+    /// The vault of a bay from `x0` to `x1`, m, that springs at height `spring` and rises by `rise`.
+    pub(super) fn vault(&self, bay: usize, x0: f64, x1: f64, spring: f64, rise: f64) -> RibVault {
         let (y0, y1) = (self.border(bay), self.border(bay + 1));
-        RibVault { lo: vec3(x.0, y0, spring), hi: vec3(x.1, y1, spring), rise, pieces: self.plan.pieces }
+        RibVault { lo: vec3(x0, y0, spring), hi: vec3(x1, y1, spring), rise, pieces: self.plan.pieces }
     }
 
     /// The wall of a bay at `x` from the axis, on the side `s`, seen from the axis.

@@ -26,7 +26,7 @@ impl Church<'_> {
     }
 
     pub(super) fn nave_bay(&self, m: &mut ChurchModel, bay: usize) {
-        let vault = self.vault(bay, (-NAVE_WALL_OFFSETS.0, NAVE_WALL_OFFSETS.0), NAVE_VAULT.0, NAVE_VAULT.1);
+        let vault = self.vault(bay, -NAVE_WALL_OFFSETS.0, NAVE_WALL_OFFSETS.0, NAVE_VAULT.0, NAVE_VAULT.1);
         vault.webs(m);
         m.within(&self.nave(), |m| {
             vault.diagonals(m, &rib(0.22, 0.24));
@@ -63,12 +63,12 @@ impl Church<'_> {
     }
 
     pub(super) fn aisle_bay(&self, m: &mut ChurchModel, s: f64, bay: usize) {
-        let x = if s > 0.0 {
+        let (x0, x1) = if s > 0.0 {
             (NAVE_WALL_OFFSETS.1, OUTER_WALL_OFFSET)
         } else {
             (-OUTER_WALL_OFFSET, -NAVE_WALL_OFFSETS.1)
         };
-        let vault = self.vault(bay, x, CAPITAL_HEIGHT, AISLE_VAULT_RISE);
+        let vault = self.vault(bay, x0, x1, CAPITAL_HEIGHT, AISLE_VAULT_RISE);
         vault.webs(m);
         m.within(&self.aisle(s), |m| {
             vault.diagonals(m, &rib(0.16, 0.18));
@@ -108,8 +108,7 @@ impl Church<'_> {
             vec3(s, 0.0, 0.0),
         );
         let arch = self.head(ARCADE_ARCH.0, ARCADE_ARCH.1);
-        let vault =
-            self.vault(bay, (NAVE_WALL_OFFSETS.1, OUTER_WALL_OFFSET), CAPITAL_HEIGHT, AISLE_VAULT_RISE);
+        let vault = self.vault(bay, NAVE_WALL_OFFSETS.1, OUTER_WALL_OFFSET, CAPITAL_HEIGHT, AISLE_VAULT_RISE);
         let wall = WallSection {
             frame,
             ends: (-0.5 * BAY_LENGTH, 0.5 * BAY_LENGTH),
@@ -149,17 +148,13 @@ impl Church<'_> {
                     furniture::shaft(
                         m,
                         vec3(s * NAVE_WALL_OFFSETS.0, y, 0.0),
-                        (CAPITAL_HEIGHT + 0.4, NAVE_VAULT.0),
+                        CAPITAL_HEIGHT + 0.4,
+                        NAVE_VAULT.0,
                         sides / 2,
                     );
                 });
                 m.within(&self.aisle(s), |m| {
-                    furniture::shaft(
-                        m,
-                        vec3(s * OUTER_WALL_OFFSET, y, 0.0),
-                        (0.35, CAPITAL_HEIGHT),
-                        sides / 2,
-                    );
+                    furniture::shaft(m, vec3(s * OUTER_WALL_OFFSET, y, 0.0), 0.35, CAPITAL_HEIGHT, sides / 2);
                 });
             }
             let (x0, x1) = (
@@ -171,7 +166,7 @@ impl Church<'_> {
         }
         m.within(&self.nave(), |m| {
             for corner in self.choir(NAVE_WALL_OFFSETS.0, 0.0) {
-                furniture::shaft(m, corner, (0.35, NAVE_VAULT.0), sides / 2);
+                furniture::shaft(m, corner, 0.35, NAVE_VAULT.0, sides / 2);
             }
         });
     }
@@ -332,8 +327,8 @@ impl Church<'_> {
         let rows = ((l - 7.0) / 0.98).floor().max(0.0) as usize;
         for row in 0..rows {
             let y = 4.0 + 0.98 * row as f64;
-            furniture::bench(m, (-3.1, -0.95), y);
-            furniture::bench(m, (0.95, 3.1), y);
+            furniture::bench(m, -3.1, -0.95, y);
+            furniture::bench(m, 0.95, 3.1, y);
         }
         for bay in (1..self.plan.bays).step_by(2) {
             let y = self.border(bay) + 0.5 * BAY_LENGTH;

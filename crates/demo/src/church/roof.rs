@@ -42,7 +42,7 @@ pub(super) fn build(m: &mut ChurchModel, church: &Church) {
     for s in SIDES {
         aisle_roof(m, church, s, low);
         for bay in 0..church.plan.bays {
-            walls_above_vaults(m, church, (s, bay), [high, low]);
+            walls_above_vaults(m, church, s, bay, high, low);
         }
     }
 }
@@ -64,15 +64,11 @@ fn aisle_roof(m: &mut ChurchModel, church: &Church, s: f64, low: f64) {
     }
 }
 
-/// The walls of nave and aisle between the vaults of a bay on one side and the roofs at these heights.
-fn walls_above_vaults(m: &mut ChurchModel, church: &Church, (s, bay): (f64, usize), [high, low]: [f64; 2]) {
-    let (nave, aisle) =
-        ((-NAVE_WALL_OFFSETS.0, NAVE_WALL_OFFSETS.0), (NAVE_WALL_OFFSETS.1, OUTER_WALL_OFFSET));
-    let vaults = [
-        (NAVE_WALL_OFFSETS.0, church.vault(bay, nave, NAVE_VAULT.0, NAVE_VAULT.1), high),
-        (OUTER_WALL_OFFSET, church.vault(bay, aisle, CAPITAL_HEIGHT, AISLE_VAULT_RISE), low),
-    ];
-    for (x, vault, top) in vaults {
+/// The walls of nave and aisle on the side `s` between the vaults of a bay and their roofs at heights `high` and `low`.
+fn walls_above_vaults(m: &mut ChurchModel, church: &Church, s: f64, bay: usize, high: f64, low: f64) {
+    let nave = church.vault(bay, -NAVE_WALL_OFFSETS.0, NAVE_WALL_OFFSETS.0, NAVE_VAULT.0, NAVE_VAULT.1);
+    let aisle = church.vault(bay, NAVE_WALL_OFFSETS.1, OUTER_WALL_OFFSET, CAPITAL_HEIGHT, AISLE_VAULT_RISE);
+    for (x, vault, top) in [(NAVE_WALL_OFFSETS.0, nave, high), (OUTER_WALL_OFFSET, aisle, low)] {
         let frame = church.side(s, x, bay);
         let (lower, upper) = (BorderLine(vault.edge()), BorderLine::level(top));
         let ends = (-0.5 * BAY_LENGTH, 0.5 * BAY_LENGTH);

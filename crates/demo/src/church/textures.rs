@@ -42,7 +42,7 @@ fn rim(f: f64) -> f64 {
 }
 
 /// Courses of blocks: `rows` rows of `columns` blocks, every other row set off by half a block; depth of the joint's shade.
-fn courses(side: usize, (rows, columns): (f64, f64), shade: f64, spread: f64, joint: f64) -> Texture {
+fn courses(side: usize, rows: f64, columns: f64, shade: f64, spread: f64, joint: f64) -> Texture {
     picture(side, |u, v| {
         let row = (v * rows).floor();
         let shift = if row as i64 % 2 == 0 { 0.0 } else { 0.5 };
@@ -60,12 +60,12 @@ fn courses(side: usize, (rows, columns): (f64, f64), shade: f64, spread: f64, jo
 
 /// Ashlar, 3.2 m a side.
 pub(super) fn ashlar() -> Texture {
-    courses(512, (8.0, 4.0), 0.34, 0.22, 0.004)
+    courses(512, 8.0, 4.0, 0.34, 0.22, 0.004)
 }
 
 /// Webs of vaults: small courses under limewash, 3 m a side.
 pub(super) fn web() -> Texture {
-    courses(256, (16.0, 8.0), 0.13, 0.08, 0.004)
+    courses(256, 16.0, 8.0, 0.13, 0.08, 0.004)
 }
 
 /// Dressed stone: grain only, 1.5 m a side.
@@ -86,10 +86,12 @@ pub(super) fn tiles() -> Texture {
         let inset = rim(fa) + rim(fb) < 0.2;
         let own = lattice(a.floor() as i64, b.floor() as i64, 64, 13) - 0.5;
         let worn = 0.18 * cloudy(u, v, 4, 6, 31);
-        let base = match (dark, inset) {
-            (_, true) => [0.23, 0.11, 0.09],
-            (true, _) => [0.34, 0.30, 0.28],
-            (false, _) => [0.93, 0.87, 0.76],
+        let base = if inset {
+            [0.23, 0.11, 0.09]
+        } else if dark {
+            [0.34, 0.30, 0.28]
+        } else {
+            [0.93, 0.87, 0.76]
         };
         base.map(|x: f64| x * (1.0 + 0.16 * own + worn) * (1.0 - 0.4 * joint))
     })

@@ -152,23 +152,24 @@ impl WallSection {
     pub(super) fn build(&self, m: &mut ChurchModel) {
         let (lower, upper) = (|x| self.lower.at(x), |x| self.upper.at(x));
         let Some(o) = self.opening else {
-            return self.strips(m, self.ends, &[], &lower, &upper);
+            return self.strips(m, self.ends.0, self.ends.1, &[], &lower, &upper);
         };
         let (a, b) = o.span();
         let own = o.corners();
-        self.strips(m, (self.ends.0, a), &[], &lower, &upper);
-        self.strips(m, (b, self.ends.1), &[], &lower, &upper);
-        self.strips(m, (a, b), &own, &lower, &|x| o.heights(x).0);
+        self.strips(m, self.ends.0, a, &[], &lower, &upper);
+        self.strips(m, b, self.ends.1, &[], &lower, &upper);
+        self.strips(m, a, b, &own, &lower, &|x| o.heights(x).0);
         // At its ends an opening with jambs is as high as these.
         let above = |x: f64| o.heights(x.clamp(a + 1e-7, b - 1e-7)).1;
-        self.strips(m, (a, b), &own, &above, &upper);
+        self.strips(m, a, b, &own, &above, &upper);
     }
 
-    /// From a lower to an upper border: one field where both allow it, strips below and above it.
+    /// From a lower to an upper border over x from `a` to `b`: one field where both allow it, strips below and above it.
     fn strips(
         &self,
         m: &mut ChurchModel,
-        (a, b): (f64, f64),
+        a: f64,
+        b: f64,
         more: &[f64],
         lower: &dyn Fn(f64) -> f64,
         upper: &dyn Fn(f64) -> f64,
