@@ -74,7 +74,7 @@ fn first_axis(t: [f64; 3]) -> usize {
 #[inline]
 pub(crate) fn traverse(grid: &VoxelGrid, a: Vec3, b: Vec3, each: &mut impl FnMut(usize, f64, f64)) {
     if let Some((d, start, end)) = clip_to_grid(grid, a, b) {
-        traverse_lattice(Lattice::of(grid), (a, d), (start, end), each);
+        traverse_lattice(Lattice::of(grid), a, d, start, end, each);
     }
 }
 
@@ -82,8 +82,10 @@ pub(crate) fn traverse(grid: &VoxelGrid, a: Vec3, b: Vec3, each: &mut impl FnMut
 #[inline]
 pub(crate) fn traverse_lattice(
     lattice: Lattice,
-    (a, d): (Vec3, Vec3),
-    (start, end): (f64, f64),
+    a: Vec3,
+    d: Vec3,
+    start: f64,
+    end: f64,
     each: &mut impl FnMut(usize, f64, f64),
 ) {
     let Lattice { min, edges: h, dims: n } = lattice;

@@ -43,7 +43,7 @@ impl PlateBoxes {
         let [lo, hi] = bounds.iter().copied().reduce(joined).unwrap_or([Vec3::ZERO; 2]);
         let numbered: Vec<(u32, Plate)> = (0..).zip(plates.iter().copied()).collect();
         let largest_pad = pads.into_iter().fold(0.0, f64::max);
-        PlateBoxes { tree: Bvh::new(&numbered, (lo, hi)), bounds, largest_pad }
+        PlateBoxes { tree: Bvh::new(&numbered, lo, hi), bounds, largest_pad }
     }
 
     /// Fills `found` with the indices of the plates whose widened bounds hold `p`, ascending.

@@ -30,7 +30,7 @@ const MAX_COORDINATE: f64 = 1e9;
 /// let points: Vec<_> = (0..100).map(|i| vec3(f64::from(i), 0.0, 0.0)).collect();
 /// let grids = PointGrids::new(&points, 8.0);
 /// let mut near = Vec::new();
-/// grids.for_each_near((vec3(50.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0)), (2.0, 1.0), |i| near.push(i));
+/// grids.for_each_near(vec3(50.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), 2.0, 1.0, |i| near.push(i));
 /// assert!([48, 49, 50, 51, 52].iter().all(|i| near.contains(i)) && near.len() < 8);
 /// ```
 pub struct PointGrids {
@@ -74,8 +74,10 @@ impl PointGrids {
     /// points of the ball, and no other beyond a rounding error; a smaller one takes less time.
     pub fn for_each_near(
         &self,
-        (centre, normal): (Vec3, Vec3),
-        (radius, height_share): (f64, f64),
+        centre: Vec3,
+        normal: Vec3,
+        radius: f64,
+        height_share: f64,
         mut visit: impl FnMut(usize),
     ) {
         let fits = |g: &&SortedPoints| g.cell >= MIN_CELL_OVER_RADIUS * radius;
@@ -165,10 +167,8 @@ impl SortedPoints {
         let mut rest = [[f32::INFINITY; POINTS_AT_ONCE]; 3];
         rest.iter_mut().zip([x.1, y.1, z.1]).for_each(|(all, part)| all[..part.len()].copy_from_slice(part));
         for (block, order) in self.order[places].chunks(POINTS_AT_ONCE).enumerate() {
-            let [x, y, z] = match block < x.0.len() {
-                true => [&x.0[block], &y.0[block], &z.0[block]],
-                false => rest.each_ref(),
-            };
+            let [x, y, z] =
+                if block < x.0.len() { [&x.0[block], &y.0[block], &z.0[block]] } else { rest.each_ref() };
             let mut square = [0.0; POINTS_AT_ONCE];
             for k in 0..POINTS_AT_ONCE {
                 let d = [x[k] - centre[0], y[k] - centre[1], z[k] - centre[2]];
@@ -219,7 +219,7 @@ mod tests {
         for radius in [1.0, 0.3, 0.04, 0.001] {
             for centre in points.iter().step_by(97) {
                 let mut visits = vec![0; points.len()];
-                grids.for_each_near((*centre, normal), (radius, 1.0), |i| visits[i] += 1);
+                grids.for_each_near(*centre, normal, radius, 1.0, |i| visits[i] += 1);
                 for (p, n) in points.iter().zip(&visits) {
                     assert!(*n <= 1 && (*n == 1 || (*p - *centre).length() > radius));
                 }
@@ -230,13 +230,13 @@ mod tests {
         // Points near a plane are found, too.
         for centre in points.iter().step_by(97) {
             let mut found = vec![false; points.len()];
-            grids.for_each_near((*centre, normal), (0.5, 0.2), |i| found[i] = true);
+            grids.for_each_near(*centre, normal, 0.5, 0.2, |i| found[i] = true);
             let is_near =
                 |p: &Vec3| (*p - *centre).length() <= 0.5 && (*p - *centre).dot(normal).abs() <= 0.1;
             assert!(points.iter().zip(&found).all(|(p, found)| *found || !is_near(p)));
         }
-        grids.for_each_near((points[0], normal), (2.5, 1.0), |_| panic!("the radius is too large"));
+        grids.for_each_near(points[0], normal, 2.5, 1.0, |_| panic!("the radius is too large"));
         PointGrids::new(&[], 1.0)
-            .for_each_near((Vec3::ZERO, normal), (0.5, 1.0), |_| panic!("there are no points"));
+            .for_each_near(Vec3::ZERO, normal, 0.5, 1.0, |_| panic!("there are no points"));
     }
 }

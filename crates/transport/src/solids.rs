@@ -53,18 +53,18 @@ type SignedCrossing = (f64, i32, u32);
 impl Solids {
     /// Classifies the facets of a scene.
     pub(crate) fn new(scene: &Scene, tol: &Tolerance) -> Solids {
-        let bounds = scene.bounds();
+        let (lo, hi) = scene.bounds();
         let surface = |k: usize| &scene.surfaces()[scene.facets()[k].surface];
         let select = |wanted: &dyn Fn(usize) -> bool| -> Vec<(u32, Plate)> {
             let all = scene.facets().iter().enumerate();
             all.filter(|(k, _)| wanted(*k)).map(|(k, f)| (k as u32, f.plate)).collect()
         };
         let mut solids = Solids {
-            material: Bvh::new(&select(&|k| surface(k).solid), bounds),
-            rooms: Bvh::new(&[], bounds),
+            material: Bvh::new(&select(&|k| surface(k).solid), lo, hi),
+            rooms: Bvh::new(&[], lo, hi),
             exterior_is_inert: false,
             tol: *tol,
-            middle: (bounds.0 + bounds.1) * 0.5,
+            middle: (lo + hi) * 0.5,
             diagonal: scene.diagonal(),
         };
         let walls = scene.surfaces().iter().any(|s| !s.solid && s.sides == Sides::Front);
@@ -85,10 +85,10 @@ impl Solids {
             let mut inner = vec![false; scene.facets().len()];
             let of_cavities = (0..rooms.len()).filter(|r| cavity[*r]).flat_map(|r| &rooms[r]);
             of_cavities.for_each(|f| inner[f.0 as usize] = true);
-            solids.material = Bvh::new(&select(&|k| surface(k).solid || inner[k]), bounds);
+            solids.material = Bvh::new(&select(&|k| surface(k).solid || inner[k]), lo, hi);
         }
         // Test whether the medium outside the outer rooms exchanges with anything.
-        solids.rooms = Bvh::new(&outer, bounds);
+        solids.rooms = Bvh::new(&outer, lo, hi);
         if let Some(grid) = scene.voxel_grid().filter(|_| !outer.is_empty() && !scene.is_periodic()) {
             let holds_all =
                 |r: &usize| !cavity[*r] && is_box_around(&rooms[*r], [grid.min(), grid.max()], tol);
@@ -106,7 +106,7 @@ impl Solids {
         order: &[usize],
         cavity: &mut [bool],
     ) {
-        let bounds = scene.bounds();
+        let (lo, hi) = scene.bounds();
         let mut room_of = vec![u32::MAX; scene.facets().len()];
         for &r in order {
             rooms[r].iter().for_each(|f| room_of[f.0 as usize] = r as u32);
@@ -117,7 +117,7 @@ impl Solids {
             .filter(|(k, _)| solid(*k) || room_of[*k] != u32::MAX)
             .map(|(k, f)| (k as u32, f.plate))
             .collect();
-        let tree = Bvh::new(&counted, bounds);
+        let tree = Bvh::new(&counted, lo, hi);
         for &r in order {
             let samples = rooms[r].len().min(ROOM_SAMPLES);
             cavity[r] = (0..samples).all(|i| {

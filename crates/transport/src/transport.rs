@@ -113,10 +113,10 @@ impl<'a> Transport<'a> {
     /// Builds the hierarchies over facets, panes and solids.
     pub fn new(scene: &'a Scene) -> Transport<'a> {
         let tolerance = Tolerance::of(scene);
-        let bounds = scene.bounds();
+        let (lo, hi) = scene.bounds();
         let facet_plates: Vec<(u32, Plate)> =
             (0u32..).zip(scene.facets()).map(|(k, f)| (k, f.plate)).collect();
-        let facets = Bvh::new(&facet_plates, bounds);
+        let facets = Bvh::new(&facet_plates, lo, hi);
         let pane_plates: Vec<(u32, u32)> = (0u32..)
             .zip(scene.panes())
             .flat_map(|(p, pane)| (0..pane.plates.len() as u32).map(move |k| (p, k)))
@@ -128,14 +128,14 @@ impl<'a> Transport<'a> {
             let plates: Vec<Plate> = list.iter().map(|x| x.1).collect();
             let divides = occluder_culling::planes_dividing_scene(scene, &plates, &facets, &tolerance);
             let kept: Vec<(u32, Plate)> = list.iter().zip(divides).filter(|x| x.1).map(|x| *x.0).collect();
-            (kept.len() < list.len()).then(|| Bvh::new(&kept, bounds))
+            (kept.len() < list.len()).then(|| Bvh::new(&kept, lo, hi))
         };
         let interior_facets = interior(&facet_plates);
         let interior_panes = interior(&panes);
         let geometry = PreparedGeometry {
             tolerance,
             solids: Solids::new(scene, &tolerance),
-            panes: Bvh::new(&panes, bounds),
+            panes: Bvh::new(&panes, lo, hi),
             interior_facets,
             interior_panes,
             facets,
@@ -223,7 +223,7 @@ impl<'a> Transport<'a> {
     /// ray or its origin are ignored. Of facets met at the same t the one of the smallest index is taken.
     pub fn closest_hit(&self, origin: Vec3, dir: Vec3, t_min: f64, t_max: f64) -> Option<Hit> {
         let (id, [t, u, v], front) =
-            self.geometry.facets.nearest(origin, dir, (t_min, t_max), &self.geometry.tolerance)?;
+            self.geometry.facets.nearest(origin, dir, t_min, t_max, &self.geometry.tolerance)?;
         let facet = id as usize;
         Some(Hit { t, facet, u, v, front })
     }

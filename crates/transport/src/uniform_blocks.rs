@@ -53,12 +53,12 @@ impl UniformBlocks {
         let Some((dir, start, end)) = clip_to_grid(grid, a, b) else { return };
         let blocks = Lattice { min: grid.min(), edges: grid.cell() * CELLS_ACROSS as f64, dims: self.dims };
         let cells = Lattice::of(grid);
-        traverse_lattice(blocks, (a, dir), (start, end), &mut |block, t0, t1| {
+        traverse_lattice(blocks, a, dir, start, end, &mut |block, t0, t1| {
             let extinction = self.extinction[block];
             if !extinction.first().is_nan() {
                 return each(extinction, t0, t1);
             }
-            traverse_lattice(cells, (a, dir), (t0, t1), &mut |cell, t0, t1| {
+            traverse_lattice(cells, a, dir, t0, t1, &mut |cell, t0, t1| {
                 each(grid.extinction(cell), t0, t1);
             });
         });

@@ -106,9 +106,10 @@ impl PatchFilter<'_> {
             self.find_near(i, near);
         }
         for ((out, field), noise) in out.iter_mut().zip(self.fields).zip(self.noises) {
-            *out = match noise[i] > 0.0 {
-                true => dispatch(|| self.weighted_mean(i, near, (field.incident, noise))),
-                false => field.incident[i],
+            *out = if noise[i] > 0.0 {
+                dispatch(|| self.weighted_mean(i, near, field.incident, noise))
+            } else {
+                field.incident[i]
             };
         }
     }
@@ -119,8 +120,7 @@ impl PatchFilter<'_> {
         let r = PARAMS.filter_radius * own.area.sqrt().min(MAX_RELATIVE_SIZE * self.mean);
         let (reach2, scale) = (REACH * REACH * r * r, -0.5 / (r * r));
         let max_height2 = PARAMS.max_plane_distance * PARAMS.max_plane_distance;
-        let disc = (REACH * r, PARAMS.max_plane_distance);
-        self.grids.for_each_near((at, own.normal), disc, |j| {
+        self.grids.for_each_near(at, own.normal, REACH * r, PARAMS.max_plane_distance, |j| {
             let away = self.centres[j] - at;
             let d2 = away.length2();
             if d2 > reach2 || own.normal.dot(away).powi(2) > max_height2 * d2 {
@@ -132,9 +132,9 @@ impl PatchFilter<'_> {
         });
     }
 
-    /// The mean of a field over the patches near patch `i`, by weights.
+    /// The mean of the field `value` with the noise `noise` over the patches near patch `i`, by weights.
     #[inline(always)]
-    fn weighted_mean(&self, i: usize, near: &[NearPatch], (value, noise): (&[Bands], &[f64])) -> Bands {
+    fn weighted_mean(&self, i: usize, near: &[NearPatch], value: &[Bands], noise: &[f64]) -> Bands {
         let (own, own_variance) = (value[i], noise[i] * noise[i]);
         let (mut total, mut weights) = (Bands::ZERO, 0.0);
         for chunk in near.chunks(LANES) {

@@ -199,7 +199,7 @@ mod tests {
         mesh(z, x + z * 0.3, y + z * 0.7, 20, &mut plates);
         mesh(x * 0.5 + y * 0.25, y * 0.5, z * 0.5, 9, &mut plates);
         let numbered: Vec<(u32, Plate)> = (0..).zip(plates.iter().copied()).collect();
-        let bvh = Bvh::new(&numbered, (Vec3::ZERO, vec3(2.0, 2.0, 2.0)));
+        let bvh = Bvh::new(&numbered, Vec3::ZERO, vec3(2.0, 2.0, 2.0));
         assert!(!bvh.planes.is_empty() && 4 * bvh.planes.len() < bvh.blocks.len(), "{}", bvh.planes.len());
         let prepared: Vec<PreparedPlate> = plates.iter().map(PreparedPlate::new).collect();
         let mut number = 0;

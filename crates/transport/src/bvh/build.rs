@@ -105,12 +105,12 @@ pub(super) fn split(items: &mut [BuildItem], first: usize, level: usize) -> Bina
     let leaf_cost = (items.len() <= MAX_LEAF_PLATES).then_some(block_count(items.len() as u32));
     // Choose a leaf, the cheapest bin border, or the median.
     let at = match cheapest_split(items, &bounds) {
-        Some((cost, ..)) if leaf_cost.is_some_and(|l| cost >= l) => {
+        Some(split) if leaf_cost.is_some_and(|l| split.cost >= l) => {
             return BinaryNode::leaf(items, bounds, first);
         }
         None if leaf_cost.is_some() => return BinaryNode::leaf(items, bounds, first),
-        Some((_, axis, border, to_bin)) if level < MEDIAN_SPLIT_LEVEL => {
-            partition(items, |i| bin(i, axis, to_bin) < border)
+        Some(BinSplit { binning, border, .. }) if level < MEDIAN_SPLIT_LEVEL => {
+            partition(items, |i| binning.bin(i) < border)
         }
         _ => split_at_median(items),
     };
@@ -135,13 +135,30 @@ fn twice_centre(i: &BuildItem, axis: usize) -> f32 {
     i.lo[axis] + i.hi[axis]
 }
 
-/// Bin of an item for the binning (lower end, scale).
-fn bin(i: &BuildItem, axis: usize, (low, scale): (f32, f32)) -> usize {
-    (((twice_centre(i, axis) - low) * scale) as usize).min(SAH_BINS - 1)
+/// Bins of equal width along an axis.
+#[derive(Clone, Copy)]
+struct Binning {
+    axis: usize,
+    /// Twice the smallest centre of an item.
+    low: f32,
+    /// Bins per length, over 2.
+    scale: f32,
 }
 
-/// Cost, axis, bin border and binning of a split.
-type BinSplit = (f32, usize, usize, (f32, f32));
+impl Binning {
+    /// Bin of an item.
+    fn bin(&self, i: &BuildItem) -> usize {
+        (((twice_centre(i, self.axis) - self.low) * self.scale) as usize).min(SAH_BINS - 1)
+    }
+}
+
+/// A split at the border before a bin.
+#[derive(Clone, Copy)]
+struct BinSplit {
+    cost: f32,
+    binning: Binning,
+    border: usize,
+}
 
 /// The cheapest split; `None` when all centres coincide.
 fn cheapest_split(items: &[BuildItem], bounds: &Aabb) -> Option<BinSplit> {
@@ -156,9 +173,10 @@ fn cheapest_split(items: &[BuildItem], bounds: &Aabb) -> Option<BinSplit> {
         if !(scale.is_finite() && scale > 0.0) {
             continue;
         }
+        let binning = Binning { axis, low, scale };
         let mut bins = [(Aabb::EMPTY_BOX, 0u32); SAH_BINS];
         for i in items {
-            let b = &mut bins[bin(i, axis, (low, scale))];
+            let b = &mut bins[binning.bin(i)];
             b.0.join(&i.lo, &i.hi);
             b.1 += 1;
         }
@@ -178,8 +196,8 @@ fn cheapest_split(items: &[BuildItem], bounds: &Aabb) -> Option<BinSplit> {
             }
             let share = left.0.half_area() * block_count(left.1) + right[k].0 * block_count(right[k].1);
             let cost = TRAVERSAL_COST + share / bounds.half_area().max(1e-30);
-            if best.is_none_or(|b| cost < b.0) {
-                best = Some((cost, axis, k, (low, scale)));
+            if best.is_none_or(|b| cost < b.cost) {
+                best = Some(BinSplit { cost, binning, border: k });
             }
         }
     }

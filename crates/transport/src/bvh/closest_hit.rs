@@ -55,7 +55,7 @@ impl ClosestHitSearch<'_> {
             let block = match Child::of(child) {
                 Child::Leaf(block) => &bvh.blocks[block],
                 Child::Node(node) => {
-                    push_children(w, &ray, &bvh.nodes[node], limit, (&mut stack, &mut top));
+                    push_children(w, &ray, &bvh.nodes[node], limit, &mut stack, &mut top);
                     continue;
                 }
             };
@@ -81,14 +81,15 @@ impl ClosestHitSearch<'_> {
     }
 }
 
-/// Pushes the children of a node that the ray meets before `limit`, the nearest last.
+/// Pushes the children of a node that the ray meets before `limit` on the stack of `top` entries, the nearest last.
 #[inline(always)]
 fn push_children<W: F32x8Ops>(
     w: W,
     ray: &BoxRay,
     node: &WideNode,
     limit: f32,
-    (stack, top): (&mut [(f32, u32)], &mut usize),
+    stack: &mut [(f32, u32)],
+    top: &mut usize,
 ) {
     let (mut mask, entries) = ray.enter(w, node, limit);
     let entries = w.store(entries);
@@ -130,14 +131,14 @@ mod tests {
                 plates.push(((10_000 + copy * sites + site) as u32, triangle(site, 1.0)));
             }
         }
-        let bounds = (vec3(0.0, 0.0, -1.0), vec3(sites as f64, 1.0, 2.0));
+        let (lo, hi) = (vec3(0.0, 0.0, -1.0), vec3(sites as f64, 1.0, 2.0));
         for turn in 0..20u64 {
             let key = |id: u32| hash_to_unit(u64::from(id) * 64 + turn);
             plates.sort_by(|a, b| key(a.0).total_cmp(&key(b.0)));
-            let bvh = Bvh::new(&plates, bounds);
+            let bvh = Bvh::new(&plates, lo, hi);
             for site in 0..sites {
                 let above = vec3(site as f64 + 0.3, 0.3, 2.0);
-                let hit = |a: Vec3, d: Vec3, t_max: f64| bvh.nearest(a, d, (0.0, t_max), &tolerance);
+                let hit = |a: Vec3, d: Vec3, t_max: f64| bvh.nearest(a, d, 0.0, t_max, &tolerance);
                 let down = hit(above, vec3(0.0, 0.0, -1.0), f64::INFINITY).map(|h| h.0);
                 assert_eq!(down, Some(10_000 + site as u32));
                 let up = hit(above - vec3(0.0, 0.0, 2.5), vec3(0.0, 0.0, 1.0), f64::INFINITY).map(|h| h.0);

@@ -90,14 +90,15 @@ impl Bvh {
         &self,
         a: Vec3,
         d: Vec3,
-        range: (f64, f64),
+        t_min: f64,
+        t_max: f64,
         tolerance: &Tolerance,
     ) -> Option<(u32, [f64; 3], bool)> {
         if self.nodes.is_empty() {
             return None;
         }
-        let clipped = grid_traversal::clip(a, d, self.lo, self.hi, range.0.max(0.0), range.1)?;
-        let search = ClosestHitSearch { bvh: self, a, d, clipped, range, tolerance };
+        let clipped = grid_traversal::clip(a, d, self.lo, self.hi, t_min.max(0.0), t_max)?;
+        let search = ClosestHitSearch { bvh: self, a, d, clipped, range: (t_min, t_max), tolerance };
         if self.depth <= SMALL_STACK_DEPTH {
             self.dispatch.run(search)
         } else {

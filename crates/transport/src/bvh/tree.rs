@@ -35,12 +35,12 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the tree over (id, plate) pairs; `bounds` are the scene's.
-    pub(crate) fn new(plates: &[(u32, Plate)], bounds: (Vec3, Vec3)) -> Bvh {
-        let centre = (bounds.0 + bounds.1) * 0.5;
-        let half = (bounds.1 - bounds.0).max_abs() * 0.5;
+    /// Builds the tree over (id, plate) pairs; `lo` and `hi` are the bounds of the scene.
+    pub(crate) fn new(plates: &[(u32, Plate)], lo: Vec3, hi: Vec3) -> Bvh {
+        let centre = (lo + hi) * 0.5;
+        let half = (hi - lo).max_abs() * 0.5;
         // Far from the origin the rounding of the plates' coordinates exceeds the padding.
-        let half = half.max(1e-7 * bounds.0.max_abs().max(bounds.1.max_abs()));
+        let half = half.max(1e-7 * lo.max_abs().max(hi.max_abs()));
         let scale = if half > 0.0 { 1.0 / half } else { 1.0 };
         let mut items: Vec<BuildItem> = plates
             .iter()
@@ -81,8 +81,8 @@ impl Bvh {
             dispatch: F32x8Dispatch::detect(),
             centre,
             scale,
-            lo: bounds.0 - pad,
-            hi: bounds.1 + pad,
+            lo: lo - pad,
+            hi: hi + pad,
         }
     }
 

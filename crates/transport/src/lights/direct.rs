@@ -264,17 +264,18 @@ impl<'a> LightSampler<'a> {
         n: usize,
         at: impl Fn(usize) -> [f64; 3],
     ) -> Bands {
-        self.gather_weighted(transport, point, receiver, (n, at), |flux, _| flux)
+        self.gather_weighted(transport, point, receiver, n, at, |flux, _| flux)
     }
 
     /// The same with the contribution of each sample weighted by its direction: `weighted(flux, direction)` is W/m² for the attenuated contribution `flux`, W/m²,
-    /// and the unit vector towards the light. `samples` are their number and their points of the unit cube.
+    /// and the unit vector towards the light.
     pub fn gather_weighted(
         &self,
         transport: &Transport,
         point: Vec3,
         receiver: Receiver,
-        (n, at): (usize, impl Fn(usize) -> [f64; 3]),
+        n: usize,
+        at: impl Fn(usize) -> [f64; 3],
         weighted: impl Fn(Bands, Vec3) -> Bands,
     ) -> Bands {
         // Sum the samples before and after attenuation.
@@ -409,9 +410,10 @@ fn sample_sky(distribution: &SkyDistribution, receiver: Receiver, u: [f64; 2]) -
         let (towards, density) = distribution.sample_direction(u);
         return (towards, 1.0 / density);
     };
-    let towards = match u[0] < 0.5 {
-        true => direction_sampling::cosine_hemisphere(n, [2.0 * u[0], u[1]]),
-        false => distribution.sample_direction([2.0 * u[0] - 1.0, u[1]]).0,
+    let towards = if u[0] < 0.5 {
+        direction_sampling::cosine_hemisphere(n, [2.0 * u[0], u[1]])
+    } else {
+        distribution.sample_direction([2.0 * u[0] - 1.0, u[1]]).0
     };
     let cos = n.dot(towards).max(0.0);
     let density = 0.5 * (cos / PI + distribution.density(towards));

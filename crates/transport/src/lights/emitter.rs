@@ -10,7 +10,7 @@
 //! Of at most [`MAX_FACETS_WITHOUT_TREE`] facets one is chosen by solid angle; of more facets a cluster of the light tree is chosen
 //! first (`light_tree`), then one of its facets. `visible_polygon` samples the solid angle of the facet.
 
-use super::light_tree::{self, LightTree};
+use super::light_tree::{self, FacetBall, LightTree};
 use super::receiver::Receiver;
 use super::samples::EmissionSample;
 use super::visible_polygon::{EmitterFacet, VisiblePolygon};
@@ -93,7 +93,7 @@ impl EmitterView<'_> {
         };
         let polygon = self.polygons[k].as_ref()?;
         let weight = self.sums[self.sums.len() - 1] / probability;
-        self.emitter.point_on((self.facets.start + k, polygon), [rest, s[1]], weight)
+        self.emitter.point_on(self.facets.start + k, polygon, [rest, s[1]], weight)
     }
 
     /// Finds the visible parts of these facets, unless they are known.
@@ -211,7 +211,7 @@ impl<'a> Emitter<'a> {
                 }
             },
         };
-        self.point_on((chosen.index, &chosen.polygon), [chosen.s, s[1]], chosen.weight)
+        self.point_on(chosen.index, &chosen.polygon, [chosen.s, s[1]], chosen.weight)
     }
 
     /// The emitter as seen from `p`, for several samples.
@@ -222,7 +222,8 @@ impl<'a> Emitter<'a> {
     /// The point at `s` ∈ [0,1)² of the visible part of a facet; `weight` is its solid angle over the probability of the facet, sr.
     fn point_on(
         &self,
-        (index, visible): (usize, &VisiblePolygon),
+        index: usize,
+        visible: &VisiblePolygon,
         s: [f64; 2],
         weight: f64,
     ) -> Option<EmitterPoint> {
@@ -286,13 +287,14 @@ impl<'a> Emitter<'a> {
         // The flux of one side of a plane of this emission, or that of both, unless the facets are too far and too small for that.
         let most: f64 = if matches!(receiver, Receiver::Free) { 4.0 } else { 1.0 };
         let centre = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) / corners.len() as f64;
-        let ball = (centre, corners.iter().fold(0.0f64, |m, c| m.max((*c - centre).length())));
+        let radius = corners.iter().fold(0.0f64, |m, c| m.max((*c - centre).length()));
+        let ball = FacetBall { centre, radius };
         let seen = match &self.tree {
-            Some(tree) => tree.solid_angle_bound(ball),
+            Some(tree) => tree.solid_angle_bound(&ball),
             None => {
                 let of_facet = |f: &EmitterFacet| {
-                    let middle = f.plate.centre();
-                    light_tree::ball_solid_angle_bound(f.plate.area(), (middle, f.plate.diameter()), ball)
+                    let own = FacetBall { centre: f.plate.centre(), radius: f.plate.diameter() };
+                    own.solid_angle_bound(f.plate.area(), &ball)
                 };
                 self.facets.iter().map(of_facet).sum()
             }
@@ -342,7 +344,7 @@ impl<'a> Emitter<'a> {
         s: [f64; 3],
     ) -> Option<(EmitterPoint, f64)> {
         let leaf = self.tree.as_ref()?.sample(p, receiver, s[2])?;
-        let (offset, radius) = (p - leaf.ball.0, leaf.ball.1);
+        let (offset, radius) = (p - leaf.ball.centre, leaf.ball.radius);
         let r = offset.length();
         if r < FAR_FIELD_RADII * radius {
             return None;

@@ -27,12 +27,28 @@ const SPLIT_COST_SHARE: f64 = 0.4;
 
 #[derive(Clone, Debug)]
 struct LightTreeNode {
-    centre: Vec3,
-    radius: f64,
+    ball: FacetBall,
     area: f64,
     facets: Range<usize>,
     /// Index of the second child, the first being the next node; 0 for a leaf.
     second: usize,
+}
+
+/// A ball about facets, m.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FacetBall {
+    /// Centre, m.
+    pub centre: Vec3,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+impl FacetBall {
+    /// An upper bound of the solid angle, sr, of an area, m², within this ball from any point of another; infinite where they touch.
+    pub(crate) fn solid_angle_bound(&self, area: f64, other: &FacetBall) -> f64 {
+        let gap = (self.centre - other.centre).length() - self.radius - other.radius;
+        if gap > 0.0 { area / (gap * gap) } else { f64::INFINITY }
+    }
 }
 
 /// The tree. Its leaves are clusters of facets.
@@ -46,8 +62,8 @@ pub(crate) struct LightTree {
 pub(crate) struct SampledLeaf {
     /// The facets of the leaf.
     pub facets: Range<usize>,
-    /// Centre, m, and radius, m, of the ball about them.
-    pub ball: (Vec3, f64),
+    /// The ball about them.
+    pub ball: FacetBall,
     /// The probability of the choice.
     pub probability: f64,
 }
@@ -64,11 +80,14 @@ impl LightTree {
 
     /// Appends the subtree over `facets`, the first of which is number `first` of all.
     fn build_subtree<T>(&mut self, facets: &mut [T], first: usize, plate: &impl Fn(&T) -> Plate) {
-        let (lo, hi) = facets.iter().map(|f| plate(f).bounds()).fold(EMPTY_BOUNDS, join);
+        let bounds =
+            facets.iter().map(|f| PlateBounds::of(&plate(f))).fold(PlateBounds::EMPTY_BOX, PlateBounds::join);
         let here = self.nodes.len();
         self.nodes.push(LightTreeNode {
-            centre: (lo + hi) * 0.5,
-            radius: 0.5 * (hi - lo).length(),
+            ball: FacetBall {
+                centre: (bounds.lo + bounds.hi) * 0.5,
+                radius: 0.5 * (bounds.hi - bounds.lo).length(),
+            },
             area: facets.iter().map(|f| plate(f).area()).sum(),
             facets: first..first + facets.len(),
             second: 0,
@@ -77,7 +96,7 @@ impl LightTree {
             return self.leaves.push(here);
         };
         if facets.len() <= MAX_LEAF_FACETS
-            && cost > SPLIT_COST_SHARE * facets.len() as f64 * half_surface_area((lo, hi))
+            && cost > SPLIT_COST_SHARE * facets.len() as f64 * bounds.half_surface_area()
         {
             return self.leaves.push(here);
         }
@@ -96,7 +115,7 @@ impl LightTree {
     /// Centre, radius and facets of leaf `k`.
     pub(crate) fn leaf(&self, k: usize) -> (Vec3, f64, Range<usize>) {
         let node = &self.nodes[self.leaves[k]];
-        (node.centre, node.radius, node.facets.clone())
+        (node.ball.centre, node.ball.radius, node.facets.clone())
     }
 
     /// The leaf for the number `s` ∈ [0,1), by importance at `p`; `None` where all importances are zero.
@@ -117,7 +136,7 @@ impl LightTree {
             }
             node = &self.nodes[at];
         }
-        Some(SampledLeaf { facets: node.facets.clone(), ball: (node.centre, node.radius), probability })
+        Some(SampledLeaf { facets: node.facets.clone(), ball: node.ball, probability })
     }
 
     /// Estimate of Σ A cosθ⁺/d² over the tree, at least half of it where all facets face `p`: from the largest nodes of small angular
@@ -129,8 +148,8 @@ impl LightTree {
             let k = open[top];
             let Some(node) = self.nodes.get(k) else { continue };
             let is_near =
-                (node.centre - p).length2() * SMALL_RADIUS_OVER_DISTANCE * SMALL_RADIUS_OVER_DISTANCE
-                    < node.radius * node.radius;
+                (node.ball.centre - p).length2() * SMALL_RADIUS_OVER_DISTANCE * SMALL_RADIUS_OVER_DISTANCE
+                    < node.ball.radius * node.ball.radius;
             if is_near && node.second > 0 && top + 2 <= MAX_PENDING_NODES {
                 (open[top], open[top + 1]) = (k + 1, node.second);
                 top += 2;
@@ -150,7 +169,7 @@ impl LightTree {
         let mut open = vec![0];
         while let Some(k) = open.pop() {
             let Some(node) = self.nodes.get(k) else { continue };
-            if !may_hold(node.centre, node.radius) {
+            if !may_hold(node.ball.centre, node.ball.radius) {
                 continue;
             }
             if node.second > 0 {
@@ -162,23 +181,24 @@ impl LightTree {
         false
     }
 
-    /// An upper bound of Σ A/d² over the tree from any point of a ball (centre, m, and radius, m), sr: from the largest nodes of small angular size; infinite near a leaf.
-    pub(crate) fn solid_angle_bound(&self, ball: (Vec3, f64)) -> f64 {
+    /// An upper bound of Σ A/d² over the tree from any point of a ball, sr: from the largest nodes of small angular size; infinite near a leaf.
+    pub(crate) fn solid_angle_bound(&self, ball: &FacetBall) -> f64 {
         let (mut sum, mut open) = (0.0, vec![0]);
         while let Some(k) = open.pop() {
             let Some(node) = self.nodes.get(k) else { continue };
-            let is_near = node.radius + ball.1 > SMALL_RADIUS_OVER_DISTANCE * (node.centre - ball.0).length();
+            let is_near = node.ball.radius + ball.radius
+                > SMALL_RADIUS_OVER_DISTANCE * (node.ball.centre - ball.centre).length();
             if is_near && node.second > 0 {
                 open.extend([node.second, k + 1]);
             } else {
-                sum += ball_solid_angle_bound(node.area, (node.centre, node.radius), ball);
+                sum += node.ball.solid_angle_bound(node.area, ball);
             }
         }
         sum
     }
 
     fn importance(&self, k: usize, p: Vec3, receiver: Receiver) -> f64 {
-        let LightTreeNode { centre, radius, area, .. } = &self.nodes[k];
+        let LightTreeNode { ball: FacetBall { centre, radius }, area, .. } = &self.nodes[k];
         let offset = *centre - p;
         let d2 = offset.length2().max(radius * radius);
         match receiver {
@@ -188,26 +208,33 @@ impl LightTree {
     }
 }
 
-/// An upper bound of the solid angle, sr, of an area, m², within one ball (centre, m, and radius, m) from any point of another; infinite where they touch.
-pub(crate) fn ball_solid_angle_bound(area: f64, own: (Vec3, f64), other: (Vec3, f64)) -> f64 {
-    let gap = (own.0 - other.0).length() - own.1 - other.1;
-    if gap > 0.0 { area / (gap * gap) } else { f64::INFINITY }
+/// The bounds of some plates, m.
+#[derive(Clone, Copy)]
+struct PlateBounds {
+    lo: Vec3,
+    hi: Vec3,
 }
 
-type BoundsPair = (Vec3, Vec3);
-const EMPTY_BOUNDS: BoundsPair = (
-    Vec3 { x: f64::INFINITY, y: f64::INFINITY, z: f64::INFINITY },
-    Vec3 { x: f64::NEG_INFINITY, y: f64::NEG_INFINITY, z: f64::NEG_INFINITY },
-);
+impl PlateBounds {
+    const EMPTY_BOX: PlateBounds = PlateBounds {
+        lo: Vec3 { x: f64::INFINITY, y: f64::INFINITY, z: f64::INFINITY },
+        hi: Vec3 { x: f64::NEG_INFINITY, y: f64::NEG_INFINITY, z: f64::NEG_INFINITY },
+    };
 
-fn join(a: BoundsPair, b: BoundsPair) -> BoundsPair {
-    (a.0.min(b.0), a.1.max(b.1))
-}
+    fn of(plate: &Plate) -> PlateBounds {
+        let (lo, hi) = plate.bounds();
+        PlateBounds { lo, hi }
+    }
 
-/// Half the surface area of a box, m².
-fn half_surface_area((lo, hi): BoundsPair) -> f64 {
-    let d = hi - lo;
-    d.x * d.y + d.y * d.z + d.z * d.x
+    fn join(self, other: PlateBounds) -> PlateBounds {
+        PlateBounds { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// Half the surface area of the box, m².
+    fn half_surface_area(&self) -> f64 {
+        let d = self.hi - self.lo;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
 }
 
 fn sort_by_centre<T>(facets: &mut [T], axis: usize, plate: &impl Fn(&T) -> Plate) {
@@ -219,18 +246,18 @@ fn cheapest_split<T>(facets: &mut [T], plate: &impl Fn(&T) -> Plate) -> Option<(
     let mut best: Option<(usize, usize, f64)> = None;
     for axis in 0..3 {
         sort_by_centre(facets, axis, plate);
-        let bounds: Vec<BoundsPair> = facets.iter().map(|f| plate(f).bounds()).collect();
-        let mut behind = vec![EMPTY_BOUNDS; bounds.len() + 1];
+        let bounds: Vec<PlateBounds> = facets.iter().map(|f| PlateBounds::of(&plate(f))).collect();
+        let mut behind = vec![PlateBounds::EMPTY_BOX; bounds.len() + 1];
         for k in (0..bounds.len()).rev() {
-            behind[k] = join(behind[k + 1], bounds[k]);
+            behind[k] = behind[k + 1].join(bounds[k]);
         }
-        let mut before = EMPTY_BOUNDS;
+        let mut before = PlateBounds::EMPTY_BOX;
         // Long lists are split at an eighth or more, so that the tree stays shallow for coincident facets.
         let min_part = if bounds.len() > MAX_LEAF_FACETS { bounds.len() / 8 } else { 1 };
         for k in 1..bounds.len() {
-            before = join(before, bounds[k - 1]);
-            let cost = k as f64 * half_surface_area(before)
-                + (bounds.len() - k) as f64 * half_surface_area(behind[k]);
+            before = before.join(bounds[k - 1]);
+            let cost = k as f64 * before.half_surface_area()
+                + (bounds.len() - k) as f64 * behind[k].half_surface_area();
             if k >= min_part && k <= bounds.len() - min_part && best.is_none_or(|b| cost < b.2) {
                 best = Some((axis, k, cost));
             }

@@ -187,13 +187,12 @@ struct TriangleCut {
 impl TriangleCut {
     /// Number of congruent parts along an edge of a well-shaped triangle of longest edge `edge`.
     fn steps(&self, p: &Plate, edge: f64) -> f64 {
-        match self.by_area {
-            true => step_count(p.area().sqrt(), self.size),
-            false => {
-                let side = (2.0 * p.area()).sqrt().max(edge * std::f64::consts::FRAC_1_SQRT_2);
-                step_count(side, self.size)
-            }
-        }
+        let side = if self.by_area {
+            p.area().sqrt()
+        } else {
+            (2.0 * p.area()).sqrt().max(edge * std::f64::consts::FRAC_1_SQRT_2)
+        };
+        step_count(side, self.size)
     }
 
     /// True for a triangle that is one piece.
@@ -240,10 +239,8 @@ impl TriangleCut {
     fn visit_tapered(&self, tip: Vec3, [a, b]: [Vec3; 2], sink: PieceSink<'_>) {
         let (length, width) = (a.length().max(b.length()), (b - a).length());
         // Width up to which, and length of which, a part is one piece.
-        let (narrow, step) = match self.by_area {
-            true => (0.05 * self.size, 5.9 * self.size),
-            false => (self.size, self.size),
-        };
+        let (narrow, step) =
+            if self.by_area { (0.05 * self.size, 5.9 * self.size) } else { (self.size, self.size) };
         let least = if self.by_area { 1.9 * self.size } else { self.size };
         let mut part = |from: f64, to: f64, whole: bool| {
             let triangle =

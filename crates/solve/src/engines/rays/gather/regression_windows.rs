@@ -119,8 +119,7 @@ impl<'a> RegressionWindows<'a> {
     fn similar_patches(&self, i: usize, radius: f64) -> Vec<WindowMember> {
         let ([x, normal], r) = (self.patches[i], radius * self.zones.patches[i].area.sqrt());
         let mut out: Vec<(f64, WindowMember)> = Vec::new();
-        let disc = (r, WINDOW_PARAMS.max_height_over_distance);
-        self.grids.for_each_near((x, normal), disc, |j| {
+        self.grids.for_each_near(x, normal, r, WINDOW_PARAMS.max_height_over_distance, |j| {
             let [centre, other_normal] = self.patches[j];
             let offset = centre - x;
             let d2 = offset.length2();

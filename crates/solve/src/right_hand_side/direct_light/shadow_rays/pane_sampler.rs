@@ -94,8 +94,8 @@ impl ZoneLightSampler<'_> {
 
     /// Fluence inside a pane at a point, by the absorbed power.
     fn pane_fluence(&self, p: &PaneZone, at: Vec3, seed: u64) -> Bands {
-        let samples = self.light.stratified(SAMPLES_PER_PANE_POINT, seed);
-        self.light.gather_weighted(self.transport, at, Receiver::Free, samples, |flux, towards| {
+        let (n, sample) = self.light.stratified(SAMPLES_PER_PANE_POINT, seed);
+        self.light.gather_weighted(self.transport, at, Receiver::Free, n, sample, |flux, towards| {
             let cos = p.normal.dot(towards).abs().max(MIN_COSINE);
             Bands::from_fn(|b| {
                 let depth = p.extinction[b] * p.thickness;
