@@ -100,13 +100,20 @@ impl FacetSet {
         progress: &dyn Progress,
         checkpoints: &dyn CheckpointStore,
     ) -> Result<ViewFactors, SceneError> {
-        let parts = (self.polygons.as_slice(), self.surface.as_slice(), self.surfaces);
-        if !self.polygons.is_empty()
-            && let Some(f) = ViewFactors::by_strings(parts, &self.obstructions, settings, progress)?
+        let (polygons, obstructions) = (self.polygons.as_slice(), self.obstructions.as_slice());
+        if !polygons.is_empty()
+            && let Some(f) = ViewFactors::by_strings(
+                polygons,
+                &self.surface,
+                self.surfaces,
+                obstructions,
+                settings,
+                progress,
+            )?
         {
             return Ok(f);
         }
-        let f = ViewFactors::compute(&self.polygons, &self.obstructions, settings, progress, checkpoints)?;
+        let f = ViewFactors::compute(polygons, obstructions, settings, progress, checkpoints)?;
         let single = self.surfaces == self.polygons.len()
             && self.surface.iter().enumerate().all(|(k, s)| k == *s as usize);
         Ok(if single { f } else { f.combined(&self.surface, self.surfaces) })

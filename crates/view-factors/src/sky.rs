@@ -151,11 +151,12 @@ impl<'a> SkyTraversal<'a> {
     fn region(&self, facet: u32, cell: &DirectionCell) -> Region {
         let is_above = cell.centre().array()[self.up] > 0.0;
         let rise = self.images.rise_from(&self.geometry.facets[facet as usize].bounds, is_above);
-        match (self.images.is_unresolved_within(cell, rise), is_above) {
-            (false, true) => Region::Sky,
-            (false, false) => Region::Ground,
-            (true, true) => Region::UnresolvedSky,
-            (true, false) => Region::UnresolvedGround,
+        if self.images.is_unresolved_within(cell, rise) {
+            if is_above { Region::UnresolvedSky } else { Region::UnresolvedGround }
+        } else if is_above {
+            Region::Sky
+        } else {
+            Region::Ground
         }
     }
 

@@ -96,7 +96,7 @@ impl ViewFactors {
         }
         let surface: Vec<u32> = (0..facets.len() as u32).collect();
         if let Some(f) =
-            ViewFactors::by_strings((facets, &surface, facets.len()), obstructions, settings, progress)?
+            ViewFactors::by_strings(facets, &surface, facets.len(), obstructions, settings, progress)?
         {
             return Ok(f);
         }
@@ -117,9 +117,11 @@ impl ViewFactors {
         Ok(ViewFactors::closed(areas, rows, settings, is_estimated, ViewFactorCounts::of(&geometry, &counts)))
     }
 
-    /// The factors of surfaces, each the union of the facets of its number, by crossed strings; None if the geometry is not extruded along a period.
+    /// The factors of a number of `surfaces` by crossed strings: facet k is part of surface `surface[k]`. None if the geometry is not extruded along a period.
     pub(crate) fn by_strings(
-        (facets, surface, surfaces): (&[ConvexPolygon], &[u32], usize),
+        facets: &[ConvexPolygon],
+        surface: &[u32],
+        surfaces: usize,
         obstructions: &[ConvexPolygon],
         settings: &ViewFactorSettings,
         progress: &dyn Progress,

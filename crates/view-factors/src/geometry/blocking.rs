@@ -77,9 +77,10 @@ impl Occluder {
         if !(is_small(from) && is_small(to) && self.crosses(from.middle, to.middle, weight, shift)) {
             return false;
         }
-        match self.body.is_plate() {
-            true => self.plate_hides(from.corners, to.corners, weight, shift, contact),
-            false => self.solid_hides(from.corners, to.corners, weight, shift, contact),
+        if self.body.is_plate() {
+            self.plate_hides(from.corners, to.corners, weight, shift, contact)
+        } else {
+            self.solid_hides(from.corners, to.corners, weight, shift, contact)
         }
     }
 
@@ -170,14 +171,11 @@ impl Occluder {
 
     /// The body displaced by `shift`.
     pub(crate) fn placed(&self, shift: Vec3) -> Cow<'_, ConvexBody> {
-        match shift == Vec3::ZERO {
-            true => Cow::Borrowed(&self.body),
-            false => Cow::Owned(self.body.translated(shift)),
-        }
+        if shift == Vec3::ZERO { Cow::Borrowed(&self.body) } else { Cow::Owned(self.body.translated(shift)) }
     }
 
     /// True if all of the body, displaced by `shift`, has n·x ≥ c.
-    pub(crate) fn is_beyond(&self, (n, c): (Vec3, f64), shift: Vec3) -> bool {
+    pub(crate) fn is_beyond(&self, n: Vec3, c: f64, shift: Vec3) -> bool {
         let level = c - n.dot(shift);
         let middle = n.dot(self.centre) - level;
         middle >= 0.0 && (middle >= self.radius || self.body.corners().iter().all(|x| n.dot(*x) >= level))

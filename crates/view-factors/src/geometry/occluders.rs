@@ -205,8 +205,7 @@ fn convex_solids(
             continue;
         }
         let opening = if open.is_empty() { None } else { opening(outlines, open, contact) };
-        if let Some(solid) =
-            solid_of_shell(outlines, polygons, (&shell, components), opening.as_ref(), contact)
+        if let Some(solid) = solid_of_shell(outlines, polygons, &shell, components, opening.as_ref(), contact)
         {
             shell.iter().for_each(|c| made.is_part[*c] = true);
             made.solids.push(solid);
@@ -276,11 +275,12 @@ impl<'a> Adjacency<'a> {
     }
 }
 
-/// The solid of a shell, closed by a face over its opening.
+/// The solid of a shell, which lists its components, closed by a face over its opening.
 fn solid_of_shell(
     outlines: &Outlines,
     polygons: &[&ConvexPolygon],
-    (shell, components): (&[usize], &[Vec<usize>]),
+    shell: &[usize],
+    components: &[Vec<usize>],
     opening: Option<&Vec<Corner>>,
     contact: f64,
 ) -> Option<MergedOccluder> {
@@ -430,7 +430,7 @@ fn merge_in_pairs(outlines: &Outlines, mut loops: Vec<Vec<Corner>>, normal: Vec3
                 let other = *by_edge.get(&(b, a))?;
                 (other != k && !merged[other]).then_some(())?;
                 let union =
-                    outlines.without_straight_corners(&joined(&loops[k], &loops[other], (a, b)), normal);
+                    outlines.without_straight_corners(&joined(&loops[k], &loops[other], a, b), normal);
                 outlines.is_convex(&union, normal).then_some((other, union))
             });
             if let Some((other, union)) = partner {
@@ -448,7 +448,7 @@ fn merge_in_pairs(outlines: &Outlines, mut loops: Vec<Vec<Corner>>, normal: Vec3
 }
 
 /// The union of two loops along edge (a, b) of the first, which is (b, a) of the second.
-fn joined(first: &[Corner], second: &[Corner], (a, b): (Corner, Corner)) -> Vec<Corner> {
+fn joined(first: &[Corner], second: &[Corner], a: Corner, b: Corner) -> Vec<Corner> {
     let from = |outline: &[Corner], start: Corner| {
         let k = outline.iter().position(|c| *c == start).unwrap_or(0);
         outline.iter().cycle().skip(k).take(outline.len()).copied().collect::<Vec<_>>()

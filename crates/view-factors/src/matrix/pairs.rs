@@ -324,8 +324,8 @@ impl<'a> PairTraversal<'a> {
         }
     }
 
-    /// False if an occluder is beside the segments between two facets.
-    fn may_be_between(&self, (k, shift): (usize, Vec3), a: &PreparedFacet, b: &PreparedFacet) -> bool {
+    /// False if occluder `k`, displaced by `shift`, is beside the segments between two facets.
+    fn may_be_between(&self, k: usize, shift: Vec3, a: &PreparedFacet, b: &PreparedFacet) -> bool {
         let o = &self.geometry.occluders[k];
         let (axis, from_a) = (b.centre - a.centre, o.centre + shift - a.centre);
         // The hull of the two bounding spheres lies within this distance of the segment of their centres.
@@ -342,7 +342,7 @@ impl<'a> PairTraversal<'a> {
         let mut parts: Option<[ConvexPolygon; 2]> = None;
         for place in 0..self.near.len() {
             let (k, shift) = self.near[place];
-            if !self.may_be_between((k, shift), a, b) {
+            if !self.may_be_between(k, shift, a, b) {
                 continue;
             }
             let o = &self.geometry.occluders[k];
@@ -354,7 +354,7 @@ impl<'a> PairTraversal<'a> {
             if self.planes.is_empty() {
                 add_shaft_planes(p, q, contact, &mut self.planes);
             }
-            if self.planes.iter().any(|(n, c)| o.is_beyond((*n, c - contact), shift)) {
+            if self.planes.iter().any(|(n, c)| o.is_beyond(*n, c - contact, shift)) {
                 continue;
             }
             if parts.is_none() {

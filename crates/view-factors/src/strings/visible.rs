@@ -350,10 +350,12 @@ impl<'a> PieceView<'a> {
                 let z = from[1] + d[1] / d[0] * (gates[usize::from(d[0] > 0.0)] - from[0]);
                 d[0] != 0.0 && self.heights[0] <= z && z <= self.heights[1]
             });
-            let target = match (is_unresolved, above) {
-                (true, _) => Target::Unresolved { above },
-                (false, true) => Target::Sky,
-                (false, false) => Target::Ground,
+            let target = if is_unresolved {
+                Target::Unresolved { above }
+            } else if above {
+                Target::Sky
+            } else {
+                Target::Ground
             };
             made.push((part, target));
         }
