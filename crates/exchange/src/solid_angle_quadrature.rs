@@ -308,12 +308,12 @@ pub fn plate_cuboid(p: &Plate, lo: Vec3, hi: Vec3, sides: Sides, tolerance: f64)
     }
     let floor = tolerance * 1e-2 * edge.product().min(p.area() * edge.length());
     if sides == Sides::Both {
-        return outer_cuboid(p, (lo, edge), sides, tolerance, floor, 0).finish();
+        return outer_cuboid(p, lo, edge, sides, tolerance, floor, 0).finish();
     }
     let Some((lo, hi)) = in_front(p, lo, hi) else {
         return DistanceMoments::ZERO;
     };
-    outer_cuboid(p, (lo, hi - lo), sides, tolerance, floor, 0).finish()
+    outer_cuboid(p, lo, hi - lo, sides, tolerance, floor, 0).finish()
 }
 
 /// The bounds of that part of a box that lies in front of a plate's plane.
@@ -348,7 +348,8 @@ fn in_front(p: &Plate, lo: Vec3, hi: Vec3) -> Option<(Vec3, Vec3)> {
 
 fn outer_cuboid(
     p: &Plate,
-    (lo, edge): (Vec3, Vec3),
+    lo: Vec3,
+    edge: Vec3,
     sides: Sides,
     tolerance: f64,
     floor: f64,
@@ -386,7 +387,7 @@ fn outer_cuboid(
     let (half, mut sum) = (edge * 0.5, PowerSums::default());
     for k in 0..8 {
         let corner = lo + half.scale(vec3((k >> 2) as f64, (k >> 1 & 1) as f64, (k & 1) as f64));
-        sum.merge(outer_cuboid(p, (corner, half), sides, tolerance, floor * 0.125, depth + 1));
+        sum.merge(outer_cuboid(p, corner, half, sides, tolerance, floor * 0.125, depth + 1));
     }
     sum
 }

@@ -53,7 +53,7 @@ struct TermSum {
 }
 
 impl TermSum {
-    fn add(&mut self, sign: f64, (value, modulus): (f64, f64)) {
+    fn add(&mut self, sign: f64, value: f64, modulus: f64) {
         self.value += sign * value;
         self.moduli += modulus;
     }
@@ -96,7 +96,8 @@ fn parallel(pair: &ReducedPair, normal: usize) -> Bounded {
             let log = ((x[i] * x[i] + y[j] * y[j] + z2) / s2).ln();
             sum.add(
                 BREAKPOINT_SIGNS[i] * BREAKPOINT_SIGNS[j],
-                (arcs - 0.5 * z2 * log, arcs + 0.5 * z2 * (1.0 + log.abs())),
+                arcs - 0.5 * z2 * log,
+                arcs + 0.5 * z2 * (1.0 + log.abs()),
             );
         }
     }
@@ -116,7 +117,8 @@ fn perpendicular(pair: &ReducedPair, common: usize) -> Bounded {
             let root = sigma.sqrt();
             for k in 0..4 {
                 let sign = if i == j { -BREAKPOINT_SIGNS[k] } else { BREAKPOINT_SIGNS[k] };
-                sum.add(sign, term(y[k], sigma, root, s2));
+                let (value, modulus) = term(y[k], sigma, root, s2);
+                sum.add(sign, value, modulus);
             }
         }
     }

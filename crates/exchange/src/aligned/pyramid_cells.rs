@@ -169,7 +169,7 @@ fn face(
 
 /// The density at s·u: w₀(1 − su) + w₁ su with 1 − su = (1−s) + s(1−u), no difference taken.
 #[inline(always)]
-fn density(span: &DensitySpan, (s, not_s): (f64, f64), u: f64, not_u: f64) -> f64 {
+fn density(span: &DensitySpan, s: f64, not_s: f64, u: f64, not_u: f64) -> f64 {
     span.w0 * (not_s + s * not_u) + span.w1 * (s * u)
 }
 
@@ -182,27 +182,28 @@ fn sum<const M: i32, const ATTENUATED: bool, const P: usize>(
 ) -> [f64; P] {
     let [sk, sj, si] = spans;
     let mut total = [[0.0; LANES]; P];
-    for f in face {
+    for FaceLanes { v, w, square, factor } in face {
         // 1/Q^q and the powers of Q; the attenuation follows with s.
-        let shape = radial_kernel::<M, false, P>(&f.square, 0.0, 0.0);
+        let shape = radial_kernel::<M, false, P>(square, 0.0, 0.0);
         let mut depth = [0.0; LANES];
         if ATTENUATED {
             for l in 0..LANES {
-                depth[l] = -kappa * f.square[l].sqrt();
+                depth[l] = -kappa * square[l].sqrt();
             }
         }
         let mut line = [[0.0; LANES]; P];
         for is in 0..rule.nodes.len() {
-            let s = node(rule, is);
-            let first = rule.weights[is] * (sk.w0 * s.1 + sk.w1 * s.0);
+            let (s, not_s) = node(rule, is);
+            let first = rule.weights[is] * (sk.w0 * not_s + sk.w1 * s);
             let mut term = [0.0; LANES];
             for l in 0..LANES {
-                term[l] = first * density(sj, s, f.v[0][l], f.v[1][l]) * density(si, s, f.w[0][l], f.w[1][l]);
+                term[l] =
+                    first * density(sj, s, not_s, v[0][l], v[1][l]) * density(si, s, not_s, w[0][l], w[1][l]);
             }
             if ATTENUATED {
                 let mut x = depth;
                 for l in 0..LANES {
-                    x[l] *= s.0;
+                    x[l] *= s;
                 }
                 let e = simd::exp(x);
                 for l in 0..LANES {
@@ -212,13 +213,13 @@ fn sum<const M: i32, const ATTENUATED: bool, const P: usize>(
             for p in 0..P {
                 for l in 0..LANES {
                     line[p][l] += term[l];
-                    term[l] *= s.0;
+                    term[l] *= s;
                 }
             }
         }
         for p in 0..P {
             for l in 0..LANES {
-                total[p][l] += f.factor[l] * shape[p][l] * line[p][l];
+                total[p][l] += factor[l] * shape[p][l] * line[p][l];
             }
         }
     }

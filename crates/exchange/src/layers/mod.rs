@@ -132,10 +132,7 @@ impl LayerFactors {
         row[i] = self.own(i);
         let is_transparent = |j: usize| j > 0 && self.depths.get(j - 1) == Some(&0.0);
         for j in (0..i).rev() {
-            row[j] = match is_transparent(i) && is_transparent(j) {
-                true => 0.0,
-                false => dot(&along, self.profile(j)),
-            };
+            row[j] = if is_transparent(i) && is_transparent(j) { 0.0 } else { dot(&along, self.profile(j)) };
             if j > 0 {
                 let passed = &self.transmittances[(j - 1) * m..j * m];
                 along.iter_mut().zip(passed).for_each(|(x, q)| *x *= q);

@@ -63,9 +63,9 @@ impl Exchange<'_> {
     fn refined_near_plate(&self, z: &PreparedZone, plate: &Plate) -> (PreparedZone, f64) {
         let edges = (z.hi - z.lo) * (1.0 / SUBCELLS as f64);
         let free = |x: Vec3, y: Vec3| !self.transport.occluded(x, y);
+        let mut refinement = SampleRefinement { plate, free, points: Vec::new() };
         let h = edges.length() / 3.0f64.sqrt();
         let mut all = Vec::new();
-        let mut points = Vec::new();
         let (mut off, mut weights) = (0.0, 0.0);
         for s in z.samples().unwrap_or_default() {
             let lo = z.lo + edges.scale(subcell_coordinates(s.subcell));
@@ -80,9 +80,12 @@ impl Exchange<'_> {
                 all.push(VolumeSample { point: if whole { lo + edges * 0.5 } else { s.point }, ..*s });
                 continue;
             }
-            points.clear();
-            refine_points(plate, (lo, edges), (s.point, s.volume), &free, 0, &mut points);
-            all.extend(points.iter().map(|&(point, volume)| VolumeSample { point, volume, ..*s }));
+            refinement.add_points(lo, edges, s.point, s.volume, 0);
+            all.extend(refinement.points.drain(..).map(|(point, volume)| VolumeSample {
+                point,
+                volume,
+                ..*s
+            }));
         }
         (PreparedZone { shape: PreparedShape::CutVoxel(all), ..z.clone() }, off / weights)
     }
@@ -196,28 +199,32 @@ fn sample_error(cut: f64, h: f64, d: f64, plate: &Plate, beside: bool) -> f64 {
     even + spread + if beside { 0.25 * cut.min(0.25) * h / reach } else { 0.0 }
 }
 
-/// Points of a grid over a piece of a voxel that are `free` from `from`, each with its share of the `volume`; finer beside the plate.
-fn refine_points(
-    plate: &Plate,
-    (lo, edges): (Vec3, Vec3),
-    (from, volume): (Vec3, f64),
-    free: &impl Fn(Vec3, Vec3) -> bool,
-    depth: usize,
-    out: &mut Vec<(Vec3, f64)>,
-) {
-    let piece = edges * 0.5;
-    let corner = |k: usize| lo + piece.scale(vec3((k >> 2) as f64, (k >> 1 & 1) as f64, (k & 1) as f64));
-    let centre = |k: usize| corner(k) + piece * 0.5;
-    let open: Vec<usize> = (0..8).filter(|&k| free(from, centre(k))).collect();
-    if open.is_empty() {
-        out.push((from, volume));
-    }
-    for &k in &open {
-        let (at, volume) = (centre(k), volume / open.len() as f64);
-        if depth + 1 < MAX_HALVINGS && is_near_rim(plate, at, piece) {
-            refine_points(plate, (corner(k), piece), (at, volume), free, depth + 1, out);
-        } else {
-            out.push((at, volume));
+/// The refinement of samples of a voxel near a plate: each becomes points of a grid that are finer beside the plate.
+struct SampleRefinement<'a, F> {
+    plate: &'a Plate,
+    /// True where the second point is visible from the first.
+    free: F,
+    /// The points, each with the volume that it represents, m³.
+    points: Vec<(Vec3, f64)>,
+}
+
+impl<F: Fn(Vec3, Vec3) -> bool> SampleRefinement<'_, F> {
+    /// Adds the points of a grid over the piece from `lo` with these edges that are free from `from`, each with its share of the `volume`.
+    fn add_points(&mut self, lo: Vec3, edges: Vec3, from: Vec3, volume: f64, depth: usize) {
+        let piece = edges * 0.5;
+        let corner = |k: usize| lo + piece.scale(vec3((k >> 2) as f64, (k >> 1 & 1) as f64, (k & 1) as f64));
+        let centre = |k: usize| corner(k) + piece * 0.5;
+        let open: Vec<usize> = (0..8).filter(|&k| (self.free)(from, centre(k))).collect();
+        if open.is_empty() {
+            self.points.push((from, volume));
+        }
+        for &k in &open {
+            let (at, volume) = (centre(k), volume / open.len() as f64);
+            if depth + 1 < MAX_HALVINGS && is_near_rim(self.plate, at, piece) {
+                self.add_points(corner(k), piece, at, volume, depth + 1);
+            } else {
+                self.points.push((at, volume));
+            }
         }
     }
 }
@@ -243,18 +250,12 @@ mod tests {
             let up = vec3(lean, 0.0, 1.0).normalized() * 0.3;
             let plate = Plate::parallelogram(vec3(x, 0.5, 0.2), vec3(0.0, 0.05, 0.0), up);
             let exact = solid_angle_quadrature::plate_cuboid(&plate, lo, lo + cell, sides, 1e-3);
-            let mut points = Vec::new();
+            let mut refinement = SampleRefinement { plate: &plate, free: |_, _| true, points: Vec::new() };
             for s in whole_samples(cell) {
                 let lo = lo + edges.scale(subcell_coordinates(s.subcell));
-                refine_points(
-                    &plate,
-                    (lo, edges),
-                    (lo + edges * 0.5, s.volume),
-                    &|_, _| true,
-                    0,
-                    &mut points,
-                );
+                refinement.add_points(lo, edges, lo + edges * 0.5, s.volume, 0);
             }
+            let points = refinement.points;
             let volume: f64 = points.iter().map(|p| p.1).sum();
             assert!((volume / cell.product() - 1.0).abs() < 1e-12);
             let ours = solid_angle_quadrature::plate_and_points(&plate, points.into_iter(), sides, 0.0);
@@ -318,14 +319,15 @@ mod tests {
     #[test]
     fn refined_points_are_visible_from_their_sample() {
         let plate = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
-        let mut points = Vec::new();
+        let (lo, edges, sample) = (vec3(0.3, 0.3, -0.12), vec3(0.2, 0.2, 0.2), vec3(0.4, 0.4, 0.04));
         let above = |_: Vec3, y: Vec3| y.z > 0.0;
-        let piece = (vec3(0.3, 0.3, -0.12), vec3(0.2, 0.2, 0.2));
-        refine_points(&plate, piece, (vec3(0.4, 0.4, 0.04), 1.0), &above, 0, &mut points);
+        let mut refinement = SampleRefinement { plate: &plate, free: above, points: Vec::new() };
+        refinement.add_points(lo, edges, sample, 1.0, 0);
+        let points = refinement.points;
         assert!(points.iter().all(|p| p.0.z > 0.0));
         assert!((points.iter().map(|p| p.1).sum::<f64>() - 1.0).abs() < 1e-12);
-        points.clear();
-        refine_points(&plate, piece, (vec3(0.4, 0.4, 0.04), 1.0), &|_, _| false, 0, &mut points);
-        assert_eq!(points, [(vec3(0.4, 0.4, 0.04), 1.0)]);
+        let mut refinement = SampleRefinement { plate: &plate, free: |_, _| false, points: Vec::new() };
+        refinement.add_points(lo, edges, sample, 1.0, 0);
+        assert_eq!(refinement.points, [(sample, 1.0)]);
     }
 }

@@ -71,9 +71,9 @@ impl Exchange<'_> {
                     let m = self.volume_method_moments(method, row, j);
                     self.attenuated(pair, m, pair.uniform, counts)
                 }
-                None => self.patch_or_voxel_pair((i, j), pair, counts),
+                None => self.patch_or_voxel_pair(i, j, pair, counts),
             },
-            _ => self.patch_or_voxel_pair((i, j), pair, counts),
+            _ => self.patch_or_voxel_pair(i, j, pair, counts),
         }
     }
 
@@ -99,12 +99,7 @@ impl Exchange<'_> {
     }
 
     /// Pairs of patches and whole voxels.
-    fn patch_or_voxel_pair(
-        &self,
-        (i, j): (usize, usize),
-        pair: ZonePair,
-        counts: &mut PairCounts,
-    ) -> PairFactor {
+    fn patch_or_voxel_pair(&self, i: usize, j: usize, pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
         let ZonePair { a, b, .. } = pair;
         if let (Some(p), Some(q)) = (&a.aligned, &b.aligned) {
             counts.aligned += 1;
@@ -126,7 +121,7 @@ impl Exchange<'_> {
         } else {
             counts.general += 1;
             if i < self.zones.voxel_offset() {
-                return self.patch_pair((i, j), pair, counts);
+                return self.patch_pair(i, j, pair, counts);
             }
         }
         counts.estimated += u64::from(a.aligned.is_none() || b.aligned.is_none());
@@ -143,7 +138,7 @@ impl Exchange<'_> {
     }
 
     /// Two patches, at least one in a general position: the factor is proved, the moments of its distance are estimated.
-    fn patch_pair(&self, (i, j): (usize, usize), pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
+    fn patch_pair(&self, i: usize, j: usize, pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
         let ZonePair { a, b, .. } = pair;
         let factor = self.plates.pair(i, j, self.settings.plate_tolerance, PLATE_ERROR_OVER_AREA).bounded;
         if pair.uniform != Some(Bands::ZERO) {

@@ -38,6 +38,16 @@ impl ZonePair<'_> {
     fn is_close(&self) -> bool {
         is_close(self.a, self.b)
     }
+    /// Number of first rays, `important` for a pair that carries an important share of power.
+    fn first_rays(&self, important: bool) -> usize {
+        if self.is_close() {
+            RAYS.partial
+        } else if important {
+            RAYS.first
+        } else {
+            RAYS.unimportant
+        }
+    }
     /// Number of rays if the pair is partly visible and carries an important share of power.
     fn important_rays(&self) -> usize {
         match () {
@@ -130,21 +140,19 @@ impl Exchange<'_> {
         // The first band stands for all in vacuum, and decides the number of rays in a medium.
         let grey = Band::first();
         let important = self.is_important(share);
-        let first = match pair.is_close() {
-            true => RAYS.partial,
-            false if important => RAYS.first,
-            false => RAYS.unimportant,
-        };
+        let first = pair.first_rays(important);
         let (start, rim) = if important { self.unweighted_rays(pair, first) } else { Default::default() };
         let partial = start.is_mixed() || rim.disagrees(RayConsensus::of(start.blocked as u64));
         let start = start.n as usize;
         counts.rays += start as u64 + rim.rays;
         counts.partial += u64::from(partial);
         // Trace the rays of the mean.
-        let rays = match important {
-            true if partial => pair.important_rays(),
-            true => first.max(RAYS.agreeing),
-            false => first,
+        let rays = if important && partial {
+            pair.important_rays()
+        } else if important {
+            first.max(RAYS.agreeing)
+        } else {
+            first
         };
         let mut tally: PerBand<WeightedMean> = PerBand::default();
         self.trace_visibility(pair, start..start + rays, &mut tally);
@@ -275,9 +283,10 @@ impl Exchange<'_> {
             let value = m.factor.value * base * mean;
             let radius = base * (m.factor.radius * mean + m.factor.value * error);
             // No medium transmits more than all. (The path factor of a pane is a length.)
-            let (most, widest) = match sample.scale == 1.0 {
-                true => (m.factor.value, m.factor.value + m.factor.radius),
-                false => (f64::INFINITY, f64::INFINITY),
+            let (most, widest) = if sample.scale == 1.0 {
+                (m.factor.value, m.factor.value + m.factor.radius)
+            } else {
+                (f64::INFINITY, f64::INFINITY)
             };
             (out.value[k], out.radius[k]) = (value.min(most), radius.min(widest));
         }

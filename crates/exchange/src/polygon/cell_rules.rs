@@ -294,13 +294,14 @@ impl CellSearch {
         let mut rule = CellRule { points: [Vec::with_capacity(2), Vec::with_capacity(3)], error: 0.0 };
         for (k, directions) in [along_a, along_b].into_iter().enumerate() {
             // A motion of a changes its height over b, a motion of b its height over a; the other height stays.
-            let (heights, normal) = match k {
-                0 => ((view.over_b, Some(view.over_a)), b.normal),
-                _ => ((Some(view.over_a), view.over_b), a.normal),
+            let heights = if k == 0 {
+                CellHeights { moving: view.over_b, resting: Some(view.over_a), normal: b.normal }
+            } else {
+                CellHeights { moving: Some(view.over_a), resting: view.over_b, normal: a.normal }
             };
             let measures = a.measure * b.measure / PI;
             for d in &directions {
-                let (n, error) = self.points_along(view, d, heights, normal, (measures, budget))?;
+                let (n, error) = self.points_along(view, d, &heights, measures, budget)?;
                 rule.points[k].push(n);
                 rule.error += error;
             }
@@ -309,22 +310,20 @@ impl CellSearch {
         (cost <= MAX_RULE_EVALUATIONS).then_some(rule)
     }
 
-    /// The least number of points along direction `d` of one cell for an error within `budget`, and that error. `heights` are the bounds of the
-    /// moving
-    /// cell's height over the other's plane and of the resting cell's height over its plane; `normal` belongs to the resting cell; `measures` is
-    /// the product of both measures over π.
+    /// The least number of points along direction `d` of one cell for an error within `budget`, and that error. `measures` is the product of both
+    /// measures over π.
     fn points_along(
         &self,
         view: &CellPairGeometry,
         d: &ParameterDirection,
-        (moving, resting): (Option<[f64; 2]>, Option<[f64; 2]>),
-        normal: Option<Vec3>,
-        (measures, budget): (f64, f64),
+        heights: &CellHeights,
+        measures: f64,
+        budget: f64,
     ) -> Option<(usize, f64)> {
         let slack = ERRORS_PER_PLACE_ERROR * view.place;
         let top = |h: Option<[f64; 2]>| h.map_or(1.0, |h| h[1] + slack);
-        let change = normal.map_or(0.0, |n| d.change(n));
-        let front = measures * top(resting);
+        let change = heights.normal.map_or(0.0, |n| d.change(n));
+        let front = measures * top(heights.resting);
         let q = CellSearch::power(view) as f64;
         let mut best: Option<(usize, f64)> = None;
         for f in ELLIPSE_FRACTIONS {
@@ -332,7 +331,8 @@ impl CellSearch {
             let long = (width * width + 0.25).sqrt();
             let Some(square) = least_square(view.near, d.length, long, width) else { continue };
             let rho = 2.0 * (long + width);
-            let height = if moving.is_some() { top(moving) + change * (long - 0.5) } else { 1.0 };
+            let height =
+                if heights.moving.is_some() { top(heights.moving) + change * (long - 0.5) } else { 1.0 };
             let supremum =
                 front * height * d.weight(long) * square.powf(-0.5 * q) * (-self.kappa * square.sqrt()).exp();
             let n = gauss_legendre::points_for(rho, supremum, budget);
@@ -390,6 +390,16 @@ fn least_square(near: f64, length: f64, long: f64, width: f64) -> Option<f64> {
     let c = long * (near + 0.5 * length) / ((long * long + width * width) * length);
     let square = (1.0 - 1e-12) * beside.min(at(c.clamp(0.5 / long, 1.0)));
     (square > 0.0).then_some(square)
+}
+
+/// Heights of two cells, of which one moves, over the planes of each other; `None` for a box, which has no plane.
+struct CellHeights {
+    /// Bounds of the height of the moving cell over the plane of the resting cell, m.
+    moving: Option<[f64; 2]>,
+    /// Bounds of the height of the resting cell over the plane of the moving cell, m.
+    resting: Option<[f64; 2]>,
+    /// Normal of the resting cell.
+    normal: Option<Vec3>,
 }
 
 /// Points along the directions of both cells, and the error that they leave.

@@ -301,11 +301,14 @@ pub(super) fn tables(
     let nodes = GaussianNodes::new(pairs.kappa, patches, shortest, longest);
     // By axis, density and offset.
     let profiles: [Vec<Vec<Vec<f64>>>; 3] = std::array::from_fn(|k| {
-        let of = |term: usize| match terms.iter().any(|t| t[k] == term) {
-            true => (0..counts[k]).into_par_iter().map(|d| axes[k].profile(&nodes.u, term, d)).collect(),
-            false => Vec::new(),
+        let profile = |term: usize| {
+            if terms.iter().any(|t| t[k] == term) {
+                (0..counts[k]).into_par_iter().map(|d| axes[k].profile(&nodes.u, term, d)).collect()
+            } else {
+                Vec::new()
+            }
         };
-        (0..3).map(of).collect()
+        (0..3).map(profile).collect()
     });
     let table = |term: &[usize; 3]| {
         let [of0, of1, of2] = [0, 1, 2].map(|k| &profiles[k][term[k]]);

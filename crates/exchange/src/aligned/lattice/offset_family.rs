@@ -139,10 +139,12 @@ impl OffsetFamily {
         ReducedPair(std::array::from_fn(|k| {
             let at = |d: f64| (offset[k] as f64 + self.shift[k] + d) * self.step[k];
             let (long, short) = self.extents[k];
-            let p = match (long > 0.0, short > 0.0) {
-                (false, _) => [at(0.0); 4],
-                (true, false) => [at(-0.5), at(-0.5), at(0.5), at(0.5)],
-                (true, true) => [at(-1.0), at(0.0), at(0.0), at(1.0)],
+            let p = if long > 0.0 && short > 0.0 {
+                [at(-1.0), at(0.0), at(0.0), at(1.0)]
+            } else if long > 0.0 {
+                [at(-0.5), at(-0.5), at(0.5), at(0.5)]
+            } else {
+                [at(0.0); 4]
             };
             AxisDensity { long, short, p }
         }))

@@ -134,9 +134,8 @@ impl FirstPlaces {
 /// For each distinct distance along y the places of a line of cells in the plane's pairs.
 fn line_positions(y: &AxisDistances, z: &AxisDistances, alike: bool) -> Vec<Vec<u32>> {
     let nz = z.distances.len() as u32;
-    let pair = |j: u32, k: u32| match alike {
-        true => j.max(k) * (j.max(k) + 1) / 2 + j.min(k),
-        false => j * nz + k,
+    let pair = |j: u32, k: u32| {
+        if alike { j.max(k) * (j.max(k) + 1) / 2 + j.min(k) } else { j * nz + k }
     };
     (0..y.distances.len() as u32).map(|j| z.of_cell.iter().map(|&k| pair(j, k)).collect()).collect()
 }

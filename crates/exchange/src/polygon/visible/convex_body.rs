@@ -126,33 +126,35 @@ impl ConvexBody {
         let mut crossings = vec![[u32::MAX; 2]; self.planes.len()];
         for edge in &self.edges {
             let [a, b] = edge.ends;
-            let ends = match (is_kept(a), is_kept(b)) {
-                (false, false) => continue,
-                (true, true) => [number[a as usize], number[b as usize]],
-                (leaves, _) => {
-                    let (from, to) = (self.corners[a as usize], self.corners[b as usize]);
-                    let (h, k) = (heights[a as usize] - level, heights[b as usize] - level);
-                    let made = body.corners.len() as u32;
-                    body.corners.push(from + (to - from) * (h / (h - k)));
-                    for (side, face) in edge.faces.iter().enumerate() {
-                        // The second face runs along the edge in the other direction.
-                        let slot = usize::from(leaves == (side == 1));
-                        let crossing = &mut crossings[*face as usize][slot];
-                        if *crossing != u32::MAX {
-                            return None;
-                        }
-                        *crossing = made;
+            let leaves = is_kept(a);
+            if !leaves && !is_kept(b) {
+                continue;
+            }
+            let mut ends = [a, b].map(|k| number[k as usize]);
+            if leaves != is_kept(b) {
+                let (from, to) = (self.corners[a as usize], self.corners[b as usize]);
+                let (h, k) = (heights[a as usize] - level, heights[b as usize] - level);
+                let made = body.corners.len() as u32;
+                body.corners.push(from + (to - from) * (h / (h - k)));
+                for (side, face) in edge.faces.iter().enumerate() {
+                    // The second face runs along the edge in the other direction.
+                    let slot = usize::from(leaves == (side == 1));
+                    let crossing = &mut crossings[*face as usize][slot];
+                    if *crossing != u32::MAX {
+                        return None;
                     }
-                    if leaves { [number[a as usize], made] } else { [made, number[b as usize]] }
+                    *crossing = made;
                 }
-            };
+                ends[usize::from(leaves)] = made;
+            }
             body.edges.push(BodyEdge { ends, ..*edge });
         }
         for (face, [left, back]) in crossings.iter().enumerate() {
-            match (*left != u32::MAX, *back != u32::MAX) {
-                (true, true) => body.edges.push(BodyEdge { ends: [*left, *back], faces: [face as u32, cap] }),
-                (false, false) => {}
-                _ => return None,
+            if (*left == u32::MAX) != (*back == u32::MAX) {
+                return None;
+            }
+            if *left != u32::MAX {
+                body.edges.push(BodyEdge { ends: [*left, *back], faces: [face as u32, cap] });
             }
         }
         let n = -polygon.normal;

@@ -59,10 +59,10 @@ fn add_shadows(
         }
     };
     for v in &far.corners {
-        edges(near).for_each(|e| offer(shadow_of_near_edge(a, *v, e)));
+        edges(near).for_each(|(p, q)| offer(shadow_of_near_edge(a, *v, p, q)));
     }
     for w in &near.corners {
-        edges(far).for_each(|e| offer(shadow_past_corner(a, *w, e)));
+        edges(far).for_each(|(p, q)| offer(shadow_past_corner(a, *w, p, q)));
     }
 }
 
@@ -77,13 +77,13 @@ fn project(a: &ConvexPolygon, far: Vec3, near: Vec3) -> Vec3 {
     far + (near - far) * (h / (h - g))
 }
 
-fn shadow_of_near_edge(a: &ConvexPolygon, far: Vec3, (p, q): (Vec3, Vec3)) -> Option<(Vec3, Vec3)> {
+fn shadow_of_near_edge(a: &ConvexPolygon, far: Vec3, p: Vec3, q: Vec3) -> Option<(Vec3, Vec3)> {
     let most = a.height(far) * (1.0 - MIN_RELATIVE_HEIGHT_GAP);
     let (p, q) = shortened(p, q, most - a.height(p), most - a.height(q))?;
     Some((project(a, far, p), project(a, far, q)))
 }
 
-fn shadow_past_corner(a: &ConvexPolygon, near: Vec3, (p, q): (Vec3, Vec3)) -> Option<(Vec3, Vec3)> {
+fn shadow_past_corner(a: &ConvexPolygon, near: Vec3, p: Vec3, q: Vec3) -> Option<(Vec3, Vec3)> {
     let least = a.height(near).max(0.0) * (1.0 + MIN_RELATIVE_HEIGHT_GAP);
     let (p, q) = shortened(p, q, a.height(p) - least, a.height(q) - least)?;
     Some((project(a, p, near), project(a, q, near)))
@@ -91,13 +91,9 @@ fn shadow_past_corner(a: &ConvexPolygon, near: Vec3, (p, q): (Vec3, Vec3)) -> Op
 
 /// The part of pq on which a linear function with values f(p), f(q) is positive.
 fn shortened(p: Vec3, q: Vec3, fp: f64, fq: f64) -> Option<(Vec3, Vec3)> {
-    let zero = |p: Vec3, q: Vec3, fp: f64, fq: f64| p + (q - p) * (fp / (fp - fq));
-    match (fp > 0.0, fq > 0.0) {
-        (true, true) => Some((p, q)),
-        (true, false) => Some((p, zero(p, q, fp, fq))),
-        (false, true) => Some((zero(p, q, fp, fq), q)),
-        (false, false) => None,
-    }
+    let (keeps_p, keeps_q) = (fp > 0.0, fq > 0.0);
+    let zero = || p + (q - p) * (fp / (fp - fq));
+    (keeps_p || keeps_q).then(|| (if keeps_p { p } else { zero() }, if keeps_q { q } else { zero() }))
 }
 
 impl CriticalSegment {

@@ -261,9 +261,10 @@ impl OccludedView {
                 }
                 let [from, to] = edge.ends.map(|k| corner(self, k));
                 let turned = is_decided && faces[0] == FaceSide::Back;
-                self.edges.push(match turned {
-                    true => ViewEdge { from: to, to: from, faces: [faces[1], faces[0]] },
-                    false => ViewEdge { from, to, faces },
+                self.edges.push(if turned {
+                    ViewEdge { from: to, to: from, faces: [faces[1], faces[0]] }
+                } else {
+                    ViewEdge { from, to, faces }
                 });
             }
             if decided {
@@ -363,11 +364,13 @@ impl OccludedView {
                 }
             }
         }
-        match (self.cone.is_empty(), body.is_plate) {
-            (false, _) => Hidden::Cone,
-            // A plate is seen edge-on; a point that no face of a solid shows itself to lies inside.
-            (true, true) => Hidden::Nothing,
-            (true, false) => Hidden::Everything,
+        // Without lines a plate is seen edge-on; a point that no face of a solid shows itself to lies inside.
+        if !self.cone.is_empty() {
+            Hidden::Cone
+        } else if body.is_plate {
+            Hidden::Nothing
+        } else {
+            Hidden::Everything
         }
     }
 }
