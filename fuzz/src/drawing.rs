@@ -49,7 +49,7 @@ pub fn draw(solution: &Solution) -> Vec<Vec<[f32; 3]>> {
     for (i, camera) in cameras(&solution.scene).iter().enumerate() {
         let options = RenderOptions { width: 3, height: 2, samples: i, light_samples: 1, gather: 2 * i };
         out.push(render(solution, camera, &options, &NoProgress).pixels);
-        let mut seen = ItemBuffer::new(solution, camera, (3, 2), PaneVisibility::Opaque);
+        let mut seen = ItemBuffer::new(solution, camera, 3, 2, PaneVisibility::Opaque);
         if solution.scene.voxel_grid().is_some() {
             seen = seen.with_slice(i, solution.scene.bounds().0.z);
         }

@@ -143,7 +143,7 @@ fn field_picture(
         )));
     };
     let panes = if quantity.is_thermal() { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
-    let mut view = ItemBuffer::new(s, camera, settings.size, panes);
+    let mut view = ItemBuffer::new(s, camera, settings.size.0, settings.size.1, panes);
     if let Some(slice) = settings.slice {
         check_slice(s, slice)?;
         view = view.with_slice(slice.0, slice.1);

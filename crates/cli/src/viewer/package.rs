@@ -112,7 +112,7 @@ pub fn package_in_steps(
     };
     let volume = VolumeGridOptions { sunlight: SunlightMode::Separate, ..VolumeGridOptions::default() };
     let medium = bake_volume_grid(s, &volume, progress);
-    bake_in_steps(s, &options, (steps, progress), |baked, _| {
+    bake_in_steps(s, &options, steps, progress, |baked, _| {
         publish(pack(s, detail, textures, (&baked, medium.as_ref()))?)
     })
 }

@@ -390,7 +390,7 @@ fn steps_refine_one_mesh_and_end_with_the_last_or_an_error() {
             out.push((baked, is_last));
             Ok(())
         };
-        assert!(bake_in_steps(&s, options, (steps, &NoProgress), keep).is_ok());
+        assert!(bake_in_steps(&s, options, steps, &NoProgress, keep).is_ok());
         out
     };
     // The second step allows too few vertices to refine the first mesh; it is not published again.
@@ -416,7 +416,7 @@ fn steps_refine_one_mesh_and_end_with_the_last_or_an_error() {
         Err("stop")
     };
     assert_eq!(
-        bake_in_steps(&s, &BakeOptions { tolerance: 0.02, ..coarse }, (&[500], &NoProgress), fail),
+        bake_in_steps(&s, &BakeOptions { tolerance: 0.02, ..coarse }, &[500], &NoProgress, fail),
         Err("stop")
     );
     assert_eq!(calls, 1);

@@ -37,7 +37,7 @@ pub fn light_at_corners(s: &Solution, progress: &dyn Progress) -> CornerLight {
     let shadow_rays = Transport::new(&lit.scene);
     let groups = GroupField::denoised_of_solution(s);
     let samples = BakeOptions::default().light_samples;
-    let lighting = VertexLighting::new(s, &transport, (&lit, &shadow_rays), &groups, samples);
+    let lighting = VertexLighting::new(s, &transport, &lit, &shadow_rays, &groups, samples);
     progress.begin("corners", s.zones.patches.len() as u64);
     let of_patch = |i: usize| {
         progress.advance(1);

@@ -114,7 +114,7 @@ use zonal_transport::Transport;
 /// ```
 pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress) -> BakedSolution {
     let mut last = None;
-    let result: Result<(), Infallible> = bake_in_steps(solution, options, (&[], progress), |baked, _| {
+    let result: Result<(), Infallible> = bake_in_steps(solution, options, &[], progress, |baked, _| {
         last = Some(baked);
         Ok(())
     });
@@ -133,7 +133,8 @@ pub fn bake(solution: &Solution, options: &BakeOptions, progress: &dyn Progress)
 pub fn bake_in_steps<E>(
     solution: &Solution,
     options: &BakeOptions,
-    (steps, progress): (&[usize], &dyn Progress),
+    steps: &[usize],
+    progress: &dyn Progress,
     mut publish: impl FnMut(BakedSolution, bool) -> Result<(), E>,
 ) -> Result<(), E> {
     let transport = Transport::new(&solution.scene);
@@ -154,16 +155,16 @@ pub fn bake_in_steps<E>(
     };
     // Mesh the patches, refined where the light varies.
     let lighting =
-        VertexLighting::new(solution, &transport, (&lit, shadow_rays), &groups, options.light_samples);
+        VertexLighting::new(solution, &transport, &lit, shadow_rays, &groups, options.light_samples);
     let mut trees = refinement::plant(&lighting, &groups, options, progress);
     for (k, max_vertices) in steps.iter().copied().filter(|n| *n < options.max_vertices).enumerate() {
-        let is_finer = refinement::refine(&mut trees, (&lighting, &groups), options, max_vertices);
+        let is_finer = refinement::refine(&mut trees, &lighting, &groups, options, max_vertices);
         if (k == 0 || is_finer) && refinement::can_refine(&trees, &lighting, options) {
             let surfaces = triangulation::mesh_patches(&lighting, &groups, trees.clone());
             publish(BakedSolution { surfaces, ..baked.clone() }, false)?;
         }
     }
-    refinement::refine(&mut trees, (&lighting, &groups), options, options.max_vertices);
+    refinement::refine(&mut trees, &lighting, &groups, options, options.max_vertices);
     baked.surfaces = triangulation::mesh_patches(&lighting, &groups, trees);
     publish(baked, true)
 }

@@ -65,7 +65,8 @@ pub(super) fn can_refine(trees: &[PatchQuadtree], lighting: &VertexLighting, opt
 /// Refines the trees up to `max_vertices`; false if no cell is split.
 pub(super) fn refine(
     trees: &mut [PatchQuadtree],
-    (lighting, groups): (&VertexLighting, &[GroupField]),
+    lighting: &VertexLighting,
+    groups: &[GroupField],
     options: &BakeOptions,
     max_vertices: usize,
 ) -> bool {

@@ -181,8 +181,8 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
     mesh.error = vertices.iter().map(|v| to_single_precision(s.fields.total_error(v.0 as usize))).collect();
     // Evaluate the irradiance of each group.
     for (group, slot) in groups.iter().zip(&lighting.slots) {
-        mesh.irradiance.push(group_irradiance(lighting, group, *slot, (&vertices, &values)));
-        mesh.direct.push(group_direct(lighting, group, *slot, (&vertices, &values)));
+        mesh.irradiance.push(group_irradiance(lighting, group, *slot, &vertices, &values));
+        mesh.direct.push(group_direct(lighting, group, *slot, &vertices, &values));
     }
     mesh
 }
@@ -199,7 +199,8 @@ fn group_direct(
     lighting: &VertexLighting,
     group: &GroupField,
     slot: Option<usize>,
-    (vertices, values): (&[PatchVertex], &[PerBand<f32>]),
+    vertices: &[PatchVertex],
+    values: &[PerBand<f32>],
 ) -> Vec<[f32; 3]> {
     let (patches, n) = (lighting.solution.zones.patches.len(), lighting.value_count());
     match slot {
@@ -223,7 +224,8 @@ fn group_irradiance(
     lighting: &VertexLighting,
     group: &GroupField,
     slot: Option<usize>,
-    (vertices, values): (&[PatchVertex], &[PerBand<f32>]),
+    vertices: &[PatchVertex],
+    values: &[PerBand<f32>],
 ) -> Vec<[f32; 3]> {
     let patches = lighting.solution.zones.patches.len();
     let means: Vec<Bands> = (0..patches).into_par_iter().map(|i| interpolated(group, i)).collect();

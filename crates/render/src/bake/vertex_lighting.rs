@@ -41,11 +41,12 @@ pub(super) struct VertexLighting<'a> {
 }
 
 impl<'a> VertexLighting<'a> {
-    /// Prepares the lights and the field of all groups together.
+    /// Prepares the lights of `lit`, for which `shadow_rays` traces, and the field of all groups together.
     pub(super) fn new(
         s: &'a Solution,
         transport: &'a Transport<'a>,
-        (lit, shadow_rays): (&'a LitScene<'a>, &'a Transport<'a>),
+        lit: &'a LitScene<'a>,
+        shadow_rays: &'a Transport<'a>,
         groups: &[GroupField],
         samples: usize,
     ) -> VertexLighting<'a> {
@@ -102,7 +103,7 @@ impl<'a> VertexLighting<'a> {
         let is_sheet = sheets.opposite(patch).is_some();
         for (slot, light_sampler, n) in &self.light_samplers {
             let on = |normal: Vec3| {
-                let at = ReceiverPoint::without_map(self.transport, p.facet, (inside, normal));
+                let at = ReceiverPoint::without_map(self.transport, p.facet, inside, normal);
                 light_sampler.gather(self.transport, at.point, Receiver::Surface(at.normal), *n, 1)
             };
             let mut light = on(p.normal);

@@ -108,7 +108,7 @@ impl<'a> ContactField<'a> {
         let patch = &self.solution.zones.patches[i];
         let reach = REACH_IN_PATCH_SIZES * patch.area.sqrt();
         let sampler = RaySampler::of_ray(0, 1, [0.5; 3]);
-        let surface = ReceiverPoint::without_map(self.transport, patch.facet, (at, patch.normal));
+        let surface = ReceiverPoint::without_map(self.transport, patch.facet, at, patch.normal);
         let gathered = self.gather.irradiance_and_nearness(inputs, surface, reach, sampler);
         let s = (gathered.nearness / FULL_NEARNESS).min(1.0);
         let interpolated = irradiance.on_tile(i, at);

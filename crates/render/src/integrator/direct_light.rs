@@ -129,13 +129,14 @@ impl<'a> DirectLights<'a> {
         indirect: Bands,
         sampler: RaySampler,
     ) -> Bands {
-        self.irradiance_but((point, normal), indirect, sampler, &|_| false)
+        self.irradiance_but(point, normal, indirect, sampler, &|_| false)
     }
 
     /// The same but for the lights that `skip` selects.
     pub(crate) fn irradiance_but(
         &self,
-        (point, normal): (Vec3, Vec3),
+        point: Vec3,
+        normal: Vec3,
         indirect: Bands,
         sampler: RaySampler,
         skip: &dyn Fn(&LightSampler) -> bool,

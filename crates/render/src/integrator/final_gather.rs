@@ -153,7 +153,7 @@ impl<'a> FinalGather<'a> {
         let end = hit.map_or_else(exterior_point, |h| h.t);
         let panes = paths.pane_crossings(ray.origin, ray.at(end));
         if !panes.is_empty() {
-            let path = paths.build(ray, (0.0, end), panes);
+            let path = paths.build(ray, 0.0, end, panes);
             let mut out = path.transmittance * last + path.pane_radiance;
             for p in &path.segments {
                 let l = self.segment_radiance(p.zone, p.extinction, p.t1 - p.t0, ray.at(0.5 * (p.t0 + p.t1)));

@@ -105,9 +105,10 @@ impl NodeBlock {
     ) -> bool {
         let diagonal = [self.corner(1, 0), self.corner(0, 1)].map(value);
         // The middle lies on the diagonal, where a half block ends.
-        let others = match self.is_half(kind, n) {
-            true => [value(self.corner(0, 0)); 2],
-            false => [self.corner(0, 0), self.corner(1, 1)].map(value),
+        let others = if self.is_half(kind, n) {
+            [value(self.corner(0, 0)); 2]
+        } else {
+            [self.corner(0, 0), self.corner(1, 1)].map(value)
         };
         let middle = value(self.first.map(|x| x + self.size / 2));
         let all = [diagonal[0], diagonal[1], others[0], others[1]];

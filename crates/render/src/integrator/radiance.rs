@@ -147,7 +147,7 @@ impl<'a> Integrator<'a> {
 
     /// The medium up to `t` metres from the origin.
     pub(crate) fn medium_segment(&self, ray: ViewRay, t: f64, sampler: RaySampler) -> MediumSegment {
-        let path = self.paths.build(ray, (0.0, t), Vec::new());
+        let path = self.paths.build(ray, 0.0, t, Vec::new());
         let (indirect, direct) =
             (self.indirect_radiance(ray, &path), self.direct_radiance(ray, &path, sampler));
         let last = path.segments.last().filter(|p| p.t1 >= t * (1.0 - 1e-9));
@@ -177,7 +177,7 @@ impl<'a> Integrator<'a> {
         if end.panes.is_empty() {
             return last;
         }
-        let path = self.paths.build(ray, (end.segment_length(), end.distance), end.panes.clone());
+        let path = self.paths.build(ray, end.segment_length(), end.distance, end.panes.clone());
         let (indirect, direct) =
             (self.indirect_radiance(ray, &path), self.direct_radiance(ray, &path, sampler));
         path.transmittance * last + path.pane_radiance + indirect + direct
@@ -224,8 +224,8 @@ impl<'a> Integrator<'a> {
         let scattered = |fraction: Bands, side: usize, normal: Vec3| match fraction {
             Bands::ZERO => Bands::ZERO,
             _ => {
-                let at = ReceiverPoint::on_facet(self.transport, (hit.facet, uv), (point, normal));
-                fraction * self.arriving_light((side, uv), (point, at), sampler)
+                let at = ReceiverPoint::on_facet(self.transport, hit.facet, uv, point, normal);
+                fraction * self.arriving_light(side, uv, point, at, sampler)
             }
         };
         // The sides of a facet have consecutive numbers.
@@ -233,11 +233,13 @@ impl<'a> Integrator<'a> {
         (emission + scattered(rho, hit.side(), normal) + behind) / PI
     }
 
-    /// H of all light at a point of a side of a facet, W/m²; `at` is the point as it is shaded.
+    /// H of all light at a point of a side of a facet with the parameters `uv`, W/m²; `at` is the point as it is shaded.
     fn arriving_light(
         &self,
-        (side, uv): (usize, [f64; 2]),
-        (point, at): (Vec3, ReceiverPoint),
+        side: usize,
+        uv: [f64; 2],
+        point: Vec3,
+        at: ReceiverPoint,
         sampler: RaySampler,
     ) -> Bands {
         let inputs = GatherInputs { paths: &self.paths, lights: &self.lights };
@@ -257,7 +259,7 @@ impl<'a> Integrator<'a> {
         let sky = self.skies.as_ref().zip(node_patch).and_then(|(f, i)| f.irradiance(i, point));
         let skip = |light: &LightSampler| sky.is_some() && is_sky(light);
         let direct = sky.unwrap_or(Bands::ZERO)
-            + self.lights.irradiance_but((at.point, at.normal), indirect, sampler, &skip);
+            + self.lights.irradiance_but(at.point, at.normal, indirect, sampler, &skip);
         indirect + direct
     }
 
@@ -323,7 +325,7 @@ impl<'a> Integrator<'a> {
 
     fn path_between(&self, ray: ViewRay, length: f64) -> RayPath {
         let panes = self.paths.pane_crossings(ray.origin, ray.at(length));
-        self.paths.build(ray, (0.0, length), panes)
+        self.paths.build(ray, 0.0, length, panes)
     }
 
     /// Direct light scattered between two points, from `count` samples, with the indirect light of the medium.

@@ -88,7 +88,7 @@ impl<'a> SkyField<'a> {
             (n > 0).then(|| NodeLattice::new(n))
         });
         let node = |at: Vec3| {
-            let surface = ReceiverPoint::without_map(self.transport, patch.facet, (at, patch.normal));
+            let surface = ReceiverPoint::without_map(self.transport, patch.facet, at, patch.normal);
             self.gather(surface.point, surface.normal)
         };
         lattice.as_ref().map(|l| l.at(&patch.plate, point, Bands::ZERO, &node))
@@ -152,9 +152,12 @@ fn divided_mean(n: usize, scale: Bands, f: &dyn Fn([f64; 2]) -> Bands) -> Bands 
             || differ(c, after)
     };
     let parts = SAMPLES_OF_DIVIDED_CELL;
-    let value = |c: usize| match is_divided(c) {
-        true => (0..parts * parts).map(|k| f(place(c, k, parts))).sum::<Bands>() / (parts * parts) as f64,
-        false => values[c],
+    let value = |c: usize| {
+        if is_divided(c) {
+            (0..parts * parts).map(|k| f(place(c, k, parts))).sum::<Bands>() / (parts * parts) as f64
+        } else {
+            values[c]
+        }
     };
     (0..n * n).map(value).sum::<Bands>() / (n * n) as f64
 }

@@ -85,7 +85,7 @@ struct EpipolarPlane {
 }
 
 impl EpipolarPlane {
-    fn new(ray: ViewRay, source: &EmissionSample, (lo, hi): (f64, f64)) -> EpipolarPlane {
+    fn new(ray: ViewRay, source: &EmissionSample, lo: f64, hi: f64) -> EpipolarPlane {
         let ViewRay { origin, dir } = ray;
         let (e, w, own) = match *source {
             EmissionSample::Distant { direction: towards, .. } => (towards, 0.0, None),
@@ -194,9 +194,10 @@ impl ShadowCasters {
         &self,
         ray: ViewRay,
         source: &EmissionSample,
-        (lo, hi): (f64, f64),
+        lo: f64,
+        hi: f64,
     ) -> LitIntervals {
-        let mut plane = EpipolarPlane::new(ray, source, (lo, hi));
+        let mut plane = EpipolarPlane::new(ray, source, lo, hi);
         let mut dark: Vec<(f64, f64)> = Vec::new();
         let mut tints = Vec::new();
         let mut stack = [0u32; 64];

@@ -136,7 +136,7 @@ impl AnalyticAreaLight {
         let Some((lo, hi)) = path.scattering_range() else {
             return out;
         };
-        let points = points_along(scattering, ray, sources, (lo, hi));
+        let points = points_along(scattering, ray, sources, lo, hi);
         if points.iter().all(|p| p.lit.intervals.is_empty()) {
             return out;
         }
@@ -162,7 +162,7 @@ impl AnalyticAreaLight {
                 }
                 let border = cells[c].t1.min(cuts.get(k).copied().unwrap_or(hi));
                 let next = if border > t { border.min(segment.t1) } else { segment.t1 };
-                lit_ray.add_part(segment, &mut cells[c], (t, next), &mut out);
+                lit_ray.add_part(segment, &mut cells[c], t, next, &mut out);
                 t = next;
             }
         }
@@ -234,20 +234,21 @@ fn quadrature(plates: &[Plate]) -> [Vec<(Vec3, Vec3)>; 2] {
     })
 }
 
-/// The sampled points of an emitter with the parts of the ray that they light.
+/// The sampled points of an emitter with the parts of lo..hi on the ray that they light.
 fn points_along<'a>(
     scattering: &'a SingleScattering<'a>,
     ray: ViewRay,
     sources: &'a [EmissionSample],
-    range: (f64, f64),
+    lo: f64,
+    hi: f64,
 ) -> Vec<LitEmitterPoint<'a>> {
     let point = |source: &'a EmissionSample| match *source {
         EmissionSample::Point { position: at, normal, two_sided: both, .. } => Some(LitEmitterPoint {
             at,
             normal,
             both,
-            lit: scattering.casters.lit_intervals(ray, source, range),
-            along: scattering.sample_along(ray, source, None, range),
+            lit: scattering.casters.lit_intervals(ray, source, lo, hi),
+            along: scattering.sample_along(ray, source, None, lo, hi),
         }),
         EmissionSample::Distant { .. } | EmissionSample::Intensity { .. } => None,
     };
@@ -256,13 +257,7 @@ fn points_along<'a>(
 
 impl LitRay<'_> {
     /// Adds a..b of a segment, inside one cell and between two cuts.
-    fn add_part(
-        &mut self,
-        segment: &VoxelSegment,
-        cell: &mut SmoothCell,
-        (a, b): (f64, f64),
-        out: &mut Bands,
-    ) {
+    fn add_part(&mut self, segment: &VoxelSegment, cell: &mut SmoothCell, a: f64, b: f64, out: &mut Bands) {
         let middle = 0.5 * (a + b);
         let x = self.ray.at(middle);
         let behind = |p: &LitEmitterPoint| !p.both && p.normal.dot(x - p.at) <= 0.0;

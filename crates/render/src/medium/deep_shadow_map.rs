@@ -264,7 +264,7 @@ impl<'a> DeepShadowMap<'a> {
         let max_steps = samples.max_steps;
         let n = (((hi - lo) / (PARAMS.min_step * self.side)).ceil() as usize).clamp(1, max_steps);
         let step = (hi - lo) / n as f64;
-        let mut sample = scattering.sample_along(ray, &self.source, Some(&self.depths), (lo, hi));
+        let mut sample = scattering.sample_along(ray, &self.source, Some(&self.depths), lo, hi);
         // Position and depth at the start, and their change per metre.
         let start = ray.at(lo);
         let (place, rate) = (self.across.map(|a| a.dot(start)), self.across.map(|a| a.dot(ray.dir)));
@@ -280,7 +280,7 @@ impl<'a> DeepShadowMap<'a> {
                 let [a, b, c] = low_discrepancy::r3(samples.first * max_steps + k, samples.shift);
                 let t = (k as f64 + c) * step;
                 let (x, z) = ([0, 1].map(|l| place[l] + rate[l] * t), depth + sink * t);
-                match self.dark_steps((x, z), (rate.map(|r| r * step), sink * step), max_steps) {
+                match self.dark_steps(x, z, rate.map(|r| r * step), sink * step, max_steps) {
                     0 => here = self.transmittance(x, z, self.off_centre(a, b)),
                     dark => next = (k + dark).min(n),
                 }
@@ -288,8 +288,8 @@ impl<'a> DeepShadowMap<'a> {
             if k == n || here != run.1 {
                 if let Some(tint) = run.1 {
                     let tint = tint.map_to_bands(f64::from);
-                    let lit = (lo + run.0 as f64 * step, lo + k as f64 * step);
-                    sample.add_tinted(path, tint, lit, &mut out);
+                    let (from, to) = (lo + run.0 as f64 * step, lo + k as f64 * step);
+                    sample.add_tinted(path, tint, from, to, &mut out);
                 }
                 run = (k, here);
             }
@@ -305,13 +305,8 @@ impl<'a> DeepShadowMap<'a> {
         [r * cos, r * sin]
     }
 
-    /// Number of steps that are certainly dark from a position and depth on, which change by `rate` and `sink` a step.
-    fn dark_steps(
-        &self,
-        (place, z): ([f64; 2], f64),
-        (rate, sink): ([f64; 2], f64),
-        max_steps: usize,
-    ) -> usize {
+    /// Number of steps that are certainly dark from a position `place` across the light and a depth `z` on, which change by `rate` and `sink` a step.
+    fn dark_steps(&self, place: [f64; 2], z: f64, rate: [f64; 2], sink: f64, max_steps: usize) -> usize {
         let Some((tile, _)) = self.locate(place) else {
             return 0;
         };

@@ -40,9 +40,12 @@ impl<'a> InterpolatedExtinction<'a> {
         let nodes = (0..grid.len()).map(|i| grid.extinction(i)).collect();
         let mut field = InterpolatedExtinction { grid, nodes };
         for _ in 0..PASSES {
-            let corrected = |i: usize| match grid.is_interpolated(i) {
-                true => (field.nodes[i] + grid.extinction(i) - field.mean(i)).max(Bands::ZERO),
-                false => field.nodes[i],
+            let corrected = |i: usize| {
+                if grid.is_interpolated(i) {
+                    (field.nodes[i] + grid.extinction(i) - field.mean(i)).max(Bands::ZERO)
+                } else {
+                    field.nodes[i]
+                }
             };
             field.nodes = (0..grid.len()).into_par_iter().map(corrected).collect();
         }
@@ -102,8 +105,9 @@ impl<'a> InterpolatedExtinction<'a> {
         &self,
         cell: usize,
         at: impl Fn(f64) -> Vec3,
-        (t0, t1): (f64, f64),
-        mut part: impl FnMut((f64, f64), Bands),
+        t0: f64,
+        t1: f64,
+        mut part: impl FnMut(f64, f64, Bands),
     ) {
         let centre = self.grid.centre(self.grid.coordinates(cell));
         let (start, end) = (at(t0), at(t1));
@@ -117,7 +121,7 @@ impl<'a> InterpolatedExtinction<'a> {
         for to in cuts {
             if to > from {
                 let points = GAUSS.map(|g| self.at(cell, at(from + g * (to - from))));
-                part((from, to), 0.5 * (points[0] + points[1]));
+                part(from, to, 0.5 * (points[0] + points[1]));
                 from = to;
             }
         }
@@ -189,7 +193,7 @@ mod tests {
             sum += here / n as f64;
             if k + 1 == n || cell_at((k as f64 + 1.5) / n as f64) != cell {
                 let end = t + 0.5 / n as f64;
-                field.for_each_part(cell, at, (entered, end), |(t0, t1), mean| {
+                field.for_each_part(cell, at, entered, end, |t0, t1, mean| {
                     by_parts += mean.first() * (t1 - t0);
                 });
                 entered = end;

@@ -40,8 +40,8 @@ impl<'a> PathBuilder<'a> {
         panes
     }
 
-    /// Segments, panes and transmittance of the part of a ray between two distances, m; `panes` lie within it, by distance.
-    pub(crate) fn build(&self, ray: ViewRay, (from, to): (f64, f64), panes: Vec<PaneHit>) -> RayPath {
+    /// Segments, panes and transmittance of the part of a ray between the distances `from` and `to`, m; `panes` lie within it, by distance.
+    pub(crate) fn build(&self, ray: ViewRay, from: f64, to: f64, panes: Vec<PaneHit>) -> RayPath {
         let mut cells = Vec::with_capacity(64);
         self.transport.traverse_grid(ray.at(from), ray.at(to), &mut |cell, t0, t1| {
             cells.push((cell, from + t0, from + t1));
@@ -51,17 +51,17 @@ impl<'a> PathBuilder<'a> {
         let mut panes = panes.into_iter().peekable();
         for (cell, mut t0, t1) in cells {
             while let Some(p) = panes.next_if(|p| p.t < t1) {
-                self.push_segment(&mut path, cell, (t0, p.t.max(t0)), ray);
+                self.push_segment(&mut path, cell, t0, p.t.max(t0), ray);
                 t0 = p.t.max(t0);
                 self.cross_pane(&mut path, &p, ray);
             }
-            self.push_segment(&mut path, cell, (t0, t1), ray);
+            self.push_segment(&mut path, cell, t0, t1, ray);
         }
         panes.for_each(|p| self.cross_pane(&mut path, &p, ray));
         path
     }
 
-    fn push_segment(&self, path: &mut RayPath, cell: usize, (t0, t1): (f64, f64), ray: ViewRay) {
+    fn push_segment(&self, path: &mut RayPath, cell: usize, t0: f64, t1: f64, ray: ViewRay) {
         if t1 <= t0 {
             return;
         }
@@ -70,7 +70,7 @@ impl<'a> PathBuilder<'a> {
             return;
         };
         let z = self.solution.zones.voxels.at(zone);
-        let mut push = |(t0, t1): (f64, f64), extinction: Bands| {
+        let mut push = |t0: f64, t1: f64, extinction: Bands| {
             path.segments.push(VoxelSegment {
                 t0,
                 t1,
@@ -84,8 +84,8 @@ impl<'a> PathBuilder<'a> {
             }
         };
         match self.extinction.as_ref().filter(|f| f.is_interpolated(cell)) {
-            Some(field) => field.for_each_part(cell, |t| ray.at(t), (t0, t1), push),
-            None => push((t0, t1), z.extinction),
+            Some(field) => field.for_each_part(cell, |t| ray.at(t), t0, t1, push),
+            None => push(t0, t1, z.extinction),
         }
     }
 

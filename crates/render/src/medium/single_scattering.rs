@@ -98,11 +98,11 @@ impl SingleScattering<'_> {
         let Some((lo, hi)) = path.scattering_range() else {
             return out;
         };
-        let lit = self.casters.lit_intervals(ray, source, (lo, hi));
+        let lit = self.casters.lit_intervals(ray, source, lo, hi);
         if lit.intervals.is_empty() {
             return out;
         }
-        let mut sample = self.sample_along(ray, source, sun_depths, (lo, hi));
+        let mut sample = self.sample_along(ray, source, sun_depths, lo, hi);
         let mut cuts = Vec::new();
         for &(a, b) in &lit.intervals {
             // Cut the lit interval where panes begin and end.
@@ -111,7 +111,7 @@ impl SingleScattering<'_> {
             cuts.extend(lit.tints.iter().flat_map(|t| [t.0, t.1]).filter(|t| *t > a && *t < b));
             cuts.sort_by(f64::total_cmp);
             for pair in cuts.windows(2) {
-                sample.add_lit(path, &lit, (pair[0], pair[1]), &mut out);
+                sample.add_lit(path, &lit, pair[0], pair[1], &mut out);
             }
         }
         out
@@ -123,7 +123,8 @@ impl SingleScattering<'_> {
         ray: ViewRay,
         source: &'a EmissionSample<'a>,
         sun_depths: Option<&'a SunDepthCache<'a>>,
-        (lo, hi): (f64, f64),
+        lo: f64,
+        hi: f64,
     ) -> SampleAlongRay<'a> {
         let (least, most) = DEPTH_INTERVALS;
         let count = (((hi - lo) / self.node_spacing).ceil() as usize).clamp(least, most);
@@ -148,9 +149,9 @@ impl SampleAlongRay<'_> {
     }
 
     /// Adds the lit interval a..b, behind the same panes throughout.
-    fn add_lit(&mut self, path: &RayPath, lit: &LitIntervals, (a, b): (f64, f64), out: &mut Bands) {
+    fn add_lit(&mut self, path: &RayPath, lit: &LitIntervals, a: f64, b: f64, out: &mut Bands) {
         let tints = lit.panes_at(0.5 * (a + b));
-        self.for_each_part(path, (a, b), |sample, part| match *sample.source {
+        self.for_each_part(path, a, b, |sample, part| match *sample.source {
             EmissionSample::Distant { direction: towards, .. } => {
                 let tint = sample.pane_transmittance(&tints, towards);
                 sample.add_distant(&part, tint, out);
@@ -162,17 +163,12 @@ impl SampleAlongRay<'_> {
     }
 
     /// Adds the interval a..b of a distant light with the transmittance `tint` of panes throughout.
-    pub(crate) fn add_tinted(&mut self, path: &RayPath, tint: Bands, (a, b): (f64, f64), out: &mut Bands) {
-        self.for_each_part(path, (a, b), |sample, part| sample.add_distant(&part, tint, out));
+    pub(crate) fn add_tinted(&mut self, path: &RayPath, tint: Bands, a: f64, b: f64, out: &mut Bands) {
+        self.for_each_part(path, a, b, |sample, part| sample.add_distant(&part, tint, out));
     }
 
     /// Calls `each` for the scattering parts of a..b.
-    fn for_each_part(
-        &mut self,
-        path: &RayPath,
-        (a, b): (f64, f64),
-        mut each: impl FnMut(&mut Self, NodePart),
-    ) {
+    fn for_each_part(&mut self, path: &RayPath, a: f64, b: f64, mut each: impl FnMut(&mut Self, NodePart)) {
         let first = path.segments.partition_point(|p| p.t1 <= a);
         for segment in path.segments[first..].iter().take_while(|p| p.t0 < b) {
             if segment.scattering == Bands::ZERO {

@@ -104,9 +104,8 @@ impl PixelStrip {
     fn index(&self, x: usize, y: usize) -> usize {
         (y - self.first) * self.width + x
     }
-    /// True where two pixels need more rays: the radiance behind the medium differs, or both the depth and the radiance seen.
-    fn differ(&self, (x, y): (usize, usize), (u, v): (usize, usize)) -> bool {
-        let [i, j] = [self.index(x, y), self.index(u, v)];
+    /// True where two pixels of these indices need more rays: the radiance behind the medium differs, or both the depth and the radiance seen.
+    fn differ(&self, i: usize, j: usize) -> bool {
         let (Some(f), Some(g)) = (self.segments[i], self.segments[j]) else {
             return true;
         };
@@ -252,7 +251,7 @@ impl<'a> AdaptiveSampler<'a> {
         let own = strip.radiance(x, y);
         let mut around = self.around(x, y).filter(|p| *p != (x, y));
         let has_emitter = self.emitter_pixels.contains(&(x, y));
-        if !has_emitter && !around.any(|p| strip.differ((x, y), p)) {
+        if !has_emitter && !around.any(|(u, v)| strip.differ(strip.index(x, y), strip.index(u, v))) {
             return to_pixel(own);
         }
         let (mut sum, mut count, mut range) = (own, 1.0, (own, own));

@@ -102,7 +102,7 @@ pub enum PaneVisibility {
 ///     fov: 60.0,
 ///     lens: Lens::default(),
 /// };
-/// let items = ItemBuffer::new(&solution, &camera, (8, 6), PaneVisibility::Opaque);
+/// let items = ItemBuffer::new(&solution, &camera, 8, 6, PaneVisibility::Opaque);
 /// let zones = items.zones(&NoProgress);
 /// assert!(zones.iter().all(|z| z.is_some_and(|z| (z as usize) < solution.zones.patches.len())));
 /// ```
@@ -156,7 +156,8 @@ impl<'a> ItemBuffer<'a> {
     pub fn new(
         solution: &'a Solution,
         camera: &Camera,
-        (width, height): (usize, usize),
+        width: usize,
+        height: usize,
         panes: PaneVisibility,
     ) -> ItemBuffer<'a> {
         let scene = &solution.scene;

@@ -228,13 +228,14 @@ impl<'a> TileTopology<'a> {
                     continue;
                 };
                 let smooth = self.are_one_curve(i, j as usize, p);
-                let connected = match smooth {
-                    true => self.are_joined(i, j as usize),
-                    false => known.iter().find(|k| k.0 == j).map(|k| k.1).unwrap_or_else(|| {
+                let connected = if smooth {
+                    self.are_joined(i, j as usize)
+                } else {
+                    known.iter().find(|k| k.0 == j).map(|k| k.1).unwrap_or_else(|| {
                         let connected = self.are_connected(i, j as usize);
                         known.push((j, connected));
                         connected
-                    }),
+                    })
                 };
                 if connected {
                     nodes.touching.push((j, angle));

@@ -34,11 +34,13 @@ impl ReceiverPoint {
     /// The point `point` at parameters `uv` of a facet, of the side with the unit normal `facet_normal`, with the normal map of the surface.
     pub(crate) fn on_facet(
         transport: &Transport,
-        (facet, uv): (usize, [f64; 2]),
-        (point, facet_normal): (Vec3, Vec3),
+        facet: usize,
+        uv: [f64; 2],
+        point: Vec3,
+        facet_normal: Vec3,
     ) -> ReceiverPoint {
         let shaded = |side, lift| transport.scene().shaded_point(side, uv, lift);
-        ReceiverPoint::raised(transport, facet, (point, facet_normal), shaded)
+        ReceiverPoint::raised(transport, facet, point, facet_normal, shaded)
     }
 
     /// The point `point` of a facet, of the side with the unit normal `facet_normal`, without normal maps: values at nodes and vertices stand for all the surface
@@ -46,20 +48,22 @@ impl ReceiverPoint {
     pub(crate) fn without_map(
         transport: &Transport,
         facet: usize,
-        (point, facet_normal): (Vec3, Vec3),
+        point: Vec3,
+        facet_normal: Vec3,
     ) -> ReceiverPoint {
         let curved = |side, lift| {
             let uv = transport.scene().facets()[facet].plate.parameters(point);
             transport.scene().curved_point(side, uv, lift)
         };
-        ReceiverPoint::raised(transport, facet, (point, facet_normal), curved)
+        ReceiverPoint::raised(transport, facet, point, facet_normal, curved)
     }
 
     /// The point that `shaded` gives for a side of a facet and a height above it, m.
     fn raised(
         transport: &Transport,
         facet: usize,
-        (point, facet_normal): (Vec3, Vec3),
+        point: Vec3,
+        facet_normal: Vec3,
         shaded: impl Fn((usize, bool), f64) -> Option<ShadedPoint>,
     ) -> ReceiverPoint {
         let scene = transport.scene();

@@ -270,7 +270,7 @@ fn lit_intervals_agree_with_shadow_rays() {
             };
             let (a, b) = (p(1000 + 6 * i), p(1003 + 6 * i));
             let (length, dir) = ((b - a).length(), (b - a).normalized());
-            let lit = shadows.lit_intervals(ViewRay { origin: a, dir }, source, (0.0, length));
+            let lit = shadows.lit_intervals(ViewRay { origin: a, dir }, source, 0.0, length);
             for k in 0..50 {
                 let t = length * (k as f64 + 0.5) / 50.0;
                 let x = a + dir * t;

@@ -277,7 +277,7 @@ pub fn draw(
 fn item_buffer<'a>(settings: &FieldPictureSettings, s: &'a Solution, camera: &Camera) -> ItemBuffer<'a> {
     let is_thermal = settings.quantity.is_thermal();
     let panes = if is_thermal { PaneVisibility::Opaque } else { PaneVisibility::Transparent };
-    let view = ItemBuffer::new(s, camera, settings.size, panes);
+    let view = ItemBuffer::new(s, camera, settings.size.0, settings.size.1, panes);
     match settings.slice {
         Some((axis, coordinate)) => view.with_slice(axis, coordinate),
         None => view,

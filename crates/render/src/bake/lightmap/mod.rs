@@ -95,7 +95,7 @@ pub fn bake_lightmap(
     let shadow_rays = Transport::new(&lit.scene);
     let groups = GroupField::denoised_of_solution(solution);
     let lighting =
-        VertexLighting::new(solution, &transport, (&lit, &shadow_rays), &groups, options.light_samples);
+        VertexLighting::new(solution, &transport, &lit, &shadow_rays, &groups, options.light_samples);
     // Evaluate the texels chart by chart.
     let (irradiance, covered) = texels::light_texels(&lighting, &charts, &atlas, progress);
     let mesh = lightmap_mesh::mesh_facets(&solution.scene, &charts, &atlas);
