@@ -157,14 +157,17 @@ impl ClippedPair {
     pub(super) fn upper_bound(&self) -> f64 {
         let ball = |v: f64| 4.0 * (3.0 * v / (4.0 * std::f64::consts::PI)).cbrt();
         let [a, b] = self.measures;
-        let flat = |i: usize| (0..3).any(|k| self.extents[k][i] == 0.0);
-        1.000_001
-            * match (flat(0), flat(1)) {
-                (true, true) => a.min(b),
-                (true, false) => a * ball(b),
-                (false, true) => b * ball(a),
-                (false, false) => (a * ball(b)).min(b * ball(a)),
-            }
+        let [a_is_flat, b_is_flat] = [0, 1].map(|i| (0..3).any(|k| self.extents[k][i] == 0.0));
+        let bound = if a_is_flat && b_is_flat {
+            a.min(b)
+        } else if a_is_flat {
+            a * ball(b)
+        } else if b_is_flat {
+            b * ball(a)
+        } else {
+            (a * ball(b)).min(b * ball(a))
+        };
+        1.000_001 * bound
     }
     /// Proven bound of the error of a tensor of Gauss rules for the densities, `lines` on the three axes, on the mean of f.
     pub(super) fn quadrature_error(&self, lines: [(usize, f64); 3], kappa: f64) -> f64 {

@@ -49,12 +49,12 @@ impl DensitySpan {
     }
 }
 
-/// The pieces of an axis; densities integrate to one.
-fn density_spans(a: (f64, f64), b: (f64, f64)) -> Vec<DensitySpan> {
-    let (la, lb) = (a.1 - a.0, b.1 - b.0);
+/// The pieces of axis `k` of the distance of two voxels; densities integrate to one.
+fn density_spans(a: &Cuboid, b: &Cuboid, k: usize) -> Vec<DensitySpan> {
+    let (la, lb) = (a.hi[k] - a.lo[k], b.hi[k] - b.lo[k]);
     let (long, short) = (la.max(lb), la.min(lb));
-    let (q, r) = (b.0 - a.0, b.1 - a.1);
-    let p = [b.0 - a.1, q.min(r), q.max(r), b.1 - a.0];
+    let (q, r) = (b.lo[k] - a.lo[k], b.hi[k] - a.hi[k]);
+    let p = [b.lo[k] - a.hi[k], q.min(r), q.max(r), b.hi[k] - a.lo[k]];
     let level = 1.0 / long;
     let mut out = Vec::with_capacity(6);
     let mut piece = |from: f64, to: f64, len: f64, w0: f64, w1: f64| {
@@ -84,8 +84,7 @@ type SpanCell = [DensitySpan; 3];
 pub fn mean_inverse_power(a: &Cuboid, b: &Cuboid, q: i32) -> Bounded {
     assert!(a.normal.is_none() && b.normal.is_none() && a.is_valid() && b.is_valid());
     assert!(q == 1 || q == 2, "power {q}");
-    let axis = |k: usize| density_spans((a.lo[k], a.hi[k]), (b.lo[k], b.hi[k]));
-    let [x, y, z] = [axis(0), axis(1), axis(2)];
+    let [x, y, z] = [0, 1, 2].map(|k| density_spans(a, b, k));
     let mut stack: Vec<SpanCell> = Vec::new();
     for &x in &x {
         for &y in &y {
