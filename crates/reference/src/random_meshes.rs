@@ -276,9 +276,10 @@ impl RandomSection {
             // The front of a wall is to the left of p → q for an observer who sees x to the right and z up, thus looks along +y.
             let c = [at(p, 0.0), at(p, self.period), at(q, self.period), at(q, 0.0)];
             let c = [c[3], c[2], c[1], c[0]];
-            match parts {
-                false => out.push(c.to_vec()),
-                true => out.extend([vec![c[0], c[1], c[2]], vec![c[0], c[2], c[3]]]),
+            if parts {
+                out.extend([vec![c[0], c[1], c[2]], vec![c[0], c[2], c[3]]]);
+            } else {
+                out.push(c.to_vec());
             }
         }
         out

@@ -340,13 +340,13 @@ impl VisibleScene {
             }
             let Some(piece) = &before[j] else { continue };
             let plane = (target.normal, target.normal.dot(target.corners[0] - x));
-            let visible = visible(piece.clone(), (&before, &cones), Some((j, plane)), contact);
+            let visible = visible(piece.clone(), &before, &cones, Some((j, plane)), contact);
             let seen: f64 = visible.iter().map(|p| projected(p, n)).sum();
             sum[target.facet] += weight * seen.abs();
         }
         for (region, direction) in self.surroundings() {
             let Some(piece) = clipped(&direction, n, 0.0) else { continue };
-            let visible = visible(piece, (&before, &cones), None, contact);
+            let visible = visible(piece, &before, &cones, None, contact);
             let seen: f64 = visible.iter().map(|p| projected(p, n)).sum();
             sum[self.facets + region] += weight * seen.abs();
         }
@@ -393,7 +393,8 @@ impl VisibleScene {
 /// The pieces of a polygon (relative to the point of view) that no other one, with its cone, hides.
 fn visible(
     whole: Vec<Vec3>,
-    (before, cones): (&[Option<Vec<Vec3>>], &[Vec<Vec3>]),
+    before: &[Option<Vec<Vec3>>],
+    cones: &[Vec<Vec3>],
     target: Option<(usize, (Vec3, f64))>,
     contact: f64,
 ) -> Vec<Vec<Vec3>> {

@@ -206,12 +206,12 @@ impl<'a> Walker<'a> {
         let z = zones.voxels.at(i - zones.voxel_offset());
         let grid = self.walk_scene.scene.voxel_grid()?;
         let lo = grid.corner(grid.coordinates(z.cell));
-        let at = self.point_in_voxel_zone((i, z), lo, grid.cell(), rng);
+        let at = self.point_in_voxel_zone(i, z, lo, grid.cell(), rng);
         Some(WalkStart { at, facet: None, pane: None })
     }
 
     /// A random point of volume zone `i`: a sub-cell by its volume, in it a point of the zone that its sample point sees.
-    fn point_in_voxel_zone(&self, (i, z): (usize, VoxelZone), lo: Vec3, edge: Vec3, rng: &mut Rng) -> Vec3 {
+    fn point_in_voxel_zone(&self, i: usize, z: VoxelZone, lo: Vec3, edge: Vec3, rng: &mut Rng) -> Vec3 {
         if z.samples.is_empty() {
             return rng.point_in_box(lo, lo + edge);
         }
@@ -246,14 +246,15 @@ impl<'a> Walker<'a> {
         let initial = w.weight.abs();
         let mut parts = vec![w];
         while let Some(w) = parts.pop() {
-            self.follow((w, initial), &mut parts, rng, sums);
+            self.follow(w, initial, &mut parts, rng, sums);
         }
     }
 
     /// Follows a part of a walk to its end and appends the parts that leave it; `initial` is the weight of the walk.
     fn follow(
         &self,
-        (mut w, initial): (WalkState, f64),
+        mut w: WalkState,
+        initial: f64,
         parts: &mut Vec<WalkState>,
         rng: &mut Rng,
         sums: &mut [f64],
@@ -310,7 +311,7 @@ impl<'a> Walker<'a> {
                 }
                 false
             }
-            WalkEnd::Facet(hit, at, length) => self.scatter_at_facet(hit, (at, length), w, rng, sums),
+            WalkEnd::Facet(hit, at, length) => self.scatter_at_facet(hit, at, length, w, rng, sums),
             WalkEnd::Cell(cell, at) => {
                 if !absorb(&self.optics.cells[cell], w, rng) {
                     return false;
@@ -336,11 +337,12 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Scores a hit of a facet and reflects the walk; false where the walk ends.
+    /// Scores a hit of a facet at the point `at`, `length` from the start of the flight, and reflects the walk; false where the walk ends.
     fn scatter_at_facet(
         &self,
         hit: RayHit,
-        (at, length): (Vec3, f64),
+        at: Vec3,
+        length: f64,
         w: &mut WalkState,
         rng: &mut Rng,
         sums: &mut [f64],

@@ -297,10 +297,8 @@ fn choose_side(rho: Bands, tau: Bands, numbers: &mut PathNumbers) -> (Bands, boo
         return (rho, false);
     }
     let transmits = tau.mean() / (rho.mean() + tau.mean());
-    match numbers.rng.uniform() < transmits {
-        true => (tau / transmits, true),
-        false => (rho / (1.0 - transmits), false),
-    }
+    let is_transmitted = numbers.rng.uniform() < transmits;
+    (if is_transmitted { tau / transmits } else { rho / (1.0 - transmits) }, is_transmitted)
 }
 
 fn facet_side(front: bool) -> FacetSide {
