@@ -151,17 +151,26 @@ difference of the two. On coarse grids the two all but cancel.\n\n",
     ))
 }
 
-/// A scene of the comparison: name, text, camera.
-type ComparedScene<'a> = (&'a str, String, &'a str);
+/// A scene of the comparison.
+struct ComparedScene {
+    name: &'static str,
+    text: String,
+    camera: &'static str,
+}
 
 fn formulas(folder: &PageFolder, sizes: SolveSizes) -> Result<String, Failure> {
     let n = *sizes.divisions.last().unwrap_or(&10);
-    let chapel = sizes.chapel.map(|size| ("chapel", zonal_demo::chapel_text(size), "nave"));
-    let scenes = [Some(("c0", cube(n), "inside")), chapel];
+    let mut scenes = vec![ComparedScene { name: "c0", text: cube(n), camera: "inside" }];
+    scenes.extend(sizes.chapel.map(|size| ComparedScene {
+        name: "chapel",
+        text: zonal_demo::chapel_text(size),
+        camera: "nave",
+    }));
     let (mut rows, mut pictures) = (Vec::new(), String::new());
-    for scene in scenes.iter().flatten() {
-        rows.extend(compare_formulas(folder, scene, sizes.pixels)?);
-        let name = scene.0;
+    let (width, height) = sizes.pixels;
+    for scene in &scenes {
+        rows.extend(compare_formulas(folder, scene, width, height)?);
+        let name = scene.name;
         let cell = |w: &str| format!("![{name}, {w}]({name}-{w}.png)");
         pictures += &markdown(
             &["exact", "series", "Proposition 1", "formula (3)"],
@@ -195,9 +204,11 @@ out of the integral. The same exposure for all four pictures of a scene:\n\n{pic
 /// Solves a scene with every formula, draws it with the exposure of the exact one, and returns a row each.
 fn compare_formulas(
     folder: &PageFolder,
-    (name, text, camera): &ComparedScene,
-    (width, height): (usize, usize),
+    scene: &ComparedScene,
+    width: usize,
+    height: usize,
 ) -> Result<Vec<Vec<String>>, Failure> {
+    let ComparedScene { name, text, camera } = scene;
     let mut rows = Vec::new();
     let mut exact: Option<(Solution, f64)> = None;
     for (factors, word) in FORMULAS {

@@ -230,12 +230,12 @@ fn verdict(done: &[CaseResult]) -> Result<(), Failure> {
         .map(|(name, count)| format!("{name} ({count})"))
         .collect();
     if failed.is_empty() {
-        return match done.iter().all(|d| d.outcome.skipped.is_some()) {
-            true => Err(Failure::verdict(
+        if done.iter().all(|d| d.outcome.skipped.is_some()) {
+            return Err(Failure::verdict(
                 "nothing was checked: every chosen case was skipped; give the folder of their files with --reference",
-            )),
-            false => Ok(()),
-        };
+            ));
+        }
+        return Ok(());
     }
     Err(Failure::verdict(format!("failing verdicts by case: {}", failed.join(", "))))
 }

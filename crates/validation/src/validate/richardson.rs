@@ -75,7 +75,7 @@ pub(crate) fn extrapolate(steps: &[(f64, f64)]) -> Result<Extrapolation, String>
     let mut found: Vec<(f64, f64)> = Vec::new();
     for block in steps.windows(3).rev() {
         match observed_order(block) {
-            Ok(p) => found.push((p, extrapolate_pair(block[1], block[2], p))),
+            Ok(p) => found.push((p, extrapolate_pair([block[1], block[2]], p))),
             Err(why) if found.is_empty() => return Err(why),
             Err(_) => break,
         }
@@ -83,13 +83,15 @@ pub(crate) fn extrapolate(steps: &[(f64, f64)]) -> Result<Extrapolation, String>
     let (_, value) = found[0];
     let [.., before, last] = steps else { return Err("two resolutions are needed".into()) };
     let uncertainty = match found.get(1) {
-        Some(&(p, other)) => (other - value).abs().max((extrapolate_pair(*before, *last, p) - value).abs()),
+        Some(&(p, other)) => (other - value).abs().max((extrapolate_pair([*before, *last], p) - value).abs()),
         None => 0.25 * (value - last.1).abs(),
     };
     Ok(Extrapolation { value, uncertainty, orders: found.iter().rev().map(|f| f.0).collect() })
 }
 
-fn extrapolate_pair((n1, v1): (f64, f64), (n2, v2): (f64, f64), p: f64) -> f64 {
+/// The limit of two steps (n, v) whose error is of order p.
+fn extrapolate_pair(steps: [(f64, f64); 2], p: f64) -> f64 {
+    let [(n1, v1), (n2, v2)] = steps;
     v2 + (v2 - v1) / ((n2 / n1).powf(p) - 1.0)
 }
 

@@ -190,11 +190,15 @@ fn difference([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
         d if d < -180.0 => d + 360.0,
         d => d,
     };
-    let mean_hue = match (h1 - h2).abs() > 180.0 {
-        _ if is_grey => h1 + h2,
-        false => 0.5 * (h1 + h2),
-        true if h1 + h2 < 360.0 => 0.5 * (h1 + h2 + 360.0),
-        true => 0.5 * (h1 + h2 - 360.0),
+    let is_across_zero = (h1 - h2).abs() > 180.0;
+    let mean_hue = if is_grey {
+        h1 + h2
+    } else if !is_across_zero {
+        0.5 * (h1 + h2)
+    } else if h1 + h2 < 360.0 {
+        0.5 * (h1 + h2 + 360.0)
+    } else {
+        0.5 * (h1 + h2 - 360.0)
     };
     let (l, c) = (0.5 * (l1 + l2), 0.5 * (c1 + c2));
     let cosine = |factor: f64, shift: f64| (factor * mean_hue + shift).to_radians().cos();

@@ -105,12 +105,13 @@ fn analogue(bench: &CaseContext, tau: f64, n: usize) -> Result<f64, Failure> {
     Ok(WallMeans::of(&bench.solve(&name, &room.text(&name))?, "z0").net())
 }
 
-/// Compares the layer with one that scatters all, and with layers between grey walls, by the printed Ψ and that of the finest cells.
+/// Compares the layer with one that scatters all, and with layers between grey walls, by Ψ as printed and with the finest cells.
 fn compare_variants(
     bench: &CaseContext,
     out: &mut CaseOutcome,
     tau: f64,
-    (printed, finest): (f64, f64),
+    printed: f64,
+    finest: f64,
 ) -> Result<(), Failure> {
     let other = analogue(bench, tau, 192)?;
     out.error(
@@ -163,7 +164,7 @@ fn equilibrium(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
             AcceptanceLimit::Absolute(1e-9),
         );
         if [0.1, 1.0, 10.0].contains(&tau) {
-            compare_variants(bench, &mut out, tau, (p.value, finest))?;
+            compare_variants(bench, &mut out, tau, p.value, finest)?;
         }
         out.sequences.push(sequence);
     }

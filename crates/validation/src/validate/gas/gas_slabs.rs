@@ -37,14 +37,22 @@ pub(crate) const CASES: [ValidationCase; 1] = [ValidationCase {
     run,
 }];
 
-/// A slab: its name, length in m, and whether its walls are cold.
-const SLABS: [(&str, f64, bool); 6] = [
-    ("S1", 1.5, true),
-    ("S2", 1.5, true),
-    ("S3", 1.0, false),
-    ("S4", 0.3, false),
-    ("S5", 2.0, false),
-    ("B3", 1.0, false),
+/// A slab of gas between two walls.
+struct GasSlab {
+    case: &'static str,
+    /// Length, m.
+    length: f64,
+    /// True with cold walls.
+    cold: bool,
+}
+
+const SLABS: [GasSlab; 6] = [
+    GasSlab { case: "S1", length: 1.5, cold: true },
+    GasSlab { case: "S2", length: 1.5, cold: true },
+    GasSlab { case: "S3", length: 1.0, cold: false },
+    GasSlab { case: "S4", length: 0.3, cold: false },
+    GasSlab { case: "S5", length: 2.0, cold: false },
+    GasSlab { case: "B3", length: 1.0, cold: false },
 ];
 
 /// Temperature in K and mole fractions of H2O and CO2 at x, m.
@@ -60,11 +68,8 @@ fn state(case: &str, x: f64) -> [f64; 3] {
     }
 }
 
-fn solve(
-    bench: &CaseContext,
-    (case, length, cold): (&str, f64, bool),
-    model: &str,
-) -> Result<Solution, Failure> {
+fn solve(bench: &CaseContext, slab: &GasSlab, model: &str) -> Result<Solution, Failure> {
+    let &GasSlab { case, length, cold } = slab;
     let step = length / LAYERS as f64;
     let of = |k: usize| {
         let values: Vec<f64> = (0..LAYERS).map(|i| state(case, (i as f64 + 0.5) * step)[k]).collect();
@@ -92,8 +97,8 @@ fn sources(s: &Solution) -> Vec<f64> {
 
 fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     let mut out = CaseOutcome::default();
-    for slab in SLABS {
-        let (case, length, cold) = slab;
+    for slab in &SLABS {
+        let &GasSlab { case, length, cold } = slab;
         let s = solve(bench, slab, WEIGHTED_SUM)?;
         // Net fluxes that leave the walls, kW/m²; RadLib's are in the direction of x.
         let ours = [net_flux(&s, "z0") / 1e3, -net_flux(&s, "z1") / 1e3];
@@ -110,7 +115,7 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
         }
         let source = sources(&s);
         profile(&mut out, case, length, &source)?;
-        lines(&mut out, case, length, (&source, ours))?;
+        lines(&mut out, slab, &source, ours)?;
     }
     superposition(bench, &mut out)?;
     Ok(out)
@@ -118,7 +123,7 @@ fn run(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
 
 /// The flux at the far wall of B3 by superposition of the species.
 fn superposition(bench: &CaseContext, out: &mut CaseOutcome) -> Result<(), Failure> {
-    let s = solve(bench, SLABS[SLABS.len() - 1], SUPERPOSITION)?;
+    let s = solve(bench, &SLABS[SLABS.len() - 1], SUPERPOSITION)?;
     let limit = AcceptanceLimit::Absolute(0.05);
     out.check(
         format!("B3: qL, kW/m², {SUPERPOSITION}"),
@@ -157,13 +162,9 @@ fn profile(out: &mut CaseOutcome, case: &str, length: f64, source: &[f64]) -> Re
     Ok(())
 }
 
-/// The difference from line-by-line spectra.
-fn lines(
-    out: &mut CaseOutcome,
-    case: &str,
-    length: f64,
-    (source, walls): (&[f64], [f64; 2]),
-) -> Result<(), Failure> {
+/// The difference of the source, kW/m³, and of the fluxes of the walls, kW/m², from line-by-line spectra.
+fn lines(out: &mut CaseOutcome, slab: &GasSlab, source: &[f64], walls: [f64; 2]) -> Result<(), Failure> {
+    let &GasSlab { case, length, .. } = slab;
     let mut points = Vec::new();
     for row in table!("slabs_lbl.csv")?.rows() {
         if row.text("case")? == case {

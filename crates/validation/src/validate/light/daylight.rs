@@ -121,7 +121,8 @@ fn mean_over(patch: &Patch, f: impl Fn(Vec3) -> f64) -> f64 {
 fn compare(
     out: &mut CaseOutcome,
     title: &str,
-    (s, names): (&Solution, &[&str]),
+    s: &Solution,
+    names: &[&str],
     [limit, mean_limit]: [f64; 2],
     exact: impl Fn(Vec3, Vec3) -> f64,
 ) {
@@ -150,8 +151,8 @@ fn luminous_ceiling(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
     let s = bench.solve("luminous-ceiling", &text)?;
     let ceiling = rectangle(vec3(0.0, 0.0, 3.0), vec3(4.0, 0.0, 0.0), vec3(0.0, 4.0, 0.0));
     let exact = |x: Vec3, n: Vec3| FLUX * configuration_factor(x, n, &ceiling);
-    compare(&mut out, "floor", (&s, &["room.z0"]), LIMITS, exact);
-    compare(&mut out, "walls", (&s, &["room.x0", "room.x1", "room.y0", "room.y1"]), LIMITS, exact);
+    compare(&mut out, "floor", &s, &["room.z0"], LIMITS, exact);
+    compare(&mut out, "walls", &s, &["room.x0", "room.x1", "room.y0", "room.y1"], LIMITS, exact);
     Ok(out)
 }
 
@@ -179,18 +180,17 @@ fn reflection(bench: &CaseContext, name: &str, screened: bool) -> Result<CaseOut
     let s = bench.solve(name, &text)?;
     let exact = |x: Vec3, n: Vec3| {
         // Behind the screen the surface begins where the line of sight over its edge meets it.
-        let first = match screened {
-            true if x.z <= height => return 0.0,
-            true => (distance * x.z / (x.z - height)).max(1.0),
-            false => 1.0,
-        };
+        if screened && x.z <= height {
+            return 0.0;
+        }
+        let first = if screened { (distance * x.z / (x.z - height)).max(1.0) } else { 1.0 };
         if first >= 3.0 {
             return 0.0;
         }
         let seen = rectangle(vec3(first, -1.5, 0.0), vec3(3.0 - first, 0.0, 0.0), vec3(0.0, 3.0, 0.0));
         REFLECTANCE * FLUX * configuration_factor(x, n, &seen)
     };
-    compare(&mut out, "wall", (&s, &["wall"]), LIMITS, exact);
+    compare(&mut out, "wall", &s, &["wall"], LIMITS, exact);
     Ok(out)
 }
 
@@ -310,7 +310,7 @@ fn sky_component(bench: &CaseContext) -> Result<CaseOutcome, Failure> {
             let ground = GROUND * horizontal_irradiance(parameters) / PI;
             let radiance = |d: Vec3| if d.z > 0.0 { cie_radiance(parameters, d) } else { ground };
             let title = format!("{}, type {kind}", opening.name);
-            compare(&mut out, &title, (&s, opening.compared), LIMITS, |x, n| {
+            compare(&mut out, &title, &s, opening.compared, LIMITS, |x, n| {
                 opening.irradiance(x, n, radiance)
             });
         }

@@ -37,7 +37,7 @@ pub struct TableDifference {
 
 impl TableDifference {
     /// Of values beside a table and its standard errors.
-    pub fn new(ours: &[f64], (table, errors): &(Vec<f64>, Vec<f64>)) -> TableDifference {
+    pub fn new(ours: &[f64], table: &[f64], errors: &[f64]) -> TableDifference {
         let mean = table.iter().sum::<f64>() / table.len() as f64;
         let pairs = || ours.iter().zip(table).map(|(o, t)| (o - t, *t));
         let above = |least: f64| pairs().filter(move |p| p.1 > least).map(|(d, t)| d / t);
@@ -65,11 +65,14 @@ impl TableComparison {
     /// Compares a solution of a cube with the tables in a folder.
     pub fn new(s: &Solution, c: &MonteCarloCube, folder: &Path) -> Result<TableComparison, Failure> {
         let (walls, block, gas) = binned::cell_means(s)?;
-        let of = |ours: &[f64], q: &str| Ok::<_, Failure>(TableDifference::new(ours, &c.read(folder, q)?));
+        let difference = |ours: &[f64], q: &str| {
+            let (table, errors) = c.read(folder, q)?;
+            Ok::<_, Failure>(TableDifference::new(ours, &table, &errors))
+        };
         Ok(TableComparison {
-            h: of(&walls, "H")?,
-            g: of(&gas, "G")?,
-            block: if c.block { Some(of(&block, "Hocc")?) } else { None },
+            h: difference(&walls, "H")?,
+            g: difference(&gas, "G")?,
+            block: if c.block { Some(difference(&block, "Hocc")?) } else { None },
         })
     }
 }
