@@ -84,4 +84,4 @@ pub use thermal::{BandFractions, CellFractions, Thermal, ThermalCondition};
 pub use zones::merged_patches::MergedPatches;
 pub use zones::sheet_sides::SheetSides;
 pub use zones::voxel_zones::{VoxelPlace, VoxelZone, VoxelZones};
-pub use zones::{MAX_CONTINUED_PATCH_SIZES, PaneZone, Patch, Zones};
+pub use zones::{MAX_CONTINUED_PATCH_SIZES, PaneZone, Patch, ZoneKind, ZoneRef, Zones};

@@ -11,7 +11,7 @@ use crate::bands::band::Band;
 use crate::geometry::plate::Plate;
 use crate::zones::merged_patches::MergedPatches;
 use crate::zones::sheet_sides::SheetSides;
-use crate::zones::voxel_zones::VoxelZones;
+use crate::zones::voxel_zones::{VoxelZone, VoxelZones};
 use zonal_math::Vec3;
 
 /// A surface zone: one side of a piece of a facet.
@@ -80,6 +80,55 @@ impl PaneZone {
     }
 }
 
+/// Kinds of zones, in their global order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ZoneKind {
+    /// A surface zone.
+    Patch,
+    /// A volume zone of the voxel grid.
+    Voxel,
+    /// A volume zone of a pane.
+    Pane,
+}
+
+/// One zone of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ZoneRef<'a> {
+    /// A patch; its global index is its index among the patches.
+    Patch(&'a Patch),
+    /// A voxel zone and its index among the voxel zones.
+    Voxel(usize, VoxelZone<'a>),
+    /// A pane zone and its index among the pane zones.
+    Pane(usize, &'a PaneZone),
+}
+
+impl ZoneRef<'_> {
+    /// Its kind.
+    pub fn kind(&self) -> ZoneKind {
+        match self {
+            ZoneRef::Patch(_) => ZoneKind::Patch,
+            ZoneRef::Voxel(..) => ZoneKind::Voxel,
+            ZoneRef::Pane(..) => ZoneKind::Pane,
+        }
+    }
+    /// Centre of a plate, of the free volume of a voxel zone, m.
+    pub fn centre(&self) -> Vec3 {
+        match self {
+            ZoneRef::Patch(p) => p.plate.centre(),
+            ZoneRef::Voxel(_, v) => v.centre,
+            ZoneRef::Pane(_, p) => p.plate.centre(),
+        }
+    }
+    /// Area of a patch or of a piece of a pane, m²; volume of a voxel zone, m³.
+    pub fn size(&self) -> f64 {
+        match self {
+            ZoneRef::Patch(p) => p.area,
+            ZoneRef::Voxel(_, v) => v.volume,
+            ZoneRef::Pane(_, p) => p.area,
+        }
+    }
+}
+
 /// All zones of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Zones {
@@ -111,6 +160,18 @@ impl Zones {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+    /// Zone `i` by its global index.
+    pub fn zone(&self, i: usize) -> ZoneRef<'_> {
+        if i < self.voxel_offset() {
+            ZoneRef::Patch(&self.patches[i])
+        } else if i < self.pane_offset() {
+            let k = i - self.voxel_offset();
+            ZoneRef::Voxel(k, self.voxels.at(k))
+        } else {
+            let k = i - self.pane_offset();
+            ZoneRef::Pane(k, &self.panes[k])
+        }
+    }
     /// Global index of the first voxel zone.
     pub fn voxel_offset(&self) -> usize {
         self.patches.len()
@@ -139,15 +200,10 @@ impl Zones {
     /// Response and measure of zone `i`: (ρ, A in m²) of a patch, (Ω/4, V in m³) of a volume zone; B = E + response · (H or G), with the transmitted light of
     /// sheets ([`Zones::scattered`]).
     pub fn response(&self, i: usize) -> (Bands, f64) {
-        if i < self.voxel_offset() {
-            let p = &self.patches[i];
-            (p.reflectance, p.area)
-        } else if i < self.pane_offset() {
-            let v = self.voxels.at(i - self.voxel_offset());
-            (0.25 * v.albedo, v.volume)
-        } else {
-            let p = &self.panes[i - self.pane_offset()];
-            (0.25 * p.albedo, p.area * p.thickness)
+        match self.zone(i) {
+            ZoneRef::Patch(p) => (p.reflectance, p.area),
+            ZoneRef::Voxel(_, v) => (0.25 * v.albedo, v.volume),
+            ZoneRef::Pane(_, p) => (0.25 * p.albedo, p.area * p.thickness),
         }
     }
     /// Strength κB of the source of zone `i` in the bands in which it is transparent, W/m³: q/4, where q/(4κ) has no value. Zero for other zones.
@@ -168,15 +224,13 @@ impl Zones {
     /// Emission of zone `i` as a radiosity, W/m²: E of a patch, (1−Ω)E + q/(4κ) of a volume zone; without the source where κ is 0
     /// ([`Zones::transparent_source`]).
     pub fn emission(&self, i: usize) -> Bands {
-        if i < self.voxel_offset() {
-            self.patches[i].emission
-        } else if i < self.pane_offset() {
-            let v = self.voxels.at(i - self.voxel_offset());
-            let q = v.source.zip_map(v.extinction, |q, k| if k > 0.0 { q / (4.0 * k) } else { 0.0 });
-            (1.0 - v.albedo) * v.emission + q
-        } else {
-            let p = &self.panes[i - self.pane_offset()];
-            (1.0 - p.albedo) * p.emission
+        match self.zone(i) {
+            ZoneRef::Patch(p) => p.emission,
+            ZoneRef::Voxel(_, v) => {
+                let q = v.source.zip_map(v.extinction, |q, k| if k > 0.0 { q / (4.0 * k) } else { 0.0 });
+                (1.0 - v.albedo) * v.emission + q
+            }
+            ZoneRef::Pane(_, p) => (1.0 - p.albedo) * p.emission,
         }
     }
 }
