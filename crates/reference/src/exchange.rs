@@ -11,7 +11,7 @@ use crate::estimate::{SampleEstimate, SampleStatistics, add_sample};
 use crate::rng::Rng;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, PerBand, Plate, Scene, Zones};
+use zonal_scene::{Band, Bands, PerBand, Plate, Scene, ZoneRef, Zones};
 
 /// A body that exchanges radiation.
 #[derive(Clone, Debug)]
@@ -56,16 +56,17 @@ impl ExchangeBody {
 
     /// The body of zone `i`; of a volume zone its whole cell.
     pub fn of(scene: &Scene, zones: &Zones, i: usize) -> ExchangeBody {
-        if i < zones.voxel_offset() {
-            return ExchangeBody::Patch(zones.patches[i].plate);
+        match zones.zone(i) {
+            ZoneRef::Patch(p) => ExchangeBody::Patch(p.plate),
+            ZoneRef::Voxel(_, z) => {
+                let grid = scene.voxel_grid().expect("volume zones come from a grid");
+                let lo = grid.corner(grid.coordinates(z.cell));
+                ExchangeBody::cuboid(lo, lo + grid.cell())
+            }
+            ZoneRef::Pane(_, p) => {
+                ExchangeBody::Pane { plate: p.plate, thickness: p.thickness, extinction: p.extinction }
+            }
         }
-        if i < zones.pane_offset() {
-            let grid = scene.voxel_grid().expect("volume zones come from a grid");
-            let lo = grid.corner(grid.coordinates(zones.voxels.at(i - zones.voxel_offset()).cell));
-            return ExchangeBody::cuboid(lo, lo + grid.cell());
-        }
-        let p = &zones.panes[i - zones.pane_offset()];
-        ExchangeBody::Pane { plate: p.plate, thickness: p.thickness, extinction: p.extinction }
     }
 
     /// A ray of the body's density and its weight per band: area, 4 × volume, or that of the pane.

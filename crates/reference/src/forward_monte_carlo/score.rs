@@ -3,7 +3,7 @@
 use super::optics::{ElementOptics, SceneOptics};
 use super::solution::{ForwardSolution, HeatBalance};
 use crate::estimate::{SampleEstimate, SampleStatistics};
-use zonal_scene::{Band, Bands, PerBand, Scene, Zones};
+use zonal_scene::{Band, Bands, PerBand, Scene, ZoneKind, ZoneRef, Zones};
 
 /// Layout of the scores: for each element (surface, medium, pane, loss) and zone one number per band and ∫σT⁴ of re-emission.
 pub(super) struct ScoreLayout {
@@ -152,14 +152,14 @@ impl ScoreReader<'_> {
     /// Heat of zone `i`.
     fn zone_heat(&self, z: &Zones, i: usize) -> HeatBalance {
         let (_, measure) = z.response(i);
-        let k = if i < z.voxel_offset() {
-            &self.optics.surfaces[z.patches[i].surface]
-        } else if i < z.pane_offset() {
-            &self.optics.cells[z.voxels.at(i - z.voxel_offset()).cell]
-        } else {
-            &self.optics.panes[z.panes[i - z.pane_offset()].pane]
+        let zone = z.zone(i);
+        let k = match zone {
+            ZoneRef::Patch(p) => &self.optics.surfaces[p.surface],
+            ZoneRef::Voxel(_, v) => &self.optics.cells[v.cell],
+            ZoneRef::Pane(_, p) => &self.optics.panes[p.pane],
         };
-        let absorbed = if i < z.voxel_offset() { k.absorptance } else { k.absorptance * k.extinction };
+        let is_patch = zone.kind() == ZoneKind::Patch;
+        let absorbed = if is_patch { k.absorptance } else { k.absorptance * k.extinction };
         self.heat(self.layout.zones + i, absorbed, &[(k, measure)])
     }
 

@@ -13,7 +13,7 @@ use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_coordinates;
 use zonal_scene::{
     Band, Light, MAX_CONTINUED_PATCH_SIZES, Plate, PlateKind, SUBCELLS, Scene, Sides, VolumeSample,
-    VoxelZone, Zones,
+    VoxelZone, ZoneRef, Zones,
 };
 
 /// Independent batches of a mean.
@@ -137,8 +137,7 @@ impl<'a> Walker<'a> {
             }
             EmissionElement::Zone(i) => {
                 let zones = self.zones?;
-                if i < zones.voxel_offset() {
-                    let p = &zones.patches[i];
+                if let ZoneRef::Patch(p) = zones.zone(i) {
                     let at = rng.point_on_plate(&p.plate);
                     let start = WalkStart { at, facet: Some(p.facet as u32), pane: None };
                     return Some((start, rng.cosine_direction(p.normal), true));
@@ -193,21 +192,23 @@ impl<'a> Walker<'a> {
 
     /// A random point of volume or pane zone `i`.
     fn point_in_zone(&self, i: usize, rng: &mut Rng) -> Option<WalkStart> {
-        let zones = self.zones?;
-        if i >= zones.pane_offset() {
-            let z = &zones.panes[i - zones.pane_offset()];
-            let at = rng.point_on_plate(&z.plate);
-            let own = |p: &(usize, Plate)| p.0 == z.pane;
-            let candidates = self.walk_scene.plates.iter().enumerate().filter(|(_, p)| own(p));
-            let nearest = candidates
-                .min_by(|a, b| parameter_excess(&a.1.1, at).total_cmp(&parameter_excess(&b.1.1, at)));
-            return Some(self.start_in_pane(nearest?.0, Some(at), rng));
+        match self.zones?.zone(i) {
+            ZoneRef::Patch(_) => None,
+            ZoneRef::Voxel(_, z) => {
+                let grid = self.walk_scene.scene.voxel_grid()?;
+                let lo = grid.corner(grid.coordinates(z.cell));
+                let at = self.point_in_voxel_zone(i, z, lo, grid.cell(), rng);
+                Some(WalkStart { at, facet: None, pane: None })
+            }
+            ZoneRef::Pane(_, z) => {
+                let at = rng.point_on_plate(&z.plate);
+                let own = |p: &(usize, Plate)| p.0 == z.pane;
+                let candidates = self.walk_scene.plates.iter().enumerate().filter(|(_, p)| own(p));
+                let nearest = candidates
+                    .min_by(|a, b| parameter_excess(&a.1.1, at).total_cmp(&parameter_excess(&b.1.1, at)));
+                Some(self.start_in_pane(nearest?.0, Some(at), rng))
+            }
         }
-        let z = zones.voxels.at(i - zones.voxel_offset());
-        let grid = self.walk_scene.scene.voxel_grid()?;
-        let lo = grid.corner(grid.coordinates(z.cell));
-        let at = self.point_in_voxel_zone(i, z, lo, grid.cell(), rng);
-        Some(WalkStart { at, facet: None, pane: None })
     }
 
     /// A random point of volume zone `i`: a sub-cell by its volume, in it a point of the zone that its sample point sees.
