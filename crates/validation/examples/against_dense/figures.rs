@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 use zonal_io::output;
 use zonal_report::plot::{LOG_LOG, Plot, SeriesMark};
-use zonal_scene::{Band, Bands, Fields, Report, Scene, Zones};
+use zonal_scene::{Band, Bands, Fields, Report, Scene, ZoneRef, Zones};
 
 /// A zone's estimate covers its error up to this factor.
 const COVERED_FACTOR: f64 = 2.0;
@@ -182,18 +182,18 @@ pub(crate) fn list_worst(scene: &Scene, zones: &Zones, ours: &Fields, dense: &Fi
 
 fn place(scene: &Scene, zones: &Zones, i: usize) -> String {
     let point = |p: [f64; 3]| format!("({:.3}, {:.3}, {:.3})", p[0], p[1], p[2]);
-    if i < zones.voxel_offset() {
-        let p = &zones.patches[i];
-        let (lo, hi) = p.plate.bounds();
-        let name = &scene.surfaces()[p.surface].name;
-        return format!("patch {i} of {name}, {:.1e} m² at {}", p.area, point(((lo + hi) * 0.5).array()));
+    match zones.zone(i) {
+        ZoneRef::Patch(p) => {
+            let (lo, hi) = p.plate.bounds();
+            let name = &scene.surfaces()[p.surface].name;
+            format!("patch {i} of {name}, {:.1e} m² at {}", p.area, point(((lo + hi) * 0.5).array()))
+        }
+        ZoneRef::Voxel(_, v) => {
+            let whole = if v.samples.is_empty() { "whole" } else { "cut" };
+            format!("{whole} voxel {i}, {:.1e} m³ at {}", v.volume, point(v.centre.array()))
+        }
+        ZoneRef::Pane(..) => format!("piece {i} of a pane"),
     }
-    if i >= zones.pane_offset() {
-        return format!("piece {i} of a pane");
-    }
-    let v = zones.voxels.at(i - zones.voxel_offset());
-    let whole = if v.samples.is_empty() { "whole" } else { "cut" };
-    format!("{whole} voxel {i}, {:.1e} m³ at {}", v.volume, point(v.centre.array()))
 }
 
 /// The table of a file with the records of a scene and a tolerance put in the place of older ones; by scene, then from coarse to fine.

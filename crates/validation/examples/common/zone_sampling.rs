@@ -3,19 +3,18 @@
 use std::ops::Range;
 use zonal_reference::Rng;
 use zonal_reference::path_tracer::Detector;
-use zonal_scene::{Scene, Zones};
+use zonal_scene::{Scene, ZoneRef, Zones};
 
 /// Zone `i` as a detector of the path tracer.
 pub(crate) fn detector(scene: &Scene, zones: &Zones, i: usize) -> Detector {
-    if i < zones.voxel_offset() {
-        return Detector::patch(&zones.patches[i]);
+    match zones.zone(i) {
+        ZoneRef::Patch(p) => Detector::patch(p),
+        ZoneRef::Voxel(_, z) => {
+            let grid = scene.voxel_grid().expect("voxel zones have a voxel grid");
+            Detector::voxel(z, grid)
+        }
+        ZoneRef::Pane(_, z) => Detector::Pane { pane: z.pane, plate: z.plate },
     }
-    if i >= zones.pane_offset() {
-        let z = &zones.panes[i - zones.pane_offset()];
-        return Detector::Pane { pane: z.pane, plate: z.plate };
-    }
-    let grid = scene.voxel_grid().expect("voxel zones have a voxel grid");
-    Detector::voxel(zones.voxels.at(i - zones.voxel_offset()), grid)
 }
 
 /// Up to `count` zones of a range at random, each with equal chances, ascending.

@@ -7,7 +7,7 @@ use zonal_io::input;
 use zonal_reference::SampleEstimate;
 use zonal_reference::forward_monte_carlo::{ClosedSurfaces, ForwardProblem, ForwardSolution, trace_forward};
 use zonal_scene::thermal::blackbody_temperature;
-use zonal_scene::{Band, Bands, NoProgress, Report, Scene, Severity, Solution};
+use zonal_scene::{Band, Bands, NoProgress, Report, Scene, Severity, Solution, ZoneRef};
 
 /// The largest memory of a solve, bytes.
 const MAX_MEMORY: u64 = 2 << 30;
@@ -429,14 +429,10 @@ pub(crate) fn zones(s: &Solution, truth: &ForwardSolution) -> Vec<Quantity> {
     let h = |i: usize| s.fields.incident[i] + s.fields.direct_light(i);
     let grey = s.scene.thermal().is_some_and(|t| t.band_fractions.is_grey());
     let scale = (0..s.zones.len()).map(|i| h(i).abs()).fold(Bands::ZERO, Bands::max);
-    let word = |i: usize| {
-        if i < s.zones.voxel_offset() {
-            format!("H of patch {i} of {}", s.scene.surfaces()[s.zones.patches[i].surface].name)
-        } else if i < s.zones.pane_offset() {
-            format!("G of voxel zone {}", i - s.zones.voxel_offset())
-        } else {
-            format!("G of pane zone {}", i - s.zones.pane_offset())
-        }
+    let word = |i: usize| match s.zones.zone(i) {
+        ZoneRef::Patch(p) => format!("H of patch {i} of {}", s.scene.surfaces()[p.surface].name),
+        ZoneRef::Voxel(k, _) => format!("G of voxel zone {k}"),
+        ZoneRef::Pane(k, _) => format!("G of pane zone {k}"),
     };
     for i in 0..s.zones.len() {
         let t = &truth.zones[i];

@@ -1,12 +1,12 @@
 //! A solution against a reference.
 
-use crate::reference::{Reference, ReferenceField, ReferenceZone, ZoneKind};
+use crate::reference::{Reference, ReferenceField, ReferenceZone};
 use crate::scenes::Error;
 use crate::solved::SolvedScene;
 use crate::statistics::{ComparedValue, MeasuredError, covered, l2, median_ratio, pointwise};
 use std::collections::HashMap;
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, LightGroupKind, Solution};
+use zonal_scene::{Band, Bands, LightGroupKind, Solution, ZoneKind};
 use zonal_solve::relight::relight;
 
 /// Factors on each light group in the check of relighting.

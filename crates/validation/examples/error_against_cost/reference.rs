@@ -12,41 +12,20 @@
 
 use crate::scenes::Error;
 use crate::statistics::ComparedValue;
-use crate::zones::{at_contact, place};
+use crate::zones::at_contact;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use zonal_io::output::{ArrayFile, NamedArray, write_arrays};
 use zonal_math::{Vec3, vec3};
 use zonal_reference::path_tracer::DetectorReading;
-use zonal_scene::{Band, Bands, Scene, Zones};
+use zonal_scene::{Band, Bands, Scene, ZoneKind, Zones};
 
-/// Kind of a zone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ZoneKind {
-    /// A patch.
-    Patch,
-    /// A voxel zone.
-    Voxel,
-    /// A pane zone.
-    Pane,
-}
-
-impl ZoneKind {
-    /// The kind of zone `i`.
-    pub(crate) fn of(zones: &Zones, i: usize) -> ZoneKind {
-        match i {
-            _ if i < zones.voxel_offset() => ZoneKind::Patch,
-            _ if i < zones.pane_offset() => ZoneKind::Voxel,
-            _ => ZoneKind::Pane,
-        }
-    }
-
-    fn from_number(x: f64) -> ZoneKind {
-        match x {
-            0.0 => ZoneKind::Patch,
-            1.0 => ZoneKind::Voxel,
-            _ => ZoneKind::Pane,
-        }
+/// The kind of a zone from its number in a file.
+fn kind_from_number(x: f64) -> ZoneKind {
+    match x {
+        0.0 => ZoneKind::Patch,
+        1.0 => ZoneKind::Voxel,
+        _ => ZoneKind::Pane,
     }
 }
 
@@ -70,13 +49,13 @@ pub(crate) struct ReferenceZone {
 impl ReferenceZone {
     /// Zone `i` of a scene.
     pub(crate) fn new(scene: &Scene, zones: &Zones, i: usize) -> ReferenceZone {
-        let (centre, size) = place(zones, i);
+        let zone = zones.zone(i);
         let patch = zones.patches.get(i);
         ReferenceZone {
             index: i,
-            kind: ZoneKind::of(zones, i),
-            centre,
-            size,
+            kind: zone.kind(),
+            centre: zone.centre(),
+            size: zone.size(),
             surface: patch.map_or(0, |p| p.surface),
             contact: patch.is_some_and(|p| at_contact(scene, p)),
         }
@@ -240,7 +219,7 @@ fn read_zones(file: &mut ArrayFile) -> Result<Vec<ReferenceZone>, Error> {
     }
     let zone = |k: usize| ReferenceZone {
         index: index[k] as usize,
-        kind: ZoneKind::from_number(kind[k]),
+        kind: kind_from_number(kind[k]),
         centre: vec3(centre[3 * k], centre[3 * k + 1], centre[3 * k + 2]),
         size: size[k],
         surface: surface[k] as usize,

@@ -1,13 +1,11 @@
 //! A solved scene: fields and places of its zones, from a solution file of any version, and its report.
 
-use crate::reference::ZoneKind;
 use crate::scenes::Error;
-use crate::zones::place;
 use serde_json::Value;
 use std::path::Path;
 use zonal_io::output::{self, ArrayFile};
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Solution};
+use zonal_scene::{Bands, Solution, ZoneKind};
 
 /// Kind, centre (m), and area or volume (m², m³) of a zone.
 pub(crate) type ZonePlace = (ZoneKind, Vec3, f64);
@@ -65,8 +63,8 @@ impl SolvedScene {
     fn of_solution(s: Solution) -> SolvedScene {
         let zones = &s.zones;
         let of = |i: usize| {
-            let (centre, size) = place(zones, i);
-            (ZoneKind::of(zones, i), centre, size)
+            let zone = zones.zone(i);
+            (zone.kind(), zone.centre(), zone.size())
         };
         SolvedScene {
             incident: s.fields.incident.clone(),

@@ -77,19 +77,6 @@ impl ClampedPoint for Plate {
     }
 }
 
-/// Centre (m) and area or volume (m², m³) of zone `i`.
-pub(crate) fn place(zones: &Zones, i: usize) -> (Vec3, f64) {
-    if i < zones.voxel_offset() {
-        (zones.patches[i].plate.centre(), zones.patches[i].area)
-    } else if i < zones.pane_offset() {
-        let v = zones.voxels.at(i - zones.voxel_offset());
-        (v.centre, v.volume)
-    } else {
-        let p = &zones.panes[i - zones.pane_offset()];
-        (p.plate.centre(), p.area)
-    }
-}
-
 /// Height in front of a patch, relative to its size, from which a facet counts as another body.
 const MIN_RELATIVE_HEIGHT: f64 = 0.02;
 

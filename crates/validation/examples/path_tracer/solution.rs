@@ -79,17 +79,6 @@ fn same(a: &Scene, b: &Scene) -> bool {
     (a.facets().len(), a.panes().len(), dims(a)) == (b.facets().len(), b.panes().len(), dims(b))
 }
 
-/// The size of a zone: m² or m³.
-fn size(zones: &Zones, i: usize) -> f64 {
-    if i < zones.voxel_offset() {
-        zones.patches[i].area
-    } else if i < zones.pane_offset() {
-        zones.voxels.at(i - zones.voxel_offset()).volume
-    } else {
-        zones.panes[i - zones.pane_offset()].area
-    }
-}
-
 /// Zones at random: each at most once with equal chances, or by size with repetition.
 fn pick(zones: &Zones, range: std::ops::Range<usize>, count: usize, by_size: bool, seed: u64) -> Vec<usize> {
     if !by_size {
@@ -104,7 +93,7 @@ fn pick(zones: &Zones, range: std::ops::Range<usize>, count: usize, by_size: boo
     let cumulative: Vec<f64> = all
         .iter()
         .map(|&i| {
-            sum += size(zones, i);
+            sum += zones.zone(i).size();
             sum
         })
         .collect();
@@ -222,14 +211,8 @@ fn listing(s: &Solution, groups: &[SampledZones]) -> String {
     );
     for g in groups {
         for (&i, r) in g.zones.iter().zip(&g.readings) {
-            let z = &s.zones;
-            let c = if i < z.voxel_offset() {
-                z.patches[i].plate.centre()
-            } else if i < z.pane_offset() {
-                z.voxels.at(i - z.voxel_offset()).centre
-            } else {
-                z.panes[i - z.pane_offset()].plate.centre()
-            };
+            let zone = s.zones.zone(i);
+            let c = zone.centre();
             for b in Band::all() {
                 let f = &s.fields;
                 let _ = writeln!(
@@ -239,7 +222,7 @@ fn listing(s: &Solution, groups: &[SampledZones]) -> String {
                     c.x,
                     c.y,
                     c.z,
-                    size(z, i),
+                    zone.size(),
                     b.index(),
                     f.incident[i][b],
                     f.error[i][b],
