@@ -8,7 +8,7 @@ use zonal_reference::test_cases::sampled_cases;
 use zonal_reference::{BruteForceScene, ExchangeBody, Rng, SampleEstimate};
 use zonal_scene::{
     Band, Bands, Facet, Pane, PerBand, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid,
-    Zones,
+    ZoneKind, ZoneRef, Zones,
 };
 use zonal_transport::{Transport, build_zones};
 
@@ -315,21 +315,15 @@ fn mixed_scene(screen: bool) -> Scene {
 
 /// False for a cut voxel.
 fn is_whole(zones: &Zones, i: usize) -> bool {
-    i < zones.voxel_offset()
-        || i >= zones.pane_offset()
-        || zones.voxels.at(i - zones.voxel_offset()).samples.is_empty()
+    !matches!(zones.zone(i), ZoneRef::Voxel(_, z) if !z.samples.is_empty())
 }
 
 /// Ratios of a pair to the oracle in each band, with the kinds of both zones.
 fn print_pair(zones: &Zones, [i, j]: [usize; 2], f: &PairFactor, e: &PerBand<SampleEstimate>) {
-    let kind = |i: usize| {
-        if i < zones.voxel_offset() {
-            's'
-        } else if i < zones.pane_offset() {
-            'v'
-        } else {
-            'p'
-        }
+    let kind = |i: usize| match zones.zone(i).kind() {
+        ZoneKind::Patch => 's',
+        ZoneKind::Voxel => 'v',
+        ZoneKind::Pane => 'p',
     };
     let ratio = |k: Band| format!("{:.3}±{:.3}", f.value[k] / e[k].value, e[k].error / e[k].value);
     println!("{}{} {i} {j}: {:?}", kind(i), kind(j), PerBand::from_fn(ratio).as_slice());
@@ -439,9 +433,7 @@ fn cut_voxels_agree_with_oracle() {
         ExchangeBody::Volume { lo, hi, .. } => ExchangeBody::Volume { lo, hi, planes: vec![(n, c)] },
         b => b,
     };
-    let cut: Vec<usize> = (zones.voxel_offset()..zones.pane_offset())
-        .filter(|&i| !zones.voxels.at(i - zones.voxel_offset()).samples.is_empty())
-        .collect();
+    let cut: Vec<usize> = (0..zones.len()).filter(|i| !is_whole(&zones, *i)).collect();
     assert!(!cut.is_empty());
     let (mut count, mut squares, mut all, mut m) = (PairCounts::default(), Bands::ZERO, Bands::ZERO, 0.0);
     for &i in &cut {

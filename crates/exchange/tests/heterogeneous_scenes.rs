@@ -10,6 +10,7 @@ use zonal_reference::test_cases::sampled_count;
 use zonal_reference::{BruteForceScene, ExchangeBody, Rng, SampleEstimate};
 use zonal_scene::{
     Band, Bands, Facet, Pane, PerBand, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid,
+    ZoneKind, ZoneRef,
 };
 use zonal_transport::{Transport, build_zones};
 
@@ -153,12 +154,12 @@ fn compare_scene(seed: u64) -> Vec<BandComparison> {
     let zones = build_zones(&scene, &transport).unwrap();
     let exchange = Exchange::new(&scene, &zones, &transport);
     let (world, mut counts) = (BruteForceScene::new(&scene), PairCounts::default());
-    let kind = |i: usize| match i {
-        i if i < zones.voxel_offset() => 's',
-        i if i < zones.pane_offset() => 'v',
-        _ => 'p',
+    let kind = |i: usize| match zones.zone(i).kind() {
+        ZoneKind::Patch => 's',
+        ZoneKind::Voxel => 'v',
+        ZoneKind::Pane => 'p',
     };
-    let whole = |i: usize| kind(i) != 'v' || zones.voxels.at(i - zones.voxel_offset()).samples.is_empty();
+    let whole = |i: usize| !matches!(zones.zone(i), ZoneRef::Voxel(_, z) if !z.samples.is_empty());
     let (mut rng, mut out, mut pairs) = (Rng::new(7 * seed + 3), vec![], 0);
     while pairs < PAIRS {
         let (i, j) =

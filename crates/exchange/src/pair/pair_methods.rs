@@ -120,7 +120,7 @@ impl Exchange<'_> {
             }
         } else {
             counts.general += 1;
-            if i < self.zones.voxel_offset() {
+            if matches!((&a.shape, &b.shape), (PreparedShape::Plate { .. }, PreparedShape::Plate { .. })) {
                 return self.patch_pair(i, j, pair, counts);
             }
         }

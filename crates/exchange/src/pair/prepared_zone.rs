@@ -4,7 +4,7 @@ use super::second_moments::{SecondMoments, centroid};
 use crate::aligned::Cuboid;
 use std::borrow::Cow;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Plate, Scene, VolumeSample, VoxelGrid, VoxelZone, Zones};
+use zonal_scene::{Bands, Plate, Scene, VolumeSample, VoxelGrid, VoxelZone, ZoneRef, Zones};
 
 /// The kind and shape of a zone.
 #[derive(Clone)]
@@ -84,15 +84,13 @@ impl<'a> PreparedZones<'a> {
     }
 
     fn make(&self, i: usize) -> PreparedZone {
-        let zones = self.zones;
-        if i < zones.voxel_offset() {
-            prepared_plate(zones.patches[i].plate, None)
-        } else if i < zones.pane_offset() {
-            let grid = self.grid.expect("voxel zones come from a voxel grid");
-            prepared_voxel(zones.voxels.at(i - zones.voxel_offset()), grid)
-        } else {
-            let k = i - zones.pane_offset();
-            prepared_plate(zones.panes[k].plate, Some(k))
+        match self.zones.zone(i) {
+            ZoneRef::Patch(p) => prepared_plate(p.plate, None),
+            ZoneRef::Voxel(_, z) => {
+                let grid = self.grid.expect("voxel zones come from a voxel grid");
+                prepared_voxel(z, grid)
+            }
+            ZoneRef::Pane(k, z) => prepared_plate(z.plate, Some(k)),
         }
     }
 }

@@ -16,7 +16,7 @@ pub(super) fn assert_valid_plate(p: &Plate) {
 
 /// The parameter domain of a zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ZoneKind {
+enum MappedShape {
     Triangle,
     Parallelogram,
     Box,
@@ -27,7 +27,7 @@ enum ZoneKind {
 pub(super) struct MappedZone {
     pub corner: Vec3,
     edges: [Vec3; 3],
-    kind: ZoneKind,
+    kind: MappedShape,
     /// Unit normal of a plate.
     pub normal: Option<Vec3>,
     /// Area or volume.
@@ -67,8 +67,8 @@ impl ParameterDirection {
 impl MappedZone {
     pub(super) fn plate(p: &Plate, corner: Vec3) -> MappedZone {
         let kind = match p.kind {
-            PlateKind::Triangle => ZoneKind::Triangle,
-            PlateKind::Parallelogram => ZoneKind::Parallelogram,
+            PlateKind::Triangle => MappedShape::Triangle,
+            PlateKind::Parallelogram => MappedShape::Parallelogram,
         };
         MappedZone {
             corner,
@@ -88,29 +88,29 @@ impl MappedZone {
         MappedZone {
             corner,
             edges: [axis(0), axis(1), axis(2)],
-            kind: ZoneKind::Box,
+            kind: MappedShape::Box,
             normal: None,
             measure: e.product(),
         }
     }
 
     fn dimensions(&self) -> usize {
-        if self.kind == ZoneKind::Box { 3 } else { 2 }
+        if self.kind == MappedShape::Box { 3 } else { 2 }
     }
 
     pub(super) fn corners(&self) -> Vec<Vec3> {
         let [e, f, g] = self.edges;
         let flat: &[Vec3] = &match self.kind {
-            ZoneKind::Triangle => vec![Vec3::ZERO, e, f],
-            ZoneKind::Parallelogram => vec![Vec3::ZERO, e, e + f, f],
-            ZoneKind::Box => vec![Vec3::ZERO, e, f, g, e + f, e + g, f + g, e + f + g],
+            MappedShape::Triangle => vec![Vec3::ZERO, e, f],
+            MappedShape::Parallelogram => vec![Vec3::ZERO, e, e + f, f],
+            MappedShape::Box => vec![Vec3::ZERO, e, f, g, e + f, e + g, f + g, e + f + g],
         };
         flat.iter().map(|v| self.corner + *v).collect()
     }
 
     pub(super) fn centre(&self) -> Vec3 {
         let all = self.edges[0] + self.edges[1] + self.edges[2];
-        self.corner + if self.kind == ZoneKind::Triangle { all / 3.0 } else { all * 0.5 }
+        self.corner + if self.kind == MappedShape::Triangle { all / 3.0 } else { all * 0.5 }
     }
 
     /// Sum of the edges' lengths, an upper bound of the distance from the corner.
@@ -119,7 +119,7 @@ impl MappedZone {
     }
 
     pub(super) fn diameter(&self) -> f64 {
-        if self.kind == ZoneKind::Box {
+        if self.kind == MappedShape::Box {
             (self.edges[0] + self.edges[1] + self.edges[2]).length()
         } else {
             self.reach()
@@ -128,7 +128,7 @@ impl MappedZone {
 
     pub(super) fn longest(&self) -> f64 {
         let [e, f, g] = self.edges;
-        let third = if self.kind == ZoneKind::Triangle { (e - f).length() } else { g.length() };
+        let third = if self.kind == MappedShape::Triangle { (e - f).length() } else { g.length() };
         e.length().max(f.length()).max(third)
     }
 
@@ -151,7 +151,7 @@ impl MappedZone {
         let mut axes = vec![line];
         axes.extend(self.normal.iter().chain(&o.normal).copied());
         for b in [self, o] {
-            if b.kind == ZoneKind::Box {
+            if b.kind == MappedShape::Box {
                 axes.extend(b.edges);
             }
         }
@@ -173,7 +173,7 @@ impl MappedZone {
 
     pub(super) fn directions(&self) -> Vec<ParameterDirection> {
         let [e, f, _] = self.edges;
-        if self.kind == ZoneKind::Triangle {
+        if self.kind == MappedShape::Triangle {
             let (first, last) = (e.length(), (e - f).length());
             return vec![
                 ParameterDirection {
@@ -192,7 +192,7 @@ impl MappedZone {
     /// The points of a tensor rule with weights that sum to one.
     pub(super) fn points(&self, counts: &[usize]) -> Vec<(Vec3, f64)> {
         let mut out = vec![(self.corner, 1.0)];
-        if self.kind == ZoneKind::Triangle {
+        if self.kind == MappedShape::Triangle {
             let (ru, rv) = (gauss_legendre::rule(counts[0]), gauss_legendre::rule(counts[1]));
             out.clear();
             for (i, u) in ru.nodes.iter().enumerate() {
@@ -219,7 +219,7 @@ impl MappedZone {
     pub(super) fn halves(&self) -> [MappedZone; 2] {
         let [e, f, _] = self.edges;
         let with = |corner, edges| MappedZone { corner, edges, measure: 0.5 * self.measure, ..*self };
-        if self.kind == ZoneKind::Triangle {
+        if self.kind == MappedShape::Triangle {
             let [a, b, c] = [self.corner, self.corner + e, self.corner + f];
             let lengths = [e.length(), (f - e).length(), f.length()];
             // The apex across the longest side stays in both.
