@@ -1,6 +1,6 @@
 //! View factors as plain lists, to hand over and to restore.
 
-use crate::matrix::ExchangeRows;
+use crate::matrix::{ExchangeRows, RowLists};
 use crate::view_factors::{ViewFactorCounts, ViewFactors};
 use zonal_math::{Bounded, Grade};
 use zonal_scene::SceneError;
@@ -57,13 +57,13 @@ impl ViewFactors {
         let pair = |b: &Bounded| [b.value, b.radius];
         let (sky, ground) =
             (self.rows.sky.iter().map(pair).collect(), self.rows.ground.iter().map(pair).collect());
-        let (row_starts, columns, exchange_areas, radii) = self.rows.into_lists();
+        let lists = self.rows.into_lists();
         ViewFactorParts {
             areas: self.areas,
-            row_starts,
-            columns,
-            exchange_areas,
-            radii,
+            row_starts: lists.starts,
+            columns: lists.columns,
+            exchange_areas: lists.values,
+            radii: lists.radii,
             sky,
             ground,
             defects: self.defects,
@@ -91,7 +91,12 @@ impl ViewFactors {
                 .collect()
         };
         let (sky, ground) = (bounded(&parts.sky), bounded(&parts.ground));
-        let lists = (parts.row_starts, parts.columns, parts.exchange_areas, parts.radii);
+        let lists = RowLists {
+            starts: parts.row_starts,
+            columns: parts.columns,
+            values: parts.exchange_areas,
+            radii: parts.radii,
+        };
         Ok(ViewFactors {
             areas: parts.areas,
             rows: ExchangeRows::from_lists(lists, sky, ground),

@@ -4,9 +4,9 @@ use crate::bounds::Bounds;
 use crate::geometry::Geometry;
 use crate::geometry::occluder_list;
 use crate::image_choice::{choose_images, sky_nodes, unresolved_cells};
-use crate::matrix::ExchangeRows;
 use crate::matrix::closing::{close_rows, defects};
 use crate::matrix::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, merge_images, round_up};
+use crate::matrix::{ExchangeRows, RowLists};
 use crate::periods::PeriodicImages;
 use crate::settings::{ErrorGoal, Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
@@ -254,7 +254,7 @@ impl ViewFactors {
         let per_area: Vec<f64> = (0..self.len()).map(|i| self.per_area(i)).collect();
         let scaled = |b: &[Bounded]| b.iter().zip(&per_area).map(|(b, s)| *b * *s).collect();
         let (sky, ground) = (scaled(&self.rows.sky), scaled(&self.rows.ground));
-        let (row_starts, columns, mut values, mut radii) = self.rows.into_lists();
+        let RowLists { starts: row_starts, columns, mut values, mut radii } = self.rows.into_lists();
         for (i, scale) in per_area.iter().enumerate() {
             for k in row_starts[i] as usize..row_starts[i + 1] as usize {
                 values[k] *= scale;

@@ -201,11 +201,7 @@ fn sum<const M: i32, const ATTENUATED: bool, const P: usize>(
                     first * density(sj, s, not_s, v[0][l], v[1][l]) * density(si, s, not_s, w[0][l], w[1][l]);
             }
             if ATTENUATED {
-                let mut x = depth;
-                for l in 0..LANES {
-                    x[l] *= s;
-                }
-                let e = simd::exp(x);
+                let e = simd::exp(depth.map(|x| x * s));
                 for l in 0..LANES {
                     term[l] *= e[l];
                 }

@@ -21,13 +21,16 @@ const MAX_MERGED_DIFFERENCE: f32 = 0.02;
 /// Steps of a facet's parameters, per unit, within which two vertices are at one position.
 const POSITION_STEPS: f64 = (1u64 << 26) as f64;
 
-/// A vertex: patch and lattice point.
-type PatchVertex = (u32, LatticePoint);
+/// A vertex at a lattice point of a patch.
+#[derive(Clone, Copy)]
+struct PatchVertex {
+    patch: u32,
+    place: LatticePoint,
+}
 
 /// The mesh of one side of a facet.
 #[derive(Default)]
 struct SheetMesh {
-    /// Patch and lattice point of each vertex.
     vertices: Vec<PatchVertex>,
     /// The values at each vertex, one after the other.
     values: Vec<PerBand<f32>>,
@@ -102,7 +105,7 @@ impl SheetMesh {
             return *i;
         }
         let i = self.vertices.len() as u32;
-        self.vertices.push((tree.patch as u32, place));
+        self.vertices.push(PatchVertex { patch: tree.patch as u32, place });
         self.values.extend_from_slice(values);
         list.push(i);
         i
@@ -152,14 +155,14 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
         values.extend(c.values);
     }
     // Evaluate the geometry and the emission at the vertices.
-    let patch = |v: &PatchVertex| &s.zones.patches[v.0 as usize];
+    let patch = |v: &PatchVertex| &s.zones.patches[v.patch as usize];
     let on_facet = |v: &PatchVertex| {
         let facet = &s.scene.facets()[patch(v).facet];
-        facet.plate.parameters(lighting.point(v.0 as usize, PatchQuadtree::parameters(v.1)))
+        facet.plate.parameters(lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place)))
     };
     mesh.positions = vertices
         .par_iter()
-        .map(|v| single_vector(lighting.point(v.0 as usize, PatchQuadtree::parameters(v.1))))
+        .map(|v| single_vector(lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place))))
         .collect();
     let normal = |v: &PatchVertex| single_vector(shading_normal(s, patch(v), on_facet(v)));
     mesh.normals = vertices.par_iter().map(normal).collect();
@@ -178,7 +181,8 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
             to_single_precision(s.scene.emission_at(patch(v).facet, a, b))
         })
         .collect();
-    mesh.error = vertices.iter().map(|v| to_single_precision(s.fields.total_error(v.0 as usize))).collect();
+    mesh.error =
+        vertices.iter().map(|v| to_single_precision(s.fields.total_error(v.patch as usize))).collect();
     // Evaluate the irradiance of each group.
     for (group, slot) in groups.iter().zip(&lighting.slots) {
         mesh.irradiance.push(group_irradiance(lighting, group, *slot, &vertices, &values));
@@ -215,7 +219,7 @@ fn group_direct(
 
 /// A field, zero where there is none, at a vertex.
 fn at_vertex(field: &Option<TileField>, lighting: &VertexLighting, v: &PatchVertex) -> Bands {
-    let at = |f: &TileField| f.at(&lighting.topology, v.0 as usize, PatchQuadtree::parameters(v.1));
+    let at = |f: &TileField| f.at(&lighting.topology, v.patch as usize, PatchQuadtree::parameters(v.place));
     field.as_ref().map(at).unwrap_or_default()
 }
 

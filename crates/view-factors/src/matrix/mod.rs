@@ -17,8 +17,17 @@ pub(crate) struct ExchangeRows {
     pub ground: Vec<Bounded>,
 }
 
-/// Row starts, columns, values in m² and radii.
-pub(crate) type RowLists = (Vec<u64>, Vec<u32>, Vec<f64>, Vec<f32>);
+/// The entries of rows with their memory.
+pub(crate) struct RowLists {
+    /// Index of the first entry of each row, and the number of all entries.
+    pub starts: Vec<u64>,
+    /// Column of each entry.
+    pub columns: Vec<u32>,
+    /// Value of each entry, m².
+    pub values: Vec<f64>,
+    /// Error radius of each entry, m².
+    pub radii: Vec<f32>,
+}
 
 impl ExchangeRows {
     /// The rows of `n` facets from pairs (i, j), i ≠ j, in a fixed order; pairs that occur several times add up.
@@ -120,14 +129,14 @@ impl ExchangeRows {
         }
     }
 
-    /// Row starts, columns, values in m² and radii, with their memory.
+    /// The entries of all rows.
     pub(crate) fn into_lists(self) -> RowLists {
-        (self.starts, self.columns, self.values, self.radii)
+        RowLists { starts: self.starts, columns: self.columns, values: self.values, radii: self.radii }
     }
 
     /// Rows from their lists, which fit together.
     pub(crate) fn from_lists(lists: RowLists, sky: Vec<Bounded>, ground: Vec<Bounded>) -> ExchangeRows {
-        let (starts, columns, values, radii) = lists;
+        let RowLists { starts, columns, values, radii } = lists;
         ExchangeRows { starts, columns, values, radii, sky, ground }
     }
 
