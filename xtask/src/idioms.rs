@@ -5,6 +5,7 @@
 
 use crate::shape::is_test_file;
 use crate::source::{Role, SourceFile, is_test_only};
+use std::collections::BTreeSet;
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
@@ -14,8 +15,8 @@ const ZONE_RANGE_STARTS: [&str; 2] = ["voxel_offset", "pane_offset"];
 /// The places of the idioms in the shipped code, each "path:line", with the name of the function where it has one.
 #[derive(Default)]
 pub struct Idioms {
-    /// Parameters of functions whose pattern is a tuple, or whose type is a tuple of two or more values or a reference to one. Closures do not count, nor do
-    /// methods of trait implementations, whose signature the trait states.
+    /// Parameters of functions whose pattern is a tuple, or whose type is a tuple of two or more values, under a name of its own or not, or a
+    /// reference to one. Closures do not count, nor do methods of trait implementations, whose signature the trait states.
     pub tuple_parameters: Vec<String>,
     /// `match` expressions all of whose patterns are made of `true`, `false`, names and tuples of these.
     pub bool_matches: Vec<String>,
@@ -29,10 +30,21 @@ pub struct Idioms {
 #[must_use]
 pub fn find(files: &[SourceFile]) -> Idioms {
     let mut idioms = Idioms::default();
-    for file in files.iter().filter(|f| is_shipped(f)) {
-        Search { path: &file.path, found: &mut idioms }.visit_file(&file.syntax);
+    let shipped: Vec<&SourceFile> = files.iter().filter(|f| is_shipped(f)).collect();
+    let aliases = shipped.iter().flat_map(|f| tuple_aliases(f)).collect();
+    for file in shipped {
+        Search { path: &file.path, aliases: &aliases, found: &mut idioms }.visit_file(&file.syntax);
     }
     idioms
+}
+
+/// Names of the types at the root of a file that stand for a tuple.
+fn tuple_aliases(file: &SourceFile) -> Vec<String> {
+    let alias = |item: &syn::Item| match item {
+        syn::Item::Type(alias) if is_tuple(&alias.ty, &BTreeSet::new()) => Some(alias.ident.to_string()),
+        _ => None,
+    };
+    file.syntax.items.iter().filter_map(alias).collect()
 }
 
 fn is_shipped(file: &SourceFile) -> bool {
@@ -44,6 +56,8 @@ fn is_shipped(file: &SourceFile) -> bool {
 
 struct Search<'a> {
     path: &'a str,
+    /// Names that stand for a tuple.
+    aliases: &'a BTreeSet<String>,
     found: &'a mut Idioms,
 }
 
@@ -55,7 +69,7 @@ impl Search<'_> {
     fn signature(&mut self, signature: &syn::Signature) {
         for input in &signature.inputs {
             if let syn::FnArg::Typed(parameter) = input
-                && (matches!(&*parameter.pat, syn::Pat::Tuple(_)) || is_tuple(&parameter.ty))
+                && (matches!(&*parameter.pat, syn::Pat::Tuple(_)) || is_tuple(&parameter.ty, self.aliases))
             {
                 self.found.tuple_parameters.push(format!("{} {}", self.place(parameter), signature.ident));
             }
@@ -63,12 +77,15 @@ impl Search<'_> {
     }
 }
 
-/// True for a tuple of two or more types and for a reference to one.
-fn is_tuple(ty: &syn::Type) -> bool {
+/// True for a tuple of two or more types, a name that stands for one, and a reference to one.
+fn is_tuple(ty: &syn::Type, aliases: &BTreeSet<String>) -> bool {
     match ty {
         syn::Type::Tuple(tuple) => tuple.elems.len() > 1,
-        syn::Type::Reference(reference) => is_tuple(&reference.elem),
-        syn::Type::Paren(inner) => is_tuple(&inner.elem),
+        syn::Type::Reference(reference) => is_tuple(&reference.elem, aliases),
+        syn::Type::Paren(inner) => is_tuple(&inner.elem, aliases),
+        syn::Type::Path(path) => {
+            path.path.segments.last().is_some_and(|s| aliases.contains(&s.ident.to_string()))
+        }
         _ => false,
     }
 }
@@ -155,6 +172,7 @@ mod tests {
     #[test]
     fn tuples_in_signatures_are_found_and_closures_units_and_trait_implementations_are_not() {
         assert_eq!(idioms("fn f((a, b): (u8, u8), c: &(u8, u8), d: Vec<(u8, u8)>) {}")[0], 2);
+        assert_eq!(idioms("type P = (u8, u8); fn f(a: P, b: &P, c: &[P]) {}")[0], 2);
         assert_eq!(idioms("fn f(a: ()) { let g = |(a, b): (u8, u8)| a + b; }")[0], 0);
         assert_eq!(idioms("trait T { fn f(a: (u8, u8)); } impl T for u8 { fn f(a: (u8, u8)) {} }")[0], 1);
         assert_eq!(idioms("#[cfg(test)] mod tests { fn f(a: (u8, u8)) {} }")[0], 0);
