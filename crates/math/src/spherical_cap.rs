@@ -89,21 +89,26 @@ impl CapOverPlane {
     #[must_use]
     pub fn mean_cosine(&self) -> f64 {
         let area = PI * self.half_angle.sin().powi(2);
-        match () {
-            () if self.is_above() => self.sine,
-            () if area > 0.0 => self.cosine_integral() / area,
-            () => 0.0,
+        if self.is_above() {
+            self.sine
+        } else if area > 0.0 {
+            self.cosine_integral() / area
+        } else {
+            0.0
         }
     }
 
     /// I, sr.
     fn cosine_integral(&self) -> f64 {
         let whole = PI * self.half_angle.sin().powi(2) * self.sine;
-        match () {
-            () if self.is_above() => whole,
-            () if !self.is_cut() => 0.0,
-            () if self.elevation > 0.0 => whole + lower_cap(self.half_angle, -self.elevation),
-            () => lower_cap(self.half_angle, self.elevation),
+        if self.is_above() {
+            whole
+        } else if !self.is_cut() {
+            0.0
+        } else if self.elevation > 0.0 {
+            whole + lower_cap(self.half_angle, -self.elevation)
+        } else {
+            lower_cap(self.half_angle, self.elevation)
         }
     }
 
