@@ -52,11 +52,14 @@ fn clipped(s: Segment, of: Segment, slack: f64) -> Option<Segment> {
         if h.abs() <= slack { 0.0 } else { h }
     };
     let (a, b) = (height(s[0]), height(s[1]));
-    match () {
-        () if a <= 0.0 && b <= 0.0 => None,
-        () if a < 0.0 => Some([between(s, a / (a - b)), s[1]]),
-        () if b < 0.0 => Some([s[0], between(s, a / (a - b))]),
-        () => Some(s),
+    if a <= 0.0 && b <= 0.0 {
+        None
+    } else if a < 0.0 {
+        Some([between(s, a / (a - b)), s[1]])
+    } else if b < 0.0 {
+        Some([s[0], between(s, a / (a - b))])
+    } else {
+        Some(s)
     }
 }
 

@@ -50,10 +50,12 @@ impl ZonePair<'_> {
     }
     /// Number of rays if the pair is partly visible and carries an important share of power.
     fn important_rays(&self) -> usize {
-        match () {
-            () if self.is_self() => RAYS.self_pair,
-            () if self.is_close() => RAYS.close,
-            () => RAYS.important,
+        if self.is_self() {
+            RAYS.self_pair
+        } else if self.is_close() {
+            RAYS.close
+        } else {
+            RAYS.important
         }
     }
     /// κ of the uniform medium, 1/m; zero where there is none.
