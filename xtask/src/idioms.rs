@@ -18,7 +18,7 @@ pub struct Idioms {
     /// Parameters of functions whose pattern is a tuple, or whose type is a tuple of two or more values, under a name of its own or not, or a
     /// reference to one. Closures do not count, nor do methods of trait implementations, whose signature the trait states.
     pub tuple_parameters: Vec<String>,
-    /// `match` expressions all of whose patterns are made of `true`, `false`, names and tuples of these.
+    /// `match` expressions all of whose patterns are made of `true`, `false`, names and tuples of these, and `match ()`, whose guards are conditions.
     pub bool_matches: Vec<String>,
     /// Uses of `thread_local!`.
     pub thread_locals: Vec<String>,
@@ -90,16 +90,16 @@ fn is_tuple(ty: &syn::Type, aliases: &BTreeSet<String>) -> bool {
     }
 }
 
-/// The number of `true` and `false` in a pattern made of them, names and tuples; `None` for another pattern.
-fn bools(pattern: &syn::Pat) -> Option<usize> {
-    let sum = |patterns: &mut dyn Iterator<Item = &syn::Pat>| patterns.map(bools).sum();
+/// The number of `true`, `false` and `()` in a pattern made of them, names and tuples; `None` for another pattern.
+fn constants(pattern: &syn::Pat) -> Option<usize> {
     match pattern {
         syn::Pat::Lit(literal) => matches!(literal.lit, syn::Lit::Bool(_)).then_some(1),
         syn::Pat::Wild(_) => Some(0),
         syn::Pat::Ident(name) => name.subpat.is_none().then_some(0),
-        syn::Pat::Tuple(tuple) => sum(&mut tuple.elems.iter()),
-        syn::Pat::Or(or) => sum(&mut or.cases.iter()),
-        syn::Pat::Paren(inner) => bools(&inner.pat),
+        syn::Pat::Tuple(tuple) if tuple.elems.is_empty() => Some(1),
+        syn::Pat::Tuple(tuple) => tuple.elems.iter().map(constants).sum(),
+        syn::Pat::Or(or) => or.cases.iter().map(constants).sum(),
+        syn::Pat::Paren(inner) => constants(&inner.pat),
         _ => None,
     }
 }
@@ -139,7 +139,7 @@ impl<'a> Visit<'a> for Search<'_> {
         visit::visit_trait_item_fn(self, method);
     }
     fn visit_expr_match(&mut self, expression: &'a syn::ExprMatch) {
-        let counts: Option<Vec<usize>> = expression.arms.iter().map(|arm| bools(&arm.pat)).collect();
+        let counts: Option<Vec<usize>> = expression.arms.iter().map(|arm| constants(&arm.pat)).collect();
         if counts.is_some_and(|c| c.iter().sum::<usize>() > 0) {
             self.found.bool_matches.push(self.place(&expression.match_token));
         }
@@ -187,6 +187,9 @@ mod tests {
             0
         );
         assert_eq!(idioms("fn f(a: u8) -> u8 { match a { 0 => 1, n => n } }")[1], 0);
+        assert_eq!(idioms("fn f(a: u8) -> u8 { match a { n if n > 3 => 1, _ => 0 } }")[1], 0);
+        assert_eq!(idioms("fn f(a: bool) -> u8 { match () { () if a => 1, () => 0 } }")[1], 1);
+        assert_eq!(idioms("fn f(a: Option<u8>) -> u8 { match a { None => 1, _ => 0 } }")[1], 0);
     }
 
     #[test]
