@@ -6,8 +6,8 @@
 //! (v_1 − v_2)/(v_2 − v_3) = (h_1^p − h_2^p)/(h_2^p − h_3^p),        v* = v_3 + (v_3 − v_2) h_3^p/(h_2^p − h_3^p).
 //! ```
 //!
-//! The value is that of the three finest. Its uncertainty is the larger of two changes: to the block before, and to the finest pair with the
-//! order of the block before; where there are only three, a quarter of what was extrapolated (the margin of Roache's grid convergence
+//! The value is that of the three finest. Its uncertainty is the larger of two changes: to the triple before, and to the finest pair with the
+//! order of the triple before; where there are only three, a quarter of what was extrapolated (the margin of Roache's grid convergence
 //! index). It is an estimate, no bound. A sequence that is not monotone, that moves no more than rounding or has no order between
 //! [`MIN_ORDER`] and [`MAX_ORDER`] is not extrapolated, with a reason.
 
@@ -55,12 +55,12 @@ pub(crate) struct Extrapolation {
     pub value: f64,
     /// Its estimated uncertainty.
     pub uncertainty: f64,
-    /// The observed order of each block, from coarse to fine.
+    /// The observed order of each triple, from coarse to fine.
     pub orders: Vec<f64>,
 }
 
 impl Extrapolation {
-    /// The order of the finest block.
+    /// The order of the finest triple.
     pub(crate) fn order(&self) -> f64 {
         self.orders.last().copied().unwrap_or(f64::NAN)
     }
@@ -71,11 +71,11 @@ pub(crate) fn extrapolate(steps: &[(f64, f64)]) -> Result<Extrapolation, String>
     if steps.len() < 3 {
         return Err(format!("{} resolutions; three are needed", steps.len()));
     }
-    // From the finest block back, as long as they have an order.
+    // From the finest triple back, as long as they have an order.
     let mut found: Vec<(f64, f64)> = Vec::new();
-    for block in steps.windows(3).rev() {
-        match observed_order(block) {
-            Ok(p) => found.push((p, extrapolate_pair([block[1], block[2]], p))),
+    for triple in steps.windows(3).rev() {
+        match observed_order(triple) {
+            Ok(p) => found.push((p, extrapolate_pair([triple[1], triple[2]], p))),
             Err(why) if found.is_empty() => return Err(why),
             Err(_) => break,
         }
@@ -96,8 +96,8 @@ fn extrapolate_pair(steps: [(f64, f64); 2], p: f64) -> f64 {
 }
 
 /// The order of three values, by bisection: the ratio grows with p.
-fn observed_order(block: &[(f64, f64)]) -> Result<f64, String> {
-    let &[(n1, v1), (n2, v2), (n3, v3)] = block else { return Err("three values are needed".into()) };
+fn observed_order(triple: &[(f64, f64)]) -> Result<f64, String> {
+    let &[(n1, v1), (n2, v2), (n3, v3)] = triple else { return Err("three values are needed".into()) };
     let (first, second) = (v1 - v2, v2 - v3);
     let size = v1.abs().max(v2.abs()).max(v3.abs());
     if first.abs().max(second.abs()) <= MIN_RELATIVE_CHANGE * size {
