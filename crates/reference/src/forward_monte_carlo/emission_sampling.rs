@@ -1,6 +1,6 @@
 //! The sources of walks: every element that emits in a band, with its power.
 
-use super::optics::SceneOptics;
+use super::optics::WalkOptics;
 use super::walk_scene::WalkScene;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
@@ -42,7 +42,7 @@ impl EmissionTable {
     /// Collects the sources of band `b`: of `zones`, or of the scene itself.
     pub(super) fn new(
         walk_scene: &WalkScene,
-        optics: &SceneOptics,
+        optics: &WalkOptics,
         zones: Option<&Zones>,
         b: Band,
     ) -> EmissionTable {
@@ -78,7 +78,7 @@ impl EmissionTable {
 }
 
 /// The emission of zones. Surfaces that are direct light emit as zones as well: their emission is uniform on each.
-fn zone_sources(z: &Zones, optics: &SceneOptics, b: Band) -> Vec<(EmissionElement, f64)> {
+fn zone_sources(z: &Zones, optics: &WalkOptics, b: Band) -> Vec<(EmissionElement, f64)> {
     let mut list = Vec::new();
     for (i, p) in z.patches.iter().enumerate() {
         list.push((EmissionElement::Zone(i), optics.surfaces[p.surface].emission[b] * p.area));
@@ -95,7 +95,7 @@ fn zone_sources(z: &Zones, optics: &SceneOptics, b: Band) -> Vec<(EmissionElemen
 }
 
 /// The emission of facets, cells and panes.
-fn scene_sources(walk_scene: &WalkScene, optics: &SceneOptics, b: Band) -> Vec<(EmissionElement, f64)> {
+fn scene_sources(walk_scene: &WalkScene, optics: &WalkOptics, b: Band) -> Vec<(EmissionElement, f64)> {
     let scene = walk_scene.scene;
     let mut list = Vec::new();
     for (k, f) in (0u32..).zip(scene.facets()) {

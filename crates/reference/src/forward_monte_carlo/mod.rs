@@ -55,7 +55,7 @@ pub use walk_scene::ClosedSurfaces;
 
 use crate::rng::hash;
 use emission_sampling::EmissionTable;
-use optics::SceneOptics;
+use optics::WalkOptics;
 use rayon::prelude::*;
 use score::{ScoreLayout, ScoreReader};
 use walk_scene::WalkScene;
@@ -81,7 +81,7 @@ pub fn trace_forward(
         None => (walk_scene.areas(hash(seed, 4)), walk_scene.volumes(hash(seed, 3))),
         Some(z) => (patch_areas(scene, z), Vec::new()),
     };
-    let optics = SceneOptics::new(scene, &areas);
+    let optics = WalkOptics::new(scene, &areas);
     let layout = ScoreLayout::new(scene, zones);
     let sources: Vec<EmissionTable> =
         optics.simulated_bands().map(|b| EmissionTable::new(&walk_scene, &optics, zones, b)).collect();

@@ -81,7 +81,7 @@ impl ElementOptics {
 }
 
 /// Absorption and emission of all elements of a scene.
-pub(super) struct SceneOptics {
+pub(super) struct WalkOptics {
     pub surfaces: Vec<ElementOptics>,
     pub cells: Vec<ElementOptics>,
     pub panes: Vec<ElementOptics>,
@@ -89,9 +89,9 @@ pub(super) struct SceneOptics {
     pub one_band: bool,
 }
 
-impl SceneOptics {
+impl WalkOptics {
     /// The optics of a scene whose surfaces have these areas, m².
-    pub(super) fn new(scene: &Scene, areas: &[f64]) -> SceneOptics {
+    pub(super) fn new(scene: &Scene, areas: &[f64]) -> WalkOptics {
         let thermal = scene.thermal();
         let surfaces: Vec<ElementOptics> = (scene.surfaces().iter().enumerate())
             .map(|(i, s)| {
@@ -128,7 +128,7 @@ impl SceneOptics {
         });
         let elements = surfaces.iter().chain(&cells).chain(&panes).all(ElementOptics::is_grey);
         let grey_light = thermal.is_none() && elements && lights && scene.surroundings().radiance.is_grey();
-        SceneOptics { surfaces, cells, panes, one_band: grey_heat || grey_light }
+        WalkOptics { surfaces, cells, panes, one_band: grey_heat || grey_light }
     }
     /// The bands that are simulated.
     pub(super) fn simulated_bands(&self) -> impl Iterator<Item = Band> {

@@ -1,6 +1,6 @@
 //! From scores to powers and temperatures.
 
-use super::optics::{ElementOptics, SceneOptics};
+use super::optics::{ElementOptics, WalkOptics};
 use super::solution::{ForwardSolution, HeatBalance};
 use crate::estimate::{SampleEstimate, SampleStatistics};
 use zonal_scene::{Band, Bands, PerBand, Scene, ZoneKind, ZoneRef, Zones};
@@ -54,7 +54,7 @@ pub(super) fn reemission_score(slot: usize) -> usize {
 pub(super) struct ScoreReader<'a> {
     pub scene: &'a Scene,
     pub zones: Option<&'a Zones>,
-    pub optics: &'a SceneOptics,
+    pub optics: &'a WalkOptics,
     pub layout: &'a ScoreLayout,
     /// Area of each surface, m².
     pub areas: &'a [f64],

@@ -1,7 +1,7 @@
 //! Random walks from the sources and their scores.
 
 use super::emission_sampling::{EmissionElement, EmissionTable};
-use super::optics::{ElementOptics, SceneOptics};
+use super::optics::{ElementOptics, WalkOptics};
 use super::problem::ForwardProblem;
 use super::score::{ScoreLayout, band_score, reemission_score};
 use super::walk_scene::{TrackLocation, WalkEnd, WalkScene, WalkStart};
@@ -30,7 +30,7 @@ const MAX_DIRECTION_TRIALS: usize = 1 << 22;
 /// The scene, the zones if any, and the layout of the scores.
 pub(super) struct Walker<'a> {
     walk_scene: WalkScene<'a>,
-    pub optics: SceneOptics,
+    pub optics: WalkOptics,
     zones: Option<&'a Zones>,
     /// True where light to patches close by leaves from the point met.
     divides: bool,
@@ -91,7 +91,7 @@ fn patches_by_facet(zones: &Zones) -> Vec<Vec<usize>> {
 impl<'a> Walker<'a> {
     pub(super) fn new(
         walk_scene: WalkScene<'a>,
-        optics: SceneOptics,
+        optics: WalkOptics,
         problem: ForwardProblem<'a>,
         layout: ScoreLayout,
     ) -> Walker<'a> {
