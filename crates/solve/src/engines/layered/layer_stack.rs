@@ -90,7 +90,7 @@ impl LayerStack {
         }
         let of_layer = |f: &Option<usize>| f.map_or(Bands::ZERO, |i| zones.voxels.at(i).extinction);
         let extinction: Vec<Bands> = first.iter().map(of_layer).collect();
-        stack.add_sheets(&extinction, (map.min()[axis], grid.edges[axis]), zones, &panes);
+        stack.add_sheets(&extinction, map.min()[axis], grid.edges[axis], zones, &panes);
         stack.set_shares(zones);
         Ok(stack)
     }
@@ -99,7 +99,8 @@ impl LayerStack {
     fn add_sheets(
         &mut self,
         extinction: &[Bands],
-        (start, edge): (f64, f64),
+        start: f64,
+        edge: f64,
         zones: &Zones,
         panes: &[CrossingPane],
     ) {
@@ -151,12 +152,15 @@ impl LayerStack {
         let size = |i: usize| zones.response(i).1;
         self.element.iter().enumerate().for_each(|(i, e)| sum[*e as usize] += size(i));
         let counts = self.zone_counts();
-        let share = |(i, e): (usize, &u32)| match *e as usize >= self.layers + 2 {
-            true => size(i) / sum[*e as usize],
+        let share = |zone: usize| {
+            let element = self.element[zone] as usize;
+            if element >= self.layers + 2 {
+                return size(zone) / sum[element];
+            }
             // Cells and their faces have one size.
-            false => 1.0 / f64::from(counts[*e as usize]),
+            1.0 / f64::from(counts[element])
         };
-        self.share = self.element.iter().enumerate().map(share).collect();
+        self.share = (0..self.element.len()).map(share).collect();
     }
 
     /// Assigns the patches of a wall to its element; all must be equal.
