@@ -26,11 +26,13 @@
 //! | [`state`] | thermal states of one geometry from stored exchange areas |
 //! | [`context`] | what the phases of a solve read in common, and their result |
 //! | [`settings`] | memory limit, checkpoints, observer, warm start |
+//! | [`device`] | what computes the products of the spectral engine: the interface, and the mathematics of a product |
 //! | [`distribution`] | work shared by several processes, sums in a fixed order |
 
 pub mod areas;
 pub(crate) mod balance;
 pub mod context;
+pub mod device;
 pub mod distribution;
 pub mod engines;
 mod errors;

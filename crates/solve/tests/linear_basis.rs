@@ -8,9 +8,10 @@ use zonal_scene::{
     Bands, Engine, Facet, NoProgress, PatchRule, Report, Scene, SceneParts, SolveOptions, Surroundings,
     VoxelGrid, ZoneBasis, Zones,
 };
+use zonal_solve::device::basis::BasisOrder;
 use zonal_solve::distribution::Execution;
 use zonal_solve::engines::spectral::SpectralOperator;
-use zonal_solve::engines::spectral::basis::BasisOrder;
+use zonal_solve::engines::spectral::cpu::Processor;
 use zonal_solve::engines::spectral::enclosure::BoxEnclosure;
 use zonal_solve::{ExchangeOperator, SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
@@ -92,7 +93,8 @@ fn operator(room: &Room) -> (Zones, SpectralOperator<'static>) {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let found = BoxEnclosure::find(&scene, &zones).unwrap_or_else(|e| panic!("{e}"));
-    let s = SpectralOperator::new(found, &zones, BasisOrder::Linear, Execution::alone(&NoProgress));
+    let s =
+        SpectralOperator::new(found, &zones, BasisOrder::Linear, &Processor, Execution::alone(&NoProgress));
     (zones, s)
 }
 

@@ -8,11 +8,12 @@ use zonal_scene::{
     Band, Bands, Engine, Facet, Fields, NoProgress, PatchRule, Scene, SceneParts, SolveOptions, Surroundings,
     Texture, VoxelGrid, ZoneBasis, Zones,
 };
+use zonal_solve::device::basis::BasisOrder;
 use zonal_solve::distribution::Execution;
 use zonal_solve::engines::problem_size::{ProblemSize, is_open};
 use zonal_solve::engines::selection::{EngineChoice, select_engine};
 use zonal_solve::engines::spectral::SpectralOperator;
-use zonal_solve::engines::spectral::basis::BasisOrder;
+use zonal_solve::engines::spectral::cpu::Processor;
 use zonal_solve::engines::spectral::enclosure::BoxEnclosure;
 use zonal_solve::{ExchangeOperator, SolveSettings, solve_zones};
 use zonal_transport::{Transport, build_zones};
@@ -30,13 +31,19 @@ impl Dice {
     }
 }
 
+/// Pseudo-random strengths.
+pub(crate) fn dice(n: usize, seed: u64) -> Vec<Bands> {
+    let mut dice = Dice(seed);
+    (0..n).map(|_| dice.bands()).collect()
+}
+
 /// A box of cells with random textures on the walls, and random albedo, emission and sources in the cells.
 #[derive(Clone)]
-struct Room {
+pub(crate) struct Room {
     cells: [usize; 3],
     edges: [f64; 3],
     kappa: Bands,
-    periodic: [bool; 3],
+    pub(crate) periodic: [bool; 3],
     omit: Vec<usize>,
     engine: Engine,
 }
@@ -45,7 +52,7 @@ impl Room {
     fn new(cells: [usize; 3], edges: [f64; 3], kappa: Bands) -> Room {
         Room { cells, edges, kappa, periodic: [false; 3], omit: Vec::new(), engine: Engine::Spectral }
     }
-    fn parts(&self) -> SceneParts {
+    pub(crate) fn parts(&self) -> SceneParts {
         let size = Vec3::from_array([0, 1, 2].map(|k| self.cells[k] as f64 * self.edges[k]));
         let min = vec3(-0.3, 0.7, 2.0);
         let mut dice = Dice(7);
@@ -85,7 +92,7 @@ impl Room {
         parts.voxel_grid = Some(map.seal().unwrap());
         parts
     }
-    fn scene(&self) -> Scene {
+    pub(crate) fn scene(&self) -> Scene {
         Scene::new(self.parts()).unwrap_or_else(|e| panic!("{e}"))
     }
     fn with(&self, engine: Engine) -> Room {
@@ -97,12 +104,13 @@ fn operator(scene: &Scene) -> (Zones, SpectralOperator<'static>) {
     let transport = Transport::new(scene);
     let zones = build_zones(scene, &transport).unwrap();
     let found = BoxEnclosure::find(scene, &zones).unwrap_or_else(|e| panic!("{e}"));
-    let s = SpectralOperator::new(found, &zones, BasisOrder::Constant, Execution::alone(&NoProgress));
+    let s =
+        SpectralOperator::new(found, &zones, BasisOrder::Constant, &Processor, Execution::alone(&NoProgress));
     (zones, s)
 }
 
 /// Largest relative difference of the incident fields and of the radiosities.
-fn apart(a: &Fields, b: &Fields) -> f64 {
+pub(crate) fn apart(a: &Fields, b: &Fields) -> f64 {
     let of = |a: &[Bands], b: &[Bands]| {
         let pairs = a.iter().flatten().zip(b.iter().flatten());
         pairs.fold(0.0f64, |m, (x, y)| m.max((x - y).abs() / y.abs().max(1e-300)))
@@ -154,7 +162,7 @@ fn periodic_zones_agree_with_the_dense_engine() {
 }
 
 /// Closed, open, periodic rooms, with an odd and a single cell among their counts.
-fn rooms() -> Vec<Room> {
+pub(crate) fn rooms() -> Vec<Room> {
     let plain = Room::new([7, 10, 5], EDGES, Bands::from_rgb([1.5, 6.0, 1.5]));
     vec![
         plain.clone(),
@@ -175,8 +183,7 @@ fn reciprocity_and_closure() {
     for room in rooms() {
         let scene = room.scene();
         let (zones, s) = operator(&scene);
-        let mut dice = Dice(11);
-        let [x, y] = [0; 2].map(|_| (0..zones.len()).map(|_| dice.bands()).collect::<Vec<_>>());
+        let [x, y] = [11, 12].map(|seed| dice(zones.len(), seed));
         let (gx, gy) = (s.apply(&x), s.apply(&y));
         for b in Band::all() {
             let dot = |a: &[Bands], c: &[Bands]| a.iter().zip(c).map(|(a, c)| a[b] * c[b]).sum::<f64>();

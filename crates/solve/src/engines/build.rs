@@ -4,6 +4,7 @@ use super::selection::EngineChoice;
 use crate::balance::closure::{self, RowClosure};
 use crate::balance::least_squares_closure;
 use crate::context::{BuiltEngine, SolveContext};
+use crate::device::basis::BasisOrder;
 use crate::distribution::sum_order::SharedZones;
 use crate::engines::bordered_operator::BorderedOperator;
 use crate::engines::dense::DenseOperator;
@@ -13,7 +14,7 @@ use crate::engines::layered::{LayerStack, LayeredOperator};
 use crate::engines::merged_operator::{MergedOperator, PatchGroups};
 use crate::engines::rays;
 use crate::engines::spectral::SpectralOperator;
-use crate::engines::spectral::basis::BasisOrder;
+use crate::engines::spectral::cpu::Processor;
 use crate::engines::spectral::enclosure::BoxEnclosure;
 use crate::operator::{AdjustableExchange, ErrorModel};
 use crate::right_hand_side::surroundings::{SurroundingsExchange, exact_rows};
@@ -92,7 +93,13 @@ fn build_spectral<'a>(
 ) -> BuiltEngine<'a> {
     let (scene, zones) = (context.scene, context.zones);
     let (open, outside) = (enclosure.is_open(), enclosure.outside.clone());
-    let mut operator = SpectralOperator::new(enclosure, zones, order, context.execution());
+    let mut operator = SpectralOperator::new(
+        enclosure,
+        zones,
+        order,
+        context.settings.device.unwrap_or(&Processor),
+        context.execution(),
+    );
     if open {
         surroundings.sky = operator.opening_factors();
     }

@@ -1,9 +1,9 @@
 //! Memory of a solve by the spectral and by the layered engine.
 
+use crate::device::basis::BasisOrder;
 use crate::engines::layered::{LayerStack, LayeredOperator};
 use crate::engines::problem_size::ProblemSize;
 use crate::engines::spectral::SpectralOperator;
-use crate::engines::spectral::basis::BasisOrder;
 use crate::engines::spectral::enclosure::BoxEnclosure;
 use crate::errors::discretization;
 use crate::right_hand_side::light_groups;

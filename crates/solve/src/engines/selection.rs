@@ -2,10 +2,10 @@
 
 use super::cost_forecast::CostForecast;
 use super::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
+use crate::device::basis::BasisOrder;
 use crate::engines::layered::layer_stack::{LayerStack, needs_layers};
 use crate::engines::problem_size::ProblemSize;
 use crate::engines::rays::memory_budget::MemoryBudget;
-use crate::engines::spectral::basis::BasisOrder;
 use crate::engines::spectral::enclosure::BoxEnclosure;
 use crate::engines::spectral::kernels;
 use zonal_exchange::pair::PairSettings;

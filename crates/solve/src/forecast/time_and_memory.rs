@@ -4,6 +4,7 @@
 //! sample on this machine, with the caller's clock; other costs are constants. The number of samples of a final gather depends on
 //! the solution: an expected value and an upper bound are returned.
 
+use crate::device::basis::BasisOrder;
 use crate::engines::dense::band_groups;
 use crate::engines::dense::row_blocks::packed_length;
 use crate::engines::engine_memory::{layered_solve_bytes, spectral_solve_bytes};
@@ -13,7 +14,6 @@ use crate::engines::rays::memory_budget::{MemoryBudget, PROGRAM_BYTES};
 use crate::engines::rays::stored_rays::cost_probe::probe_ray_cost;
 use crate::engines::rays::stored_rays::ray_sampling::{rays_measure_escape, rays_per_zone, total_rays};
 use crate::engines::selection::{self, EngineChoice};
-use crate::engines::spectral::basis::BasisOrder;
 use crate::engines::spectral::kernels;
 use crate::errors::discretization;
 use crate::forecast::distribution_cost::Traffic;

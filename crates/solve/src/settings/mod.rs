@@ -11,6 +11,7 @@ pub(crate) mod stage_codec;
 pub(crate) mod unobstructed_cells;
 pub(crate) mod zone_power;
 
+use crate::device::Device;
 use crate::distribution::{Communicator, Execution, SingleProcess};
 use zonal_exchange::pair::PairSettings;
 use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress, SceneError, Zones};
@@ -31,6 +32,8 @@ pub struct SolveSettings<'a> {
     pub progress: &'a dyn Progress,
     /// The processes that share the work.
     pub communicator: &'a dyn Communicator,
+    /// What computes the products of the spectral engine; `None` for the processor.
+    pub device: Option<&'a dyn Device>,
     /// Light groups of an earlier solution on the same zones for a warm start; empty for a cold start.
     pub initial_groups: &'a [LightGroup],
     /// The zones of the scene, or of its first three bands, where an earlier solve has cut them.
@@ -48,6 +51,7 @@ impl<'a> SolveSettings<'a> {
             checkpoints: &NoCheckpoints,
             progress,
             communicator: &SingleProcess,
+            device: None,
             initial_groups: &[],
             zones: None,
             final_gather: true,

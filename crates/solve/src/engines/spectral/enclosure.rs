@@ -7,8 +7,7 @@
 //! Patches outside add rows of their own (`bordered_operator.rs`): few of them, beside a box that is not periodic, and no zone may see the black back of a
 //! surface, since the rest of a row is its exchange with the surroundings.
 
-use super::axes::OTHER_AXES;
-use super::grid::BoxGrid;
+use crate::device::grid::{BoxGrid, OTHER_AXES};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
     Band, Bands, Light, Patch, PatchRule, PerBand, Plate, PlateKind, Scene, Sides, VoxelGrid, ZoneBasis,

@@ -1,23 +1,18 @@
 //! The exchange factors of a grid for one extinction, by offset, and their spectra.
 //!
-//! | kernel | zones | stored as |
-//! |---|---|---|
-//! | V(d₀, d₁, d₂) | two voxels | one octant of its real, even spectrum |
-//! | S₀(d₀; d₁, d₂) | a voxel d₀ cells from a wall across the first axis | spectra along the wall, one for each d₀ |
-//! | S₁, S₂ | the same for walls across the other axes | one octant; extended as an even sequence across the wall, which is never read |
-//! | O(d_b, d_c) | opposite walls | one quadrant |
-//! | Q(i_a, i_b; d_c) | adjacent walls across a and b | spectra along their edge, a matrix for each frequency |
-//!
 //! All entries come from the lattice tables of `zonal_exchange`, with attenuation inside the integrals, each to a proven relative [`TOLERANCE`]
 //! (for a linear basis to an estimated [`LINEAR_TOLERANCE`], verified by closure);
-//! along periodic axes they are sums over images, each to 2e-13. The spectra include the scale 1/(N₀N₁N₂) of the transforms.
-//! A linear basis has a kernel for each pair of components (`basis.rs`), odd along some axes.
+//! along periodic axes they are sums over images, each to 2e-13. Their order and scale stand in [`crate::device::spectra`].
+//!
+//! **Cost.** One table of n³ offsets at a time beside its spectrum: 16 n³ B. Its transforms are n² real lines of N = 2n numbers along each axis,
+//! 15 n³ log₂2n operations: small against the table itself, whose entries are integrals.
 
-use super::axes::OTHER_AXES;
-use super::basis::{BasisOrder, KernelLayout, KernelSet, KernelSpectrum};
-use super::grid::BoxGrid;
 use super::real_symmetric_fft::{Parity, RealSymmetricFft, permute_axes};
-use super::slabs::Slabs;
+use crate::device::GridPart;
+use crate::device::basis::{BasisOrder, KernelLayout};
+use crate::device::grid::{BoxGrid, OTHER_AXES};
+use crate::device::slabs::Slabs;
+use crate::device::spectra::{GridSpectra, KernelSet, KernelSpectrum};
 use crate::distribution::part_of;
 use crate::distribution::{Blocks, Communicator, Message};
 use std::ops::Range;
@@ -32,18 +27,16 @@ pub(crate) const TOLERANCE: f64 = 1e-12;
 /// Relative error of the tables of [`BasisOrder::Linear`]; the closure defect is added to it.
 pub(crate) const LINEAR_TOLERANCE: f64 = 1e-10;
 
-/// Spectra of all kernels of a grid: of those with an index f₁ the frequencies that this rank stores ([`Slabs::stored`]), of those with f_c its part.
+/// The kernels of a grid for one extinction.
 pub(crate) struct GridKernels {
-    /// The first stored frequency f₁.
-    pub first: usize,
-    /// V by `[f₁][f₂][f₀]`.
-    pub volume: KernelSet,
-    /// S₀ by `[f₁][f₂][d₀]`; S₁ and S₂ by `[f₁][f₂][f₀]`; empty across periodic axes.
-    pub walls: [KernelSet; 3],
-    /// O of the walls across each axis by `[f_c][f_b]`.
-    pub opposite: [KernelSet; 3],
-    /// Q by `[f_c][i_a][i_b]` for the pairs of axes (0, 1), (0, 2), (1, 2); pairs of equal axes share it with a constant basis.
-    pub adjacent: [Arc<KernelSet>; 3],
+    /// Their spectra.
+    pub spectra: GridSpectra,
+    /// The tables that they come from.
+    pub tables: TableSummary,
+}
+
+/// Counts and accuracy of the tables of one extinction.
+pub(crate) struct TableSummary {
     /// Entries of the tables by method.
     pub tally: Vec<(&'static str, MethodCounts)>,
     /// Largest relative radius of an entry.
@@ -143,6 +136,8 @@ struct KernelBuilder<'a> {
     linear_tables: Vec<LinearBasisTables>,
     /// A buffer for the next table: each kernel needs one beside its own spectrum.
     spare: Vec<f64>,
+    /// What is known of the finished tables.
+    tables: TableSummary,
 }
 
 /// The tables of walls for a linear basis.
@@ -169,13 +164,8 @@ impl PermutedTable {
 
 impl GridKernels {
     /// The kernels of a grid with extinction `kappa` ≥ 0 (1/m). `spare` is a buffer, and is one of the size of a spectrum afterwards.
-    pub(crate) fn new(
-        grid: &BoxGrid,
-        kappa: f64,
-        order: BasisOrder,
-        slabs: Slabs,
-        spare: &mut Vec<f64>,
-    ) -> GridKernels {
+    pub(crate) fn new(part: &GridPart, kappa: f64, spare: &mut Vec<f64>) -> GridKernels {
+        let (grid, order, slabs) = (&part.grid, part.order, part.slabs);
         let mut builder = KernelBuilder {
             slabs,
             grid,
@@ -187,34 +177,30 @@ impl GridKernels {
             wall_tables: Vec::new(),
             linear_tables: Vec::new(),
             spare: std::mem::take(spare),
+            tables: TableSummary { tally: Vec::new(), radius: 0.0 },
         };
-        let mut out = GridKernels {
-            first: slabs.stored().start,
-            volume: KernelSet::default(),
-            walls: Default::default(),
-            opposite: Default::default(),
-            adjacent: Default::default(),
-            tally: Vec::new(),
-            radius: match order {
-                BasisOrder::Linear if builder.images.is_periodic() => TOLERANCE,
-                BasisOrder::Linear => LINEAR_TOLERANCE,
-                BasisOrder::Constant => 0.0,
-            },
+        builder.tables.radius = match order {
+            BasisOrder::Linear if builder.images.is_periodic() => TOLERANCE,
+            BasisOrder::Linear => LINEAR_TOLERANCE,
+            BasisOrder::Constant => 0.0,
         };
-        out.volume = builder.volume(&mut out);
+        let mut spectra = GridSpectra { first: slabs.stored().start, ..GridSpectra::default() };
+        spectra.volume = builder.volume();
         for a in grid.walled() {
-            out.walls[a] = builder.wall(a, &mut out);
+            spectra.walls[a] = builder.wall(a);
         }
         builder.wall_tables.clear();
         builder.linear_tables.clear();
         for a in grid.walled() {
-            out.opposite[a] = builder.opposite(a, &mut out);
+            spectra.opposite[a] = builder.opposite(a);
         }
-        builder.all_adjacent(&mut out);
+        spectra.adjacent = builder.all_adjacent();
         *spare = builder.spare;
-        out
+        GridKernels { spectra, tables: builder.tables }
     }
+}
 
+impl TableSummary {
     fn note(&mut self, what: &'static str, tally: MethodCounts, radius: f64) {
         self.tally.push((what, tally));
         self.radius = self.radius.max(radius);
@@ -270,11 +256,10 @@ impl KernelBuilder<'_> {
         what: &'static str,
         normals: &[usize],
         layout: KernelLayout,
-        out: &mut GridKernels,
         spectrum: impl Fn(&mut Self, Vec<f64>, [bool; 3]) -> Vec<f64>,
     ) -> KernelSet {
         let along = axis_relations(normals);
-        let tables = self.tables_of_layout(what, normals, &layout, out);
+        let tables = self.tables_of_layout(what, normals, &layout);
         let one = |(data, densities): (Vec<f64>, &[usize; 3])| {
             let odd = [0, 1, 2].map(|k| along[k] == AxisRelation::Extended && densities[k] == 1);
             KernelSpectrum { odd, data: spectrum(self, data, odd) }
@@ -289,7 +274,6 @@ impl KernelBuilder<'_> {
         what: &'static str,
         normals: &[usize],
         layout: &KernelLayout,
-        out: &mut GridKernels,
     ) -> Vec<Vec<f64>> {
         let dims = |normals: &[usize]| {
             let along = axis_relations(normals);
@@ -308,11 +292,12 @@ impl KernelBuilder<'_> {
         let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
         let tables = pairs.tables(&layout.densities, &SharedChunks(self.slabs.communicator));
         let count = tables.iter().map(Vec::len).sum();
-        let tally = match self.images.is_periodic() {
-            true => MethodCounts { gaussians: count, ..MethodCounts::default() },
-            false => MethodCounts { gauss: count, ..MethodCounts::default() },
+        let tally = if self.images.is_periodic() {
+            MethodCounts { gaussians: count, ..MethodCounts::default() }
+        } else {
+            MethodCounts { gauss: count, ..MethodCounts::default() }
         };
-        out.tally.push((what, tally));
+        self.tables.tally.push((what, tally));
         // Other walls may use them; tables of voxel pairs are used once.
         if !normals.is_empty() {
             let (normals, densities) = (normals.to_vec(), layout.densities.clone());
@@ -326,20 +311,21 @@ impl KernelBuilder<'_> {
         KernelSet { terms: layout.terms, arrays: vec![KernelSpectrum { odd: [false; 3], data }] }
     }
 
-    fn volume(&mut self, out: &mut GridKernels) -> KernelSet {
+    fn volume(&mut self) -> KernelSet {
         let layout = self.order.volume_layout();
         if self.order == BasisOrder::Linear {
-            return self.linear_kernels("voxel and voxel", &[], layout, out, |m, data, odd| {
+            return self.linear_kernels("voxel and voxel", &[], layout, |m, data, odd| {
                 let data = m.own_rows(data);
                 m.spectrum(data, true, odd)
             });
         }
         let (edges, chunks) = (self.grid.edges, SharedChunks(self.slabs.communicator));
-        let table = match self.images.is_periodic() {
-            true => OffsetTable::repeated(self.counts, &self.images, &chunks),
-            false => GridTables::new(edges, self.counts, self.kappa, TOLERANCE).by(&chunks).voxels(),
+        let table = if self.images.is_periodic() {
+            OffsetTable::repeated(self.counts, &self.images, &chunks)
+        } else {
+            GridTables::new(edges, self.counts, self.kappa, TOLERANCE).by(&chunks).voxels()
         };
-        out.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
+        self.tables.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
         let data = self.array(self.own_offsets(), |d| table.get(d).value);
         drop(table);
         let data = self.spectrum(data, true, [false; 3]);
@@ -347,14 +333,14 @@ impl KernelBuilder<'_> {
     }
 
     /// The table of walls across the axes `normals`, or one with permuted axes if the grid is equal along these.
-    fn table(&mut self, what: &'static str, normals: &[usize], out: &mut GridKernels) -> PermutedTable {
+    fn table(&mut self, what: &'static str, normals: &[usize]) -> PermutedTable {
         for (made, table) in &self.wall_tables {
             if let Some(turn) = self.grid.permutation(normals, made) {
                 return PermutedTable { table: table.clone(), permutation: turn };
             }
         }
         let table = Arc::new(self.new_table(normals));
-        out.note(what, table.method_counts(), table.worst_relative_radius());
+        self.tables.note(what, table.method_counts(), table.worst_relative_radius());
         self.wall_tables.push((normals.to_vec(), table.clone()));
         PermutedTable { table, permutation: [0, 1, 2] }
     }
@@ -371,16 +357,16 @@ impl KernelBuilder<'_> {
         }
     }
 
-    fn wall(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
+    fn wall(&mut self, a: usize) -> KernelSet {
         const WHAT: &str = "voxel and wall";
         let layout = self.order.wall_layout(a);
         if self.order == BasisOrder::Linear {
-            return self.linear_kernels(WHAT, &[a], layout, out, |m, data, odd| {
+            return self.linear_kernels(WHAT, &[a], layout, |m, data, odd| {
                 let data = m.own_rows(data);
                 m.spectrum(data, a != 0, odd)
             });
         }
-        let table = self.table(WHAT, &[a], out);
+        let table = self.table(WHAT, &[a]);
         let data = self.array(self.own_offsets(), |d| table.value(d));
         let data = self.spectrum(data, a != 0, [false; 3]);
         self.constant_kernel(layout, data)
@@ -401,9 +387,9 @@ impl KernelBuilder<'_> {
         let [n0, n1, n2] = self.grid.lengths().map(|n| 1.0 / n as f64);
         let rows = self.slabs.own_part(m0).len();
         let mut other = self.buffer();
-        self.transforms[2].lines(&data, m2, (parity_of(odd[2]), n2), &mut other);
+        self.transforms[2].lines(&data, m2, parity_of(odd[2]), n2, &mut other);
         permute_axes(&other, [rows, m1, h2], [0, 2, 1], &mut data);
-        self.transforms[1].lines(&data, m1, (parity_of(odd[1]), n1), &mut other);
+        self.transforms[1].lines(&data, m1, parity_of(odd[1]), n1, &mut other);
         match self.slabs.ranks() {
             1 => permute_axes(&other, [m0, h2, h1], [2, 1, 0], &mut data),
             _ => self.exchange_rows(&other, &mut data),
@@ -411,7 +397,7 @@ impl KernelBuilder<'_> {
         if !along_first {
             return self.keep_spare(data, other);
         }
-        self.transforms[0].lines(&data, m0, (parity_of(odd[0]), n0), &mut other);
+        self.transforms[0].lines(&data, m0, parity_of(odd[0]), n0, &mut other);
         self.keep_spare(other, data)
     }
 
@@ -441,15 +427,14 @@ impl KernelBuilder<'_> {
         }
     }
 
-    fn opposite(&mut self, a: usize, out: &mut GridKernels) -> KernelSet {
+    fn opposite(&mut self, a: usize) -> KernelSet {
         const WHAT: &str = "opposite walls";
         let layout = self.order.opposite_layout(a);
         if self.order == BasisOrder::Linear {
-            return self.linear_kernels(WHAT, &[a, a], layout, out, |m, data, odd| {
-                m.opposite_spectrum(a, data, odd)
-            });
+            return self
+                .linear_kernels(WHAT, &[a, a], layout, |m, data, odd| m.opposite_spectrum(a, data, odd));
         }
-        let table = self.table(WHAT, &[a, a], out);
+        let table = self.table(WHAT, &[a, a]);
         let [b, c] = OTHER_AXES[a];
         let data = self.array([0..1, 0..self.counts[b], 0..self.counts[c]], |d| {
             let mut at = [0; 3];
@@ -467,36 +452,38 @@ impl KernelBuilder<'_> {
         let scale = |k: usize| 1.0 / lengths[k] as f64;
         // Its capacity is that of a wall, and the spare buffer remains for the tables of volumes.
         let mut other = Vec::new();
-        self.transforms[c].lines(&data, counts[c], (parity_of(odd[c]), scale(c)), &mut other);
+        self.transforms[c].lines(&data, counts[c], parity_of(odd[c]), scale(c), &mut other);
         permute_axes(&other, [1, counts[b], self.grid.halves()[c]], [0, 2, 1], &mut data);
-        self.transforms[b].lines(&data, counts[b], (parity_of(odd[b]), scale(b)), &mut other);
+        self.transforms[b].lines(&data, counts[b], parity_of(odd[b]), scale(b), &mut other);
         self.keep_spare(other, data)
     }
 
     /// The kernels of all pairs of adjacent walls, equal ones once.
-    fn all_adjacent(&mut self, out: &mut GridKernels) {
+    fn all_adjacent(&mut self) -> [Arc<KernelSet>; 3] {
+        let mut out: [Arc<KernelSet>; 3] = Default::default();
         let mut made: Vec<[usize; 2]> = Vec::new();
         for pair in self.grid.corners() {
             let equal = made.iter().find(|m| shares_adjacent(self.grid, self.order, pair, **m));
-            out.adjacent[pair[0] + pair[1] - 1] = match equal {
-                Some([a, b]) => out.adjacent[a + b - 1].clone(),
-                None => Arc::new(self.adjacent(pair, out)),
+            out[pair[0] + pair[1] - 1] = match equal {
+                Some([a, b]) => out[a + b - 1].clone(),
+                None => Arc::new(self.adjacent(pair)),
             };
             made.push(pair);
         }
+        out
     }
 
-    fn adjacent(&mut self, [a, b]: [usize; 2], out: &mut GridKernels) -> KernelSet {
+    fn adjacent(&mut self, [a, b]: [usize; 2]) -> KernelSet {
         const WHAT: &str = "adjacent walls";
         let (layout, c) = (self.order.adjacent_layout([a, b]), 3 - a - b);
         if self.order == BasisOrder::Linear {
-            return self.linear_kernels(WHAT, &[a, b], layout, out, |m, data, odd| {
+            return self.linear_kernels(WHAT, &[a, b], layout, |m, data, odd| {
                 let (rows, line) = (m.slabs.own_part(m.counts[a]), m.counts[b] * m.counts[c]);
                 let turned = permuted(&data, m.counts, [a, b, c]);
                 m.edge_spectrum([a, b], turned[rows.start * line..rows.end * line].to_vec(), odd)
             });
         }
-        let table = self.table(WHAT, &[a, b], out);
+        let table = self.table(WHAT, &[a, b]);
         // The transform along the edge is of single lines: every rank has all of its frequencies, and keeps its part.
         let rows = self.slabs.own_part(self.counts[a]);
         let data = self.array([rows, 0..self.counts[b], 0..self.counts[c]], |d| {
@@ -514,7 +501,7 @@ impl KernelBuilder<'_> {
         let scale = 1.0 / self.grid.lengths()[c] as f64;
         let (rows, h) = (self.slabs.own_part(self.counts[a]), self.grid.halves()[c]);
         let mut other = self.buffer();
-        self.transforms[c].lines(&data, self.counts[c], (parity_of(odd[c]), scale), &mut other);
+        self.transforms[c].lines(&data, self.counts[c], parity_of(odd[c]), scale, &mut other);
         permute_axes(&other, [rows.len(), self.counts[b], h], [2, 0, 1], &mut data);
         if self.slabs.ranks() > 1 {
             data = self.exchange_edge_rows([a, b], &data);

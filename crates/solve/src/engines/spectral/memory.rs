@@ -1,12 +1,11 @@
-//! Memory of the spectra and of a product of the spectral engine.
+//! Memory of the spectra and of a product of the spectral engine on the processor, and bytes of its messages.
 
-use super::basis::{BasisOrder, KernelLayout};
-use super::grid::BoxGrid;
+use super::cpu::transposition::batch_planes;
+use super::cpu::wall_sums::walls;
 use super::kernels::shares_adjacent;
-use super::slabs::FREQUENCIES_PER_BLOCK;
-use super::slabs::Slabs;
-use super::transposition::batch_planes;
-use super::wall_sums::walls;
+use crate::device::basis::{BasisOrder, KernelLayout};
+use crate::device::grid::BoxGrid;
+use crate::device::slabs::{FREQUENCIES_PER_BLOCK, Slabs};
 
 /// Bytes of the spectra of one extinction that a rank has.
 pub(super) fn spectra_bytes(grid: &BoxGrid, order: BasisOrder, slabs: &Slabs) -> u64 {
@@ -68,7 +67,8 @@ pub(crate) fn sent_bytes_of_product(grid: &BoxGrid, order: BasisOrder, rank: usi
         slabs.blocks().flat_map(|b| slabs.frequencies_of(b)).count() * l0,
     ];
     let (mut complex, mut real) = (voxel * (there + back), 0);
-    for (w, (axis, _)) in walls(grid).into_iter().enumerate() {
+    for (w, wall) in walls(grid).into_iter().enumerate() {
+        let axis = wall.axis;
         if w % ranks == rank {
             complex += patch * spectrum[axis] * others;
             real += patch * grid.patches(axis) * others;
@@ -94,15 +94,20 @@ pub(crate) fn sent_bytes_of_product(grid: &BoxGrid, order: BasisOrder, rank: usi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::distribution::Execution;
+    use crate::device::spectra::{GridSpectra, KernelSet};
+    use crate::device::{Device, GridPart};
+    use crate::distribution::SingleProcess;
     use crate::distribution::tests::on_ranks;
-    use crate::engines::spectral::basis::KernelSet;
+    use crate::engines::spectral::cpu::Processor;
     use crate::engines::spectral::kernels::GridKernels;
     use std::sync::Arc;
-    use zonal_scene::NoProgress;
+
+    fn spectra_of(part: &GridPart) -> GridSpectra {
+        GridKernels::new(part, 0.7, &mut Vec::new()).spectra
+    }
 
     /// Bytes of the distinct spectra of voxels and of adjacent walls; those of opposite walls have two dimensions and are not counted.
-    fn bytes_of_kernels(k: &GridKernels) -> u64 {
+    fn bytes_of_kernels(k: &GridSpectra) -> u64 {
         let of = |set: &KernelSet| set.arrays.iter().map(|a| 8 * a.data.len() as u64).sum::<u64>();
         let distinct = |i: usize| !k.adjacent[..i].iter().any(|other| Arc::ptr_eq(other, &k.adjacent[i]));
         let adjacent = (0..3).filter(|&i| distinct(i)).map(|i| of(&k.adjacent[i])).sum::<u64>();
@@ -112,8 +117,6 @@ mod tests {
     #[test]
     fn expected_messages_are_those_of_a_product() {
         use crate::distribution::CountedRanks;
-        use crate::engines::spectral::volume::VolumeConvolution;
-        use crate::engines::spectral::walls::WallConvolution;
         for cells in [[7, 10, 9], [20, 4, 5]] {
             for (order, ranks) in
                 [(BasisOrder::Constant, 2), (BasisOrder::Constant, 5), (BasisOrder::Linear, 3)]
@@ -121,16 +124,12 @@ mod tests {
                 let grid = BoxGrid::new(cells, [0.25; 3], [false; 3]);
                 on_ranks(ranks, |communicator| {
                     let counted = CountedRanks::new(communicator);
-                    let execution = Execution { communicator: &counted, progress: &NoProgress };
-                    let slabs = Slabs::new(&grid, execution);
-                    let kernels = GridKernels::new(&grid, 0.7, order, slabs, &mut Vec::new());
-                    let volume = VolumeConvolution::new(grid, order, slabs);
-                    let walls = WallConvolution::new(grid, order, slabs);
+                    let part = GridPart::new(grid, order, &counted);
+                    let mut convolution = Processor.convolution(part);
+                    convolution.load(spectra_of(&part));
                     let before = counted.sent();
-                    let (mut voxels, faces) = (volume.take_values(), walls.zeros());
-                    let spectra = walls.spectra(&faces);
-                    let from_voxels = volume.apply(&kernels, &mut voxels, &spectra);
-                    walls.incident(&kernels, (&faces, &spectra), from_voxels);
+                    let mut voxels = vec![0.0; order.voxel_components() * part.own_voxels()];
+                    convolution.exchange(0, &mut voxels, &part.zero_walls());
                     let found = counted.sent().bytes - before.bytes;
                     let want = sent_bytes_of_product(&grid, order, communicator.rank(), ranks);
                     assert_eq!(found, want, "{cells:?} {order:?} rank {} of {ranks}", communicator.rank());
@@ -146,9 +145,8 @@ mod tests {
                 let grid = BoxGrid::new(cells, [0.25; 3], [false; 3]);
                 for ranks in [1, 3] {
                     let all = on_ranks(ranks, |communicator| {
-                        let slabs = Slabs::new(&grid, Execution { communicator, progress: &NoProgress });
-                        let kernels = GridKernels::new(&grid, 0.7, order, slabs, &mut Vec::new());
-                        [bytes_of_kernels(&kernels), spectra_bytes(&grid, order, &slabs)]
+                        let part = GridPart::new(grid, order, communicator);
+                        [bytes_of_kernels(&spectra_of(&part)), spectra_bytes(&grid, order, &part.slabs)]
                     });
                     all.iter()
                         .for_each(|[found, want]| assert_eq!(found, want, "{cells:?} {order:?} {ranks}"));
@@ -157,8 +155,7 @@ mod tests {
         }
         // Adjacent walls of a cube share one kernel.
         let grid = BoxGrid::new([4; 3], [0.25; 3], [false; 3]);
-        let slabs = Slabs::of_rank(&grid, 0, 1);
-        let kernels = GridKernels::new(&grid, 0.7, BasisOrder::Constant, slabs, &mut Vec::new());
+        let kernels = spectra_of(&GridPart::new(grid, BasisOrder::Constant, &SingleProcess));
         assert!(Arc::ptr_eq(&kernels.adjacent[0], &kernels.adjacent[2]));
     }
 }

@@ -6,19 +6,17 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | [`basis`] | constant and linear radiosity inside a zone: components, and the kernels between them |
 //! | [`enclosure`] | where the engine applies, and why not |
-//! | `grid` | cells, transform lengths, memory |
-//! | `real_symmetric_fft` | transforms of even and odd sequences: kernels to real spectra |
 //! | `kernels` | tables by offset, and their spectra |
-//! | `line_exchange` | one line of frequencies: products with spectra, exchange with walls |
-//! | `slabs`, `transposition` | the division among processes, and the exchange of planes for frequencies |
-//! | `volume`, `wall_sums` | voxels with voxels and walls |
-//! | `walls` | walls with walls |
-//! | `spectral_operator` | the operator |
+//! | `real_symmetric_fft` | transforms of even and odd sequences: kernels to real spectra |
+//! | `spectral_operator` | the operator: bands, unknowns and errors; products on a [`crate::device::Device`] |
+//! | [`cpu`] | the processor as this device: transforms, product in frequency space, planes of each process, walls |
+//! | `memory` | memory of the spectra and of a product, bytes of messages |
+//!
+//! Grid, basis, spectra and division among processes stand in [`crate::device`], with the convolution theorem and the cost of a product.
 //!
 //! **Thick zones.** A radiosity that is constant in a voxel transmits too much light if κℓ is not small: the diffusion limit is wrong. A linear basis
-//! ([`basis::BasisOrder::Linear`]) has the correct limit, in slabs of any thickness, and its error is of higher order in ℓ. Beside edges where walls of
+//! ([`crate::device::basis`]) has the correct limit, in slabs of any thickness, and its error is of higher order in ℓ. Beside edges where walls of
 //! different radiosity meet, the light decays within a mean free path, which the voxels have to resolve. The unknowns are the constants of all zones,
 //! then the slopes of the patches along their first and second axis, then those of the voxels along x, y, z. Products of the constants alone have
 //! slopes of zero.
@@ -28,20 +26,12 @@
 //! incident power. Rounding of the transforms: about ε √log₂N times the root mean square over all zones, which is large only compared with
 //! zones that receive almost nothing. The grade of the whole is therefore estimated.
 
-mod axes;
-pub mod basis;
+pub mod cpu;
 pub mod enclosure;
-pub(crate) mod grid;
 pub(crate) mod kernels;
-mod line_exchange;
 mod memory;
 pub(crate) mod real_symmetric_fft;
-pub(crate) mod slabs;
 pub(crate) mod spectral_operator;
-mod transposition;
-pub(crate) mod volume;
-mod wall_sums;
-pub(crate) mod walls;
 
 pub(crate) use memory::sent_bytes_of_product;
 pub use spectral_operator::SpectralOperator;

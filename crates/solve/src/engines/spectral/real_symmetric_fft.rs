@@ -9,6 +9,7 @@
 //!
 //! If x(N − d) = −k(d), X(f) = −i S(f) with S(f) = Σ_d x(d) sin(2π d f/N), and S is stored.
 
+use crate::device::grid::half_length;
 use rayon::prelude::*;
 use realfft::RealToComplex;
 use rustfft::num_complex::Complex64;
@@ -19,24 +20,6 @@ use std::sync::Arc;
 pub(crate) enum Parity {
     Even,
     Odd,
-}
-
-/// Number of stored frequencies for a length.
-pub(crate) fn half_length(length: usize) -> usize {
-    length / 2 + 1
-}
-
-/// The smallest even length ≥ 2n − 1 with prime factors 2, 3, 5 and 7, for a linear convolution of n cells; 1 for n = 1.
-pub(crate) fn padded_length(n: usize) -> usize {
-    let smooth = |mut x: usize| {
-        for p in [2, 3, 5, 7] {
-            while x.is_multiple_of(p) {
-                x /= p;
-            }
-        }
-        x == 1
-    };
-    if n == 1 { 1 } else { (2 * n..).step_by(2).find(|&x| smooth(x)).unwrap_or(2 * n) }
 }
 
 /// The transform of one length.
@@ -53,7 +36,7 @@ impl RealSymmetricFft {
 
     /// Transforms every line of `m` numbers in `data`, extended as an even or odd sequence, to [`half_length`] numbers each, times `scale`, written
     /// to `out`.
-    pub(super) fn lines(&self, data: &[f64], m: usize, (parity, scale): (Parity, f64), out: &mut Vec<f64>) {
+    pub(super) fn lines(&self, data: &[f64], m: usize, parity: Parity, scale: f64, out: &mut Vec<f64>) {
         let (n, h) = (self.length, half_length(self.length));
         let odd = parity == Parity::Odd;
         let other = if odd { -1.0 } else { 1.0 };
@@ -107,16 +90,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn padded_lengths_are_smooth_and_sufficient() {
-        assert_eq!([1, 2, 32, 64, 115, 256].map(padded_length), [1, 4, 64, 128, 240, 512]);
-    }
-
-    #[test]
     fn transformed_line_is_its_cosine_or_sine_sum() {
         let k = [3.0, -1.0, 0.5, 0.25];
         let transform = |n: usize, parity: Parity, scale: f64| {
             let mut got = Vec::new();
-            RealSymmetricFft::new(n).lines(&k, 4, (parity, scale), &mut got);
+            RealSymmetricFft::new(n).lines(&k, 4, parity, scale, &mut got);
             got
         };
         for n in [7, 8, 12] {

@@ -1,13 +1,12 @@
 //! The operator of the spectral engine and its errors (header of [`super`]).
 
-use super::basis::BasisOrder;
 use super::enclosure::{BoxEnclosure, OPENING};
-use super::grid::BoxGrid;
-use super::kernels::GridKernels;
+use super::kernels::{GridKernels, TableSummary};
 use super::memory;
-use super::slabs::Slabs;
-use super::volume::VolumeConvolution;
-use super::walls::{WallConvolution, WallValues};
+use crate::device::basis::BasisOrder;
+use crate::device::grid::BoxGrid;
+use crate::device::slabs::Slabs;
+use crate::device::{Device, GridConvolution, GridPart, WallValues};
 use crate::distribution::multivector::{times, total};
 use crate::distribution::sum_order::SumOrder;
 use crate::distribution::{Execution, Message};
@@ -15,6 +14,7 @@ use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slo
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Mutex;
 use zonal_exchange::aligned::lattice::MethodCounts;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_math::Grade;
@@ -28,7 +28,7 @@ const DEFECT_MULTIPLE: f64 = 2.0;
 /// The exchange of a box enclosure.
 pub struct SpectralOperator<'a> {
     enclosure: BoxEnclosure,
-    slabs: Slabs<'a>,
+    part: GridPart<'a>,
     /// Number of patches, which precede the voxels.
     patches: usize,
     /// Number of voxels in vectors: all, or those of this rank.
@@ -36,11 +36,12 @@ pub struct SpectralOperator<'a> {
     /// True if vectors have the voxels of this rank alone.
     is_divided: bool,
     sums: SumOrder<'a>,
-    order: BasisOrder,
-    volume: VolumeConvolution<'a>,
-    walls: WallConvolution<'a>,
-    /// The kernels of each distinct extinction.
-    kernels: Vec<GridKernels>,
+    /// Products on the device, of each distinct extinction.
+    convolution: Box<dyn GridConvolution + 'a>,
+    /// The tables of each distinct extinction.
+    tables: Vec<TableSummary>,
+    /// A buffer for the values of the voxels of this rank, reused by every product.
+    values: Mutex<Vec<f64>>,
     /// The extinction group of each band.
     group: PerBand<usize>,
     /// d of g'_ij = d_i g_ij d_j, where closure was restored.
@@ -50,43 +51,41 @@ pub struct SpectralOperator<'a> {
 }
 
 impl<'a> SpectralOperator<'a> {
-    /// Computes the kernels of an enclosure with these zones, shared by the processes of `execution`. Vectors have the voxels of `zones`: all, or those of the
-    /// planes of this rank.
+    /// Computes the kernels of an enclosure with these zones, shared by the processes of `execution`; `device` computes the products. Vectors have
+    /// the voxels of `zones`: all, or those of the planes of this rank.
     pub fn new(
         enclosure: BoxEnclosure,
         zones: &Zones,
         order: BasisOrder,
+        device: &dyn Device,
         execution: Execution<'a>,
     ) -> SpectralOperator<'a> {
         let progress = execution.progress;
-        let slabs = Slabs::new(&enclosure.grid, execution);
+        let part = GridPart::new(enclosure.grid, order, execution.communicator);
         let (group, kappa) = enclosure.extinction_groups();
-        let grid = enclosure.grid;
         progress.begin("exchange areas by offset", kappa.len() as u64);
+        let mut convolution = device.convolution(part);
         let mut spare = Vec::new();
-        let kernels = kappa
+        let tables = kappa
             .iter()
             .map(|&kappa| {
-                let k = GridKernels::new(&grid, kappa, order, slabs, &mut spare);
+                let kernels = GridKernels::new(&part, kappa, &mut spare);
+                convolution.load(kernels.spectra);
                 progress.advance(1);
-                k
+                kernels.tables
             })
             .collect();
         progress.end();
-        let (volume, walls) =
-            (VolumeConvolution::new(grid, order, slabs), WallConvolution::new(grid, order, slabs));
-        volume.return_values(spare);
         SpectralOperator {
             enclosure,
-            slabs,
+            part,
             patches: zones.patches.len(),
             voxels: zones.voxels.len(),
             is_divided: zones.voxels.is_divided(),
             sums: SumOrder::of_zones(zones, execution.communicator),
-            order,
-            volume,
-            walls,
-            kernels,
+            convolution,
+            tables,
+            values: Mutex::new(spare),
             group,
             scaling: None,
             defect: Bands::ZERO,
@@ -100,10 +99,11 @@ impl<'a> SpectralOperator<'a> {
 
     /// Names and values of the counters of the tables.
     pub(crate) fn counts(&self) -> Vec<(String, u64)> {
-        let all: Vec<_> = self.kernels.iter().flat_map(|k| &k.tally).collect();
+        let all: Vec<_> = self.tables.iter().flat_map(|k| &k.tally).collect();
         let sum = |of: fn(&MethodCounts) -> usize| all.iter().map(|(_, t)| of(t) as u64).sum::<u64>();
         let n = (self.patches + self.grid().count()) as u64;
-        let [of_patches, of_voxels] = [self.order.patch_components() - 1, self.order.voxel_components() - 1];
+        let [of_patches, of_voxels] =
+            [self.part.order.patch_components() - 1, self.part.order.voxel_components() - 1];
         let slopes = (of_patches * self.patches + of_voxels * self.grid().count()) as u64;
         [
             ("pairs", n * (n + 1) / 2),
@@ -147,7 +147,7 @@ impl<'a> SpectralOperator<'a> {
 
     /// True if vectors have exactly the voxels of this rank.
     fn has_own_voxels(&self) -> bool {
-        self.is_divided || self.slabs.ranks() == 1
+        self.is_divided || self.part.slabs.ranks() == 1
     }
 
     /// The voxels of this rank among those of a vector.
@@ -156,7 +156,7 @@ impl<'a> SpectralOperator<'a> {
             return 0..self.voxels;
         }
         let plane = self.grid().cells[1] * self.grid().cells[2];
-        let planes = self.slabs.planes();
+        let planes = self.part.slabs.planes();
         planes.start * plane..planes.end * plane
     }
 
@@ -167,8 +167,8 @@ impl<'a> SpectralOperator<'a> {
         }
         let mut bytes = Vec::with_capacity(8 * own.len());
         own.iter().for_each(|x| x.put(&mut bytes));
-        let all = self.slabs.communicator.all_gather(bytes);
-        let parts = self.order.voxel_components();
+        let all = self.part.slabs.communicator.all_gather(bytes);
+        let parts = self.part.order.voxel_components();
         let mut out = Vec::with_capacity(parts * self.voxels);
         for p in 0..parts {
             let of_rank = |bytes: &Vec<u8>| bytes.len() / parts * p..bytes.len() / parts * (p + 1);
@@ -187,13 +187,15 @@ impl<'a> SpectralOperator<'a> {
     fn voxel_offset(&self, p: usize) -> usize {
         match p {
             0 => self.patches,
-            _ => self.zones() + (self.order.patch_components() - 1) * self.patches + (p - 1) * self.voxels,
+            _ => {
+                self.zones() + (self.part.order.patch_components() - 1) * self.patches + (p - 1) * self.voxels
+            }
         }
     }
 
     /// Index in the values of the wall, and unknown, of every component of the patches of a wall.
     fn wall_unknowns<'b>(&'b self, zones: &'b [u32]) -> impl Iterator<Item = (usize, usize)> + 'b {
-        (0..self.order.patch_components()).flat_map(move |q| {
+        (0..self.part.order.patch_components()).flat_map(move |q| {
             let all = zones.iter().enumerate().filter(|(_, z)| **z != OPENING);
             all.map(move |(i, z)| (q * zones.len() + i, self.patch_offset(q) + *z as usize))
         })
@@ -202,19 +204,19 @@ impl<'a> SpectralOperator<'a> {
     /// Incident power for a radiosity of one at the openings: the factors of the surroundings, m² and m³.
     pub fn opening_factors(&self) -> Vec<Bands> {
         let mut out = vec![Bands::ZERO; self.len()];
-        let mut faces = self.walls.zeros();
+        let mut faces = self.part.zero_walls();
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
             face.iter_mut().zip(zones).for_each(|(x, z)| *x = f64::from(u8::from(*z == OPENING)));
         }
-        let mut voxels = self.volume.take_values();
-        for g in 0..self.kernels.len() {
+        let mut voxels = self.take_values();
+        for g in 0..self.tables.len() {
             voxels.par_iter_mut().for_each(|x| *x = 0.0);
-            let met = self.exchange(g, &mut voxels, &faces);
+            let met = self.convolution.exchange(g, &mut voxels, &faces);
             let of: Vec<Band> = Band::all().filter(|&b| self.group[b] == g).collect();
             let all = self.all_voxels(&voxels);
             self.scatter(&all, &met, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
-        self.volume.return_values(voxels);
+        self.return_values(voxels);
         // Negative rounding errors of the transforms are cut off.
         out[..self.zones()].iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         out
@@ -247,7 +249,7 @@ impl<'a> SpectralOperator<'a> {
 
     /// Values on the walls of a vector over the unknowns; 0 at openings.
     fn wall_values(&self, at: impl Fn(usize) -> f64) -> WallValues {
-        let mut faces = self.walls.zeros();
+        let mut faces = self.part.zero_walls();
         for (face, zones) in faces.iter_mut().flatten().zip(self.enclosure.faces.iter().flatten()) {
             self.wall_unknowns(zones).for_each(|(i, unknown)| face[i] = at(unknown));
         }
@@ -273,12 +275,22 @@ impl<'a> SpectralOperator<'a> {
         }
     }
 
-    /// Incident power of the walls for strengths in one band; those of the voxels are replaced by their incident power.
-    fn exchange(&self, group: usize, voxels: &mut [f64], faces: &WallValues) -> WallValues {
-        let k = &self.kernels[group];
-        let spectra = self.walls.spectra(faces);
-        let from_voxels = self.volume.apply(k, voxels, &spectra);
-        self.walls.incident(k, (faces, &spectra), from_voxels)
+    /// A buffer for the values of the voxels of this rank by component and cell, with any content.
+    fn take_values(&self) -> Vec<f64> {
+        let mut values = std::mem::take(&mut *self.values.lock().unwrap_or_else(|e| e.into_inner()));
+        values.resize(self.part.order.voxel_components() * self.part.own_voxels(), 0.0);
+        values
+    }
+
+    /// Keeps a buffer for [`SpectralOperator::take_values`] of the next product.
+    fn return_values(&self, values: Vec<f64>) {
+        *self.values.lock().unwrap_or_else(|e| e.into_inner()) = values;
+    }
+
+    /// Frees the buffers of products; the next product allocates them again.
+    fn free_buffers(&self) {
+        self.return_values(Vec::new());
+        self.convolution.free_buffers();
     }
 
     /// Copies the values of the voxels of this rank by component and cell.
@@ -298,7 +310,7 @@ impl<'a> SpectralOperator<'a> {
     /// Replaces strengths by their product without scaling, band by band.
     fn replace_unscaled(&self, s: &mut [Bands]) {
         assert_eq!(s.len(), self.len(), "one strength for each unknown");
-        let mut voxels = self.volume.take_values();
+        let mut voxels = self.take_values();
         let mut done = PerBand::splat(false);
         for b in Band::all() {
             if done[b] {
@@ -317,10 +329,10 @@ impl<'a> SpectralOperator<'a> {
                 continue;
             }
             self.copy_voxels(&mut voxels, |i| s[i][b]);
-            let walls = self.exchange(self.group[b], &mut voxels, &self.wall_values(|i| s[i][b]));
+            let walls = self.convolution.exchange(self.group[b], &mut voxels, &self.wall_values(|i| s[i][b]));
             self.scatter(&self.all_voxels(&voxels), &walls, s, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
-        self.volume.return_values(voxels);
+        self.return_values(voxels);
     }
 
     /// Replaces strengths of all unknowns by their product.
@@ -338,13 +350,13 @@ impl<'a> SpectralOperator<'a> {
     /// Error of the incident power, in the memory of `out`: the radii of the factors, and the rounding of the transforms.
     fn incident_error(&self, arriving: &[Bands], mut out: Vec<Bands>) -> Vec<Bands> {
         // The unknowns of all processes.
-        let further = (self.grid().count() - self.voxels) * self.order.voxel_components();
+        let further = (self.grid().count() - self.voxels) * self.part.order.voxel_components();
         let n = (arriving.len() + further).max(1) as f64;
         let square = |x: &[Bands]| -> Bands { self.sums.sum(x.len(), |i| x[i] * x[i]) };
         let rms = (square(arriving) / n).sqrt();
         let length: usize = self.grid().lengths().iter().product();
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
-        let radius = self.group.map_to_bands(|g| self.kernels[g].radius) + self.defect;
+        let radius = self.group.map_to_bands(|g| self.tables[g].radius) + self.defect;
         out.resize(arriving.len(), Bands::ZERO);
         out.par_iter_mut().zip(arriving).for_each(|(e, p)| *e = radius * p.abs() + rounding * rms);
         out
@@ -353,7 +365,7 @@ impl<'a> SpectralOperator<'a> {
 
 impl ExchangeOperator for SpectralOperator<'_> {
     fn len(&self) -> usize {
-        self.patches * self.order.patch_components() + self.voxels * self.order.voxel_components()
+        self.patches * self.part.order.patch_components() + self.voxels * self.part.order.voxel_components()
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         if s.len() < self.len() {
@@ -372,7 +384,7 @@ impl ExchangeOperator for SpectralOperator<'_> {
         columns.iter_mut().for_each(|s| self.replace(s));
     }
     fn has_identical_bands(&self) -> bool {
-        self.kernels.len() == 1 && self.scaling.is_none()
+        self.tables.len() == 1 && self.scaling.is_none()
     }
     fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
         let mut out = s.to_vec();
@@ -382,23 +394,23 @@ impl ExchangeOperator for SpectralOperator<'_> {
     fn replace_band(&self, s: &mut Vec<[f64; 1]>) {
         let faces = self.wall_values(|i| s[i][0]);
         // The constants alone are stored in the order of the transforms and need no copies.
-        match self.order {
+        match self.part.order {
             BasisOrder::Constant if self.has_own_voxels() => {
-                let walls = self.exchange(0, &mut s.as_flattened_mut()[self.patches..], &faces);
+                let walls = self.convolution.exchange(0, &mut s.as_flattened_mut()[self.patches..], &faces);
                 self.scatter(&[], &walls, s, |o, x| o[0] = x);
             }
             _ => {
-                let mut voxels = self.volume.take_values();
+                let mut voxels = self.take_values();
                 self.copy_voxels(&mut voxels, |i| s[i][0]);
-                let walls = self.exchange(0, &mut voxels, &faces);
+                let walls = self.convolution.exchange(0, &mut voxels, &faces);
                 self.scatter(&self.all_voxels(&voxels), &walls, s, |o, x| o[0] = x);
-                self.volume.return_values(voxels);
+                self.return_values(voxels);
             }
         }
     }
     fn slope_zones(&self) -> Vec<u32> {
-        let patches = (1..self.order.patch_components()).flat_map(|_| 0..self.patches);
-        let voxels = (1..self.order.voxel_components()).flat_map(|_| self.patches..self.zones());
+        let patches = (1..self.part.order.patch_components()).flat_map(|_| 0..self.patches);
+        let voxels = (1..self.part.order.voxel_components()).flat_map(|_| self.patches..self.zones());
         patches.chain(voxels).map(|i| i as u32).collect()
     }
     fn scale(&mut self, d: &[Bands]) {
@@ -431,7 +443,7 @@ impl ErrorModel for SpectralOperator<'_> {
         let mut found = columns;
         self.replace_many(&mut found);
         // The buffers of the products would lie beside the fields of the solution.
-        self.volume.free_buffers();
+        self.free_buffers();
         let error = match &found[..] {
             [one] => self.incident_error(one, spare),
             all => self.incident_error(&total(self.len(), all), spare),

@@ -9,7 +9,8 @@
 //! matrix between components is real and symmetric: `KernelSet` holds A and C, and `KernelSpectrum::sign` gives the signs at negative
 //! frequencies. Across a wall there is no transform, and the slope across it is unchanged; it changes its sign at the high wall.
 
-use super::axes::OTHER_AXES;
+use super::grid::OTHER_AXES;
+use super::spectra::KernelTerm;
 
 /// Order of the basis inside a zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,11 +23,11 @@ pub enum BasisOrder {
 
 impl BasisOrder {
     /// Number of components of a voxel.
-    pub(crate) fn voxel_components(self) -> usize {
+    pub fn voxel_components(self) -> usize {
         if self == BasisOrder::Linear { 4 } else { 1 }
     }
     /// Number of components of a patch.
-    pub(crate) fn patch_components(self) -> usize {
+    pub fn patch_components(self) -> usize {
         if self == BasisOrder::Linear { 3 } else { 1 }
     }
     /// The kernels of two voxels.
@@ -63,24 +64,13 @@ impl BasisOrder {
 }
 
 /// The axis of a component of a patch across `a`; `None` for the constant.
-pub(crate) fn patch_axis(a: usize, component: usize) -> Option<usize> {
+pub fn patch_axis(a: usize, component: usize) -> Option<usize> {
     (component > 0).then(|| OTHER_AXES[a][component - 1])
 }
 
 /// The density of two zones along an axis along which both extend: 0, 1 or 2 of them are slopes.
 fn slope_count(p: bool, q: bool) -> usize {
     usize::from(p) + usize::from(q)
-}
-
-/// The kernel of a pair of components.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct KernelTerm {
-    /// The component of the first zone.
-    pub p: usize,
-    /// The component of the second.
-    pub q: usize,
-    /// The index of their kernel.
-    pub array: usize,
 }
 
 /// The distinct kernels, and the pairs of components that share one.
@@ -108,49 +98,6 @@ impl KernelLayout {
         }
         out
     }
-}
-
-/// Half of a spectrum along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SpectrumHalf {
-    /// Frequencies that are stored.
-    Stored,
-    /// Their opposites.
-    Opposite,
-}
-
-impl SpectrumHalf {
-    /// The half of frequency `f` of a transform of length `n`.
-    #[inline(always)]
-    pub(super) fn of(f: usize, n: usize) -> SpectrumHalf {
-        if 2 * f > n { SpectrumHalf::Opposite } else { SpectrumHalf::Stored }
-    }
-}
-
-/// Spectrum of one kernel.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct KernelSpectrum {
-    /// Axes along which its spectrum is odd.
-    pub odd: [bool; 3],
-    /// Its values, in the order of [`super::kernels::GridKernels`].
-    pub data: Vec<f64>,
-}
-
-impl KernelSpectrum {
-    /// The sign of its value at a frequency along `axis` in one of the halves of the spectrum.
-    #[inline(always)]
-    pub(super) fn sign(&self, axis: usize, half: SpectrumHalf) -> f64 {
-        if self.odd[axis] && half == SpectrumHalf::Opposite { -1.0 } else { 1.0 }
-    }
-}
-
-/// The kernels between two kinds of zones.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct KernelSet {
-    /// Every pair of components.
-    pub terms: Vec<KernelTerm>,
-    /// The distinct kernels.
-    pub arrays: Vec<KernelSpectrum>,
 }
 
 #[cfg(test)]

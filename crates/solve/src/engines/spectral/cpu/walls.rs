@@ -8,15 +8,17 @@
 //! ```text
 //!     low_a  += Qᵀ low_b   + R Qᵀ high_b        high_a += Qᵀ R low_b + R Qᵀ R high_b        and the same with Q for b from a.
 //! ```
+//!
+//! **Cost** for n² patches a wall and a constant basis: 280 n² log₂2n operations for transforms across walls; 32 n³ operations and 8 n³ B for each
+//! pair of axes with adjacent walls, since each number of Q serves four complex columns on both sides.
 
-use super::axes::OTHER_AXES;
-use super::basis::{BasisOrder, SpectrumHalf, patch_axis};
-use super::grid::BoxGrid;
-use super::kernels::GridKernels;
-use super::line_exchange::{times_i, times_minus_i};
-use super::slabs::Slabs;
-use super::volume::WallSpectra;
+use super::frequency_product::WallSpectra;
+use super::line_exchange::{ZERO, times_i, times_minus_i};
 use super::wall_sums::{BoxWall, walls};
+use crate::device::basis::patch_axis;
+use crate::device::grid::OTHER_AXES;
+use crate::device::spectra::{GridSpectra, SpectrumHalf};
+use crate::device::{GridPart, WallValues};
 use crate::distribution::Blocks;
 use crate::distribution::part_of;
 use rayon::prelude::*;
@@ -27,20 +29,22 @@ use std::ops::Range;
 use std::sync::Arc;
 use zonal_math::simd::{self, LANES, complex_bytes, complex_bytes_mut};
 
-const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
-
-/// Values on the patches of the six walls, low and high across each axis, by `[component][i_b][i_c]`; empty across periodic axes.
-pub(crate) type WallValues = [[Vec<f64>; 2]; 3];
-
 /// Plans of the transforms along walls.
-pub(crate) struct WallConvolution<'a> {
-    grid: BoxGrid,
-    order: BasisOrder,
-    slabs: Slabs<'a>,
+pub(super) struct WallConvolution<'a> {
+    part: GridPart<'a>,
     forward: [Arc<dyn Fft<f64>>; 3],
     back: [Arc<dyn Fft<f64>>; 3],
     real: [Arc<dyn RealToComplex<f64>>; 3],
     unreal: [Arc<dyn ComplexToReal<f64>>; 3],
+}
+
+/// An edge as one of its two walls sees it.
+#[derive(Clone, Copy)]
+struct WallEdge {
+    /// The axis that the wall stands across.
+    a: usize,
+    /// The axis along the edge.
+    c: usize,
 }
 
 /// A component of the walls across axis `a`, transformed along the edge axis `c`.
@@ -63,42 +67,31 @@ impl EdgeComponent {
 type ReversedColumns = [f64; LANES];
 
 impl<'a> WallConvolution<'a> {
-    /// Plans for a grid.
-    pub(crate) fn new(grid: BoxGrid, order: BasisOrder, slabs: Slabs<'a>) -> WallConvolution<'a> {
-        let n = grid.lengths();
+    /// Plans for the part of a process.
+    pub(super) fn new(part: GridPart<'a>) -> WallConvolution<'a> {
+        let n = part.grid.lengths();
         let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
         WallConvolution {
             forward: n.map(|n| complex.plan_fft_forward(n)),
             back: n.map(|n| complex.plan_fft_inverse(n)),
             real: n.map(|n| real.plan_fft_forward(n)),
             unreal: n.map(|n| real.plan_fft_inverse(n)),
-            grid,
-            order,
-            slabs,
+            part,
         }
-    }
-
-    /// Zero values on all walls.
-    pub(crate) fn zeros(&self) -> WallValues {
-        [0, 1, 2].map(|a| {
-            let size =
-                if self.grid.periodic[a] { 0 } else { self.order.patch_components() * self.grid.patches(a) };
-            [vec![0.0; size], vec![0.0; size]]
-        })
     }
 
     /// Number of stored frequencies along the second direction of a wall: half of them along z.
     fn stored_frequencies(&self, a: usize) -> usize {
-        if a == 2 { self.grid.lengths()[1] } else { self.grid.halves()[2] }
+        if a == 2 { self.part.grid.lengths()[1] } else { self.part.grid.halves()[2] }
     }
 
     /// The spectra of both walls across each axis; each rank transforms some walls.
-    pub(crate) fn spectra(&self, faces: &WallValues) -> [Option<WallSpectra>; 3] {
-        let list = walls(&self.grid);
+    pub(super) fn spectra(&self, faces: &WallValues) -> [Option<WallSpectra>; 3] {
+        let list = walls(&self.part.grid);
         let one = |w: usize| {
-            let (a, side) = list[w];
+            let BoxWall { axis: a, side } = list[w];
             let mut out = Vec::new();
-            for (q, face) in faces[a][side].chunks(self.grid.patches(a)).enumerate() {
+            for (q, face) in faces[a][side].chunks(self.part.grid.patches(a)).enumerate() {
                 let mut spectrum = self.spectrum(a, face);
                 if q > 0 {
                     times_i(&mut spectrum);
@@ -107,11 +100,11 @@ impl<'a> WallConvolution<'a> {
             }
             out
         };
-        let length = |w: usize| self.order.patch_components() * self.spectrum_length(list[w].0);
-        let blocks = Blocks::new(self.slabs.communicator, list.len(), 1);
-        let mut made = blocks.map_lists(self.slabs.communicator, length, one).into_iter();
+        let length = |w: usize| self.part.order.patch_components() * self.spectrum_length(list[w].axis);
+        let blocks = Blocks::new(self.part.slabs.communicator, list.len(), 1);
+        let mut made = blocks.map_lists(self.part.slabs.communicator, length, one).into_iter();
         let mut out = [const { None }; 3];
-        for a in self.grid.walled() {
+        for a in self.part.grid.walled() {
             out[a] = made.next().zip(made.next()).map(|(low, high)| [low, high]);
         }
         out
@@ -119,12 +112,12 @@ impl<'a> WallConvolution<'a> {
 
     /// Numbers of the spectrum of a component of a wall across `a`.
     fn spectrum_length(&self, a: usize) -> usize {
-        self.stored_frequencies(a) * self.grid.lengths()[OTHER_AXES[a][0]]
+        self.stored_frequencies(a) * self.part.grid.lengths()[OTHER_AXES[a][0]]
     }
 
     /// The spectrum of one wall by `[f_c][f_b]`.
     fn spectrum(&self, a: usize, face: &[f64]) -> Vec<Complex64> {
-        let ([b, c], n, l) = (OTHER_AXES[a], self.grid.cells, self.grid.lengths());
+        let ([b, c], n, l) = (OTHER_AXES[a], self.part.grid.cells, self.part.grid.lengths());
         let kept = self.stored_frequencies(a);
         let mut rows = vec![ZERO; n[b] * l[c]];
         for (row, cells) in rows.chunks_mut(l[c]).zip(face.chunks(n[c])) {
@@ -141,18 +134,20 @@ impl<'a> WallConvolution<'a> {
 
     /// The incident power of all walls: from the voxels, given as half sums of which twice the real part counts, of the walls that this rank completes
     /// (`from_voxels`); from opposite walls of spectra `sent`, and from adjacent walls.
-    pub(crate) fn incident(
+    pub(super) fn incident(
         &self,
-        k: &GridKernels,
-        (faces, sent): (&WallValues, &[Option<WallSpectra>; 3]),
+        k: &GridSpectra,
+        faces: &WallValues,
+        sent: &[Option<WallSpectra>; 3],
         from_voxels: Vec<(BoxWall, Vec<Complex64>)>,
     ) -> WallValues {
-        let communicator = self.slabs.communicator;
-        let one = |((a, side), mut spectra): (BoxWall, Vec<Complex64>)| {
-            self.add_opposite(k, (a, side), sent, &mut spectra);
+        let communicator = self.part.slabs.communicator;
+        let one = |(wall, mut spectra): (BoxWall, Vec<Complex64>)| {
+            let a = wall.axis;
+            self.add_opposite(k, wall, sent, &mut spectra);
             let size = self.spectrum_length(a);
-            let mut face = vec![0.0; self.order.patch_components() * self.grid.patches(a)];
-            let parts = spectra.chunks_mut(size).zip(face.chunks_mut(self.grid.patches(a)));
+            let mut face = vec![0.0; self.part.order.patch_components() * self.part.grid.patches(a)];
+            let parts = spectra.chunks_mut(size).zip(face.chunks_mut(self.part.grid.patches(a)));
             for (q, (spectrum, face)) in parts.enumerate() {
                 if q > 0 {
                     times_minus_i(spectrum);
@@ -162,18 +157,18 @@ impl<'a> WallConvolution<'a> {
             face
         };
         let own: Vec<Vec<f64>> = from_voxels.into_par_iter().map(one).collect();
-        let list = walls(&self.grid);
-        let length = |w: usize| self.order.patch_components() * self.grid.patches(list[w].0);
+        let list = walls(&self.part.grid);
+        let length = |w: usize| self.part.order.patch_components() * self.part.grid.patches(list[w].axis);
         let all = Blocks::new(communicator, list.len(), 1).gather_lists(communicator, length, own);
-        let mut walls = self.zeros();
-        list.iter().zip(all).for_each(|(&(a, side), face)| walls[a][side] = face);
+        let mut walls = self.part.zero_walls();
+        list.iter().zip(all).for_each(|(wall, face)| walls[wall.axis][wall.side] = face);
         self.add_adjacent(k, faces, &mut walls);
         walls
     }
 
     /// Transforms the spectrum of one wall back and adds it to its values.
     fn inverse_spectrum(&self, a: usize, spectrum: &mut [Complex64], face: &mut [f64]) {
-        let ([b, c], n, l) = (OTHER_AXES[a], self.grid.cells, self.grid.lengths());
+        let ([b, c], n, l) = (OTHER_AXES[a], self.part.grid.cells, self.part.grid.lengths());
         self.back[b].process(spectrum);
         let mut rows = vec![ZERO; n[b] * l[c]];
         for (f, line) in spectrum.chunks(l[b]).enumerate() {
@@ -188,14 +183,16 @@ impl<'a> WallConvolution<'a> {
     /// Adds the radiation of the opposite wall to the spectra of a wall.
     fn add_opposite(
         &self,
-        k: &GridKernels,
-        (a, side): BoxWall,
+        k: &GridSpectra,
+        wall: BoxWall,
         sent: &[Option<WallSpectra>; 3],
         met: &mut [Complex64],
     ) {
+        let BoxWall { axis: a, side } = wall;
         let Some(sent) = &sent[a] else { return };
         let [b, c] = OTHER_AXES[a];
-        let (lb, hb, lc) = (self.grid.lengths()[b], self.grid.halves()[b], self.grid.lengths()[c]);
+        let (lb, hb, lc) =
+            (self.part.grid.lengths()[b], self.part.grid.halves()[b], self.part.grid.lengths()[c]);
         let size = self.spectrum_length(a);
         for term in &k.opposite[a].terms {
             let array = &k.opposite[a].arrays[term.array];
@@ -214,26 +211,27 @@ impl<'a> WallConvolution<'a> {
         }
     }
 
-    /// The edges with their two walls each, in the order of the pairs of axes: the axis across the wall, and the edge axis.
-    fn edges(&self) -> Vec<(usize, usize)> {
-        self.grid.corners().flat_map(|[a, b]| [(a, 3 - a - b), (b, 3 - a - b)]).collect()
+    /// The edges with their two walls each, in the order of the pairs of axes.
+    fn edges(&self) -> Vec<WallEdge> {
+        let of_pair = |[a, b]: [usize; 2]| [a, b].map(|across| WallEdge { a: across, c: 3 - a - b });
+        self.part.grid.corners().flat_map(of_pair).collect()
     }
 
     /// Numbers of one frequency of a component along an edge: both sides of a wall across `a`.
-    fn edge_line(&self, (a, c): (usize, usize)) -> usize {
-        2 * self.grid.cells[3 - a - c]
+    fn edge_line(&self, edge: WallEdge) -> usize {
+        2 * self.part.grid.cells[3 - edge.a - edge.c]
     }
 
     /// Adds the exchange of adjacent walls. Each rank transforms some walls along their edges, and multiplies some frequencies.
-    fn add_adjacent(&self, k: &GridKernels, sent: &WallValues, met: &mut WallValues) {
-        let (communicator, edges) = (self.slabs.communicator, self.edges());
-        let (rank, ranks) = (self.slabs.rank(), self.slabs.ranks());
+    fn add_adjacent(&self, k: &GridSpectra, sent: &WallValues, met: &mut WallValues) {
+        let (communicator, edges) = (self.part.slabs.communicator, self.edges());
+        let (rank, ranks) = (self.part.slabs.rank(), self.part.slabs.ranks());
         let own: Vec<usize> = (rank..edges.len()).step_by(ranks).collect();
-        let parts = self.order.patch_components();
+        let parts = self.part.order.patch_components();
         let components = |e: usize| (0..parts).map(move |q| (e, q));
         // Transform along the edges; slopes along them are multiplied by i.
         let one = |&(e, q): &(usize, usize)| {
-            let (a, c) = edges[e];
+            let WallEdge { a, c } = edges[e];
             self.along(EdgeComponent { a, c, q }, &sent[a])
         };
         let list: Vec<(usize, usize)> = own.iter().flat_map(|&e| components(e)).collect();
@@ -243,8 +241,8 @@ impl<'a> WallConvolution<'a> {
         let to = self.adjacent_products(k, &edges, &from);
         let spectra = self.to_walls(&edges, to);
         let one = |(&e, spectra): (&usize, &[Vec<Complex64>])| {
-            let (a, c) = edges[e];
-            let size = parts * self.grid.patches(a);
+            let WallEdge { a, c } = edges[e];
+            let size = parts * self.part.grid.patches(a);
             let mut faces = [(); 2].map(|()| vec![0.0; size]);
             for (q, spectra) in spectra.iter().enumerate() {
                 self.inverse_along(EdgeComponent { a, c, q }, spectra, &mut faces);
@@ -252,22 +250,22 @@ impl<'a> WallConvolution<'a> {
             faces.concat()
         };
         let added: Vec<Vec<f64>> = own.par_iter().zip(spectra.par_chunks(parts)).map(one).collect();
-        let length = |e: usize| 2 * parts * self.grid.patches(edges[e].0);
+        let length = |e: usize| 2 * parts * self.part.grid.patches(edges[e].a);
         let all = Blocks::new(communicator, edges.len(), 1).gather_lists(communicator, length, added);
-        for (&(a, _), added) in edges.iter().zip(&all) {
-            for (face, added) in met[a].iter_mut().zip(added.chunks(parts * self.grid.patches(a))) {
+        for (&WallEdge { a, .. }, added) in edges.iter().zip(&all) {
+            for (face, added) in met[a].iter_mut().zip(added.chunks(parts * self.part.grid.patches(a))) {
                 face.iter_mut().zip(added).for_each(|(x, y)| *x += y);
             }
         }
     }
 
     /// The own frequencies of the walls of all edges by edge and component, from all frequencies of the walls that this rank has transformed.
-    fn to_frequencies(&self, edges: &[(usize, usize)], spectra: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
-        let (ranks, parts) = (self.slabs.ranks(), self.order.patch_components());
+    fn to_frequencies(&self, edges: &[WallEdge], spectra: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
+        let (ranks, parts) = (self.part.slabs.ranks(), self.part.order.patch_components());
         if ranks == 1 {
             return spectra;
         }
-        let own = (self.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
+        let own = (self.part.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
         let own: Vec<usize> = own.collect();
         let message = |rank: usize| {
             let mut bytes = Vec::new();
@@ -276,11 +274,11 @@ impl<'a> WallConvolution<'a> {
             }
             bytes
         };
-        let received = self.slabs.communicator.all_to_all((0..ranks).map(message).collect());
+        let received = self.part.slabs.communicator.all_to_all((0..ranks).map(message).collect());
         let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
         let list = (0..edges.len()).flat_map(|e| vec![e; parts]);
         let take = |e: usize| {
-            let mut part = vec![ZERO; self.edge_part(edges[e], self.slabs.rank()).len()];
+            let mut part = vec![ZERO; self.edge_part(edges[e], self.part.slabs.rank()).len()];
             let (bytes, rest) = read[e % ranks].split_at(16 * part.len());
             read[e % ranks] = rest;
             complex_bytes_mut(&mut part).copy_from_slice(bytes);
@@ -290,8 +288,8 @@ impl<'a> WallConvolution<'a> {
     }
 
     /// The opposite way of [`WallConvolution::to_frequencies`].
-    fn to_walls(&self, edges: &[(usize, usize)], products: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
-        let (ranks, parts) = (self.slabs.ranks(), self.order.patch_components());
+    fn to_walls(&self, edges: &[WallEdge], products: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
+        let (ranks, parts) = (self.part.slabs.ranks(), self.part.order.patch_components());
         if ranks == 1 {
             return products;
         }
@@ -299,11 +297,11 @@ impl<'a> WallConvolution<'a> {
         for (i, product) in products.iter().enumerate() {
             messages[i / parts % ranks].extend_from_slice(complex_bytes(product));
         }
-        let received = self.slabs.communicator.all_to_all(messages);
+        let received = self.part.slabs.communicator.all_to_all(messages);
         let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
-        let own = (self.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
+        let own = (self.part.slabs.rank()..edges.len()).step_by(ranks).flat_map(|e| vec![e; parts]);
         let take = |e: usize| {
-            let frequencies = self.grid.halves()[edges[e].1];
+            let frequencies = self.part.grid.halves()[edges[e].c];
             let mut whole = vec![ZERO; self.edge_line(edges[e]) * frequencies];
             for rank in 0..ranks {
                 let part = &mut whole[self.edge_part(edges[e], rank)];
@@ -317,22 +315,22 @@ impl<'a> WallConvolution<'a> {
     }
 
     /// The numbers of the frequencies of a rank along an edge.
-    fn edge_part(&self, edge: (usize, usize), rank: usize) -> Range<usize> {
-        let (line, f) = (self.edge_line(edge), self.grid.halves()[edge.1]);
-        let own = part_of(f, rank, self.slabs.ranks());
+    fn edge_part(&self, edge: WallEdge, rank: usize) -> Range<usize> {
+        let (line, f) = (self.edge_line(edge), self.part.grid.halves()[edge.c]);
+        let own = part_of(f, rank, self.part.slabs.ranks());
         own.start * line..own.end * line
     }
 
     /// The radiation of adjacent walls on each other at the own frequencies, by edge and component as `from`.
     fn adjacent_products(
         &self,
-        k: &GridKernels,
-        edges: &[(usize, usize)],
+        k: &GridSpectra,
+        edges: &[WallEdge],
         from: &[Vec<Complex64>],
     ) -> Vec<Vec<Complex64>> {
-        let parts = self.order.patch_components();
+        let parts = self.part.order.patch_components();
         let mut to: Vec<Vec<Complex64>> = from.iter().map(|list| vec![ZERO; list.len()]).collect();
-        for (i, pair) in self.grid.corners().enumerate() {
+        for (i, pair) in self.part.grid.corners().enumerate() {
             let [a, b] = pair;
             let [of_a, of_b] = [2 * i, 2 * i + 1];
             let [nb, na] = [of_a, of_b].map(|e| self.edge_line(edges[e]) / 2);
@@ -360,8 +358,8 @@ impl<'a> WallConvolution<'a> {
     /// A component of the walls transformed along the edge, by `[f][side][i]`, times i where it is a slope along the edge.
     fn along(&self, part: EdgeComponent, faces: &[Vec<f64>; 2]) -> Vec<Complex64> {
         let EdgeComponent { a, c, q } = part;
-        let first = q * self.grid.patches(a);
-        let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
+        let first = q * self.part.grid.patches(a);
+        let (n, l, h) = (self.part.grid.cells, self.part.grid.lengths()[c], self.part.grid.halves()[c]);
         let i = 3 - a - c;
         let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
         let mut out = vec![ZERO; 2 * n[i] * h];
@@ -386,8 +384,8 @@ impl<'a> WallConvolution<'a> {
     fn inverse_along(&self, part: EdgeComponent, spectra: &[Complex64], faces: &mut [Vec<f64>; 2]) {
         let EdgeComponent { a, c, q } = part;
         let slope = part.is_slope_along_edge();
-        let first = q * self.grid.patches(a);
-        let (n, l, h) = (self.grid.cells, self.grid.lengths()[c], self.grid.halves()[c]);
+        let first = q * self.part.grid.patches(a);
+        let (n, l, h) = (self.part.grid.cells, self.part.grid.lengths()[c], self.part.grid.halves()[c]);
         let i = 3 - a - c;
         let [step_i, step_c] = if i < c { [n[c], 1] } else { [1, n[i]] };
         let (mut line, mut spectrum) = (vec![0.0; l], vec![ZERO; h]);

@@ -3,7 +3,7 @@
 //! A rank has the planes `planes` of voxels, and needs its blocks of frequencies of all planes. Planes go in batches of some megabytes, so that messages and
 //! their copies are small against the spectra. With R ranks a rank sends 16 n₀/R · N₁ (N₂/2 + 1) (R − 1)/R bytes in each direction, and receives as many.
 
-use super::slabs::Slabs;
+use crate::device::slabs::Slabs;
 use crate::distribution::ExchangeBuffers;
 use rustfft::num_complex::Complex64;
 use std::ops::Range;
@@ -27,7 +27,7 @@ pub(super) struct Transposition<'a> {
 }
 
 /// Planes of a batch, for `piece` numbers of one plane in one block.
-pub(super) fn batch_planes(slabs: &Slabs, piece: usize) -> usize {
+pub(in crate::engines::spectral) fn batch_planes(slabs: &Slabs, piece: usize) -> usize {
     MIN_BATCH_PLANES.max(MIN_BATCH_NUMBERS.div_ceil(piece * slabs.block_count()))
 }
 
@@ -72,13 +72,11 @@ impl Transposition<'_> {
         let (rank, own_blocks) = (self.slabs.rank(), self.slabs.blocks().count());
         let of = |r: usize| {
             let blocks = self.slabs.blocks_of(r).count();
-            match r == rank {
-                // Own planes of own blocks stay here.
-                true => [0, 0],
-                false => {
-                    [blocks * own.len() * self.piece, own_blocks * self.planes(r, round).len() * self.piece]
-                }
+            // Own planes of own blocks stay here.
+            if r == rank {
+                return [0, 0];
             }
+            [blocks * own.len() * self.piece, own_blocks * self.planes(r, round).len() * self.piece]
         };
         let all: Vec<[usize; 2]> = (0..self.slabs.ranks()).map(of).collect();
         [0, 1].map(|k| all.iter().map(|lengths| lengths[k]).collect())

@@ -10,7 +10,7 @@
 use super::grid::BoxGrid;
 use crate::distribution::fixed_tree::{self, SubtreeRoot};
 use crate::distribution::part_of;
-use crate::distribution::{Communicator, Execution, SingleProcess};
+use crate::distribution::{Communicator, SingleProcess};
 use std::ops::Range;
 
 /// Frequencies along y of a block.
@@ -18,7 +18,7 @@ pub(crate) const FREQUENCIES_PER_BLOCK: usize = 16;
 
 /// The parts of a grid that the ranks have.
 #[derive(Clone, Copy)]
-pub(crate) struct Slabs<'a> {
+pub struct Slabs<'a> {
     /// The processes.
     pub communicator: &'a dyn Communicator,
     rank: usize,
@@ -28,9 +28,8 @@ pub(crate) struct Slabs<'a> {
 }
 
 impl<'a> Slabs<'a> {
-    /// The parts of the ranks of an execution.
-    pub(crate) fn new(grid: &BoxGrid, execution: Execution<'a>) -> Slabs<'a> {
-        let communicator = execution.communicator;
+    /// The parts of these processes.
+    pub fn new(grid: &BoxGrid, communicator: &'a dyn Communicator) -> Slabs<'a> {
         let of = Slabs::of_rank(grid, communicator.rank(), communicator.size());
         Slabs { communicator, ..of }
     }
@@ -47,11 +46,11 @@ impl<'a> Slabs<'a> {
     }
 
     /// Number of ranks.
-    pub(crate) fn ranks(&self) -> usize {
+    pub fn ranks(&self) -> usize {
         self.ranks
     }
     /// Number of this rank.
-    pub(crate) fn rank(&self) -> usize {
+    pub fn rank(&self) -> usize {
         self.rank
     }
     /// The planes of voxels of a rank.
@@ -59,7 +58,7 @@ impl<'a> Slabs<'a> {
         part_of(self.planes, rank, self.ranks())
     }
     /// The planes of voxels of this rank.
-    pub(crate) fn planes(&self) -> Range<usize> {
+    pub fn planes(&self) -> Range<usize> {
         self.planes_of(self.rank())
     }
     /// Number of blocks of frequencies.
@@ -78,10 +77,7 @@ impl<'a> Slabs<'a> {
         let half = count.div_ceil(2);
         let edge = |r: usize| if r == ranks { half } else { (count * r).div_ceil(2 * ranks) };
         let (first, end) = (edge(rank), edge(rank + 1));
-        match end == half {
-            true => [first..count - first, 0..0],
-            false => [first..end, count - end..count - first],
-        }
+        if end == half { [first..count - first, 0..0] } else { [first..end, count - end..count - first] }
     }
     /// The blocks of a rank, ascending.
     pub(crate) fn blocks_of(&self, rank: usize) -> impl Iterator<Item = usize> + Clone + use<> {
@@ -106,11 +102,11 @@ impl<'a> Slabs<'a> {
         }
     }
     /// The stored frequencies f₁ of this rank.
-    pub(crate) fn stored(&self) -> Range<usize> {
+    pub fn stored(&self) -> Range<usize> {
         self.stored_of(self.rank())
     }
     /// This rank's part of `n` frequencies along an edge, or of `n` distances.
-    pub(crate) fn own_part(&self, n: usize) -> Range<usize> {
+    pub fn own_part(&self, n: usize) -> Range<usize> {
         part_of(n, self.rank(), self.ranks())
     }
 }
@@ -119,7 +115,6 @@ impl<'a> Slabs<'a> {
 mod tests {
     use super::*;
     use crate::distribution::tests::on_ranks;
-    use zonal_scene::NoProgress;
 
     #[test]
     fn every_block_has_one_rank_with_its_mirror_image() {
@@ -128,7 +123,7 @@ mod tests {
                 let grid = BoxGrid::new([cells; 3], [0.1; 3], [false, periodic, false]);
                 for size in [1, 2, 3, 4, 7, 20] {
                     let all = on_ranks(size, |communicator| {
-                        let slabs = Slabs::new(&grid, Execution { communicator, progress: &NoProgress });
+                        let slabs = Slabs::new(&grid, communicator);
                         let (blocks, stored) = (slabs.blocks().collect::<Vec<_>>(), slabs.stored());
                         assert!(blocks.is_sorted());
                         for &b in &blocks {

@@ -8,10 +8,10 @@
 //!
 //! Each wall is completed by one rank, to which the others send their parts.
 
-use super::basis::BasisOrder;
-use super::grid::BoxGrid;
 use super::line_exchange::ZERO;
-use super::slabs::{FREQUENCIES_PER_BLOCK, Slabs};
+use crate::device::GridPart;
+use crate::device::grid::BoxGrid;
+use crate::device::slabs::FREQUENCIES_PER_BLOCK;
 use crate::distribution::fixed_tree::{self, SubtreeRoot};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
@@ -22,8 +22,14 @@ use zonal_math::simd::{complex_bytes, complex_bytes_mut};
 /// Numbers that one task adds.
 const NUMBERS_PER_TASK: usize = 1 << 12;
 
-/// One of the walls: the axis that it stands across, and its side, 0 for the low one.
-pub(crate) type BoxWall = (usize, usize);
+/// One of the walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::engines::spectral) struct BoxWall {
+    /// The axis that it stands across.
+    pub axis: usize,
+    /// 0 for the low one, 1 for the high one.
+    pub side: usize,
+}
 
 /// Sums of a block of frequencies for the walls; empty across periodic axes.
 pub(super) struct WallSums {
@@ -49,49 +55,48 @@ impl WallSums {
 /// Shapes of the sums.
 #[derive(Clone, Copy)]
 pub(super) struct WallSumLayout<'a> {
-    pub(super) grid: BoxGrid,
-    pub(super) order: BasisOrder,
-    pub(super) slabs: Slabs<'a>,
+    pub(super) part: GridPart<'a>,
+}
+
+/// Weight of a frequency along z, which also represents its opposite.
+#[inline(always)]
+pub(super) fn half_weight(grid: &BoxGrid, f2: usize) -> f64 {
+    let own = f2 == 0 || 2 * f2 == grid.lengths()[2];
+    if own { 0.5 } else { 1.0 }
 }
 
 /// The walls of a grid, in the order of their axes, low ones first.
-pub(super) fn walls(grid: &BoxGrid) -> Vec<BoxWall> {
-    grid.walled().flat_map(|a| [(a, 0), (a, 1)]).collect()
+pub(in crate::engines::spectral) fn walls(grid: &BoxGrid) -> Vec<BoxWall> {
+    grid.walled().flat_map(|axis| [0, 1].map(|side| BoxWall { axis, side })).collect()
 }
 
 impl WallSumLayout<'_> {
     /// Numbers of one side in a block: those of an axis in the order of [`WallSums`].
     fn length(&self, axis: usize, block: usize) -> usize {
-        let ([l0, _, _], h2) = (self.grid.lengths(), self.grid.halves()[2]);
+        let ([l0, _, _], h2) = (self.part.grid.lengths(), self.part.grid.halves()[2]);
         let size = match axis {
             0 => h2 * FREQUENCIES_PER_BLOCK,
             1 => h2 * l0,
-            _ => self.slabs.frequencies_of(block).len() * l0,
+            _ => self.part.slabs.frequencies_of(block).len() * l0,
         };
-        self.order.patch_components() * size
+        self.part.order.patch_components() * size
     }
 
     /// Zeros for a block.
     pub(super) fn zeros(&self, block: usize) -> WallSums {
-        let side = |a: usize| vec![ZERO; if self.grid.periodic[a] { 0 } else { self.length(a, block) }];
+        let side = |a: usize| vec![ZERO; if self.part.grid.periodic[a] { 0 } else { self.length(a, block) }];
         let sides = |a: usize| [side(a), side(a)];
         WallSums { x: sides(0), y: sides(1), z: sides(2) }
-    }
-
-    /// Weight of a frequency along z, which also represents its opposite.
-    pub(super) fn weight(&self, f2: usize) -> f64 {
-        let own = f2 == 0 || 2 * f2 == self.grid.lengths()[2];
-        if own { 0.5 } else { 1.0 }
     }
 
     /// The spectra of the walls that this rank completes, from the sums of its blocks and those of the others: across the first two axes times the weight of
     /// f₂, across the third half of a sum of which twice the real part counts. The sums are changed.
     pub(super) fn complete(&self, own: &mut [WallSums]) -> Vec<(BoxWall, Vec<Complex64>)> {
-        let (rank, ranks) = (self.slabs.rank(), self.slabs.ranks());
-        if !self.grid.periodic[1] {
+        let (rank, ranks) = (self.part.slabs.rank(), self.part.slabs.ranks());
+        if !self.part.grid.periodic[1] {
             self.sum_subtrees(own);
         }
-        let (all, own) = (walls(&self.grid), &*own);
+        let (all, own) = (walls(&self.part.grid), &*own);
         let mut received = Vec::new();
         if ranks > 1 {
             let mut messages = vec![Vec::new(); ranks];
@@ -99,7 +104,7 @@ impl WallSumLayout<'_> {
                 let parts = self.own_parts(own, *wall);
                 parts.iter().for_each(|(_, p)| messages[w % ranks].extend_from_slice(complex_bytes(p)));
             }
-            received = self.slabs.communicator.all_to_all(messages);
+            received = self.part.slabs.communicator.all_to_all(messages);
         }
         let mut read: Vec<&[u8]> = received.iter().map(Vec::as_slice).collect();
         let mut out = Vec::new();
@@ -107,24 +112,24 @@ impl WallSumLayout<'_> {
             let mut parts: BTreeMap<SubtreeRoot, Cow<[Complex64]>> = BTreeMap::new();
             parts.extend(self.own_parts(own, wall).into_iter().map(|(b, p)| (b, Cow::Borrowed(p))));
             for other in (0..ranks).filter(|r| *r != rank) {
-                for node in self.parts_of(other, wall.0) {
-                    let (bytes, rest) = read[other].split_at(16 * self.length(wall.0, node.1 << node.0));
+                for node in self.parts_of(other, wall.axis) {
+                    let (bytes, rest) = read[other].split_at(16 * self.length(wall.axis, node.1 << node.0));
                     read[other] = rest;
                     let mut part = vec![ZERO; bytes.len() / 16];
                     complex_bytes_mut(&mut part).copy_from_slice(bytes);
                     parts.insert(node, Cow::Owned(part));
                 }
             }
-            out.push((wall, self.join(wall.0, parts)));
+            out.push((wall, self.join(wall.axis, parts)));
         }
         out
     }
 
     /// Sums the subtrees of own blocks for the walls across y.
     fn sum_subtrees(&self, own: &mut [WallSums]) {
-        let count = self.slabs.block_count();
+        let count = self.part.slabs.block_count();
         let mut rest = own;
-        for run in self.slabs.runs_of(self.slabs.rank()) {
+        for run in self.part.slabs.runs_of(self.part.slabs.rank()) {
             let (of_run, further) = rest.split_at_mut(run.len());
             fixed_tree::sum_subtrees_in_place(of_run, run, count, |lower, upper| {
                 for (lower, upper) in lower.y.iter_mut().zip(&upper.y) {
@@ -140,29 +145,26 @@ impl WallSumLayout<'_> {
     /// The parts of a wall across `axis` that a rank has: subtrees of blocks, or single blocks.
     fn parts_of(&self, rank: usize, axis: usize) -> Vec<SubtreeRoot> {
         if axis == 1 {
-            self.slabs.subtrees_of(rank)
+            self.part.slabs.subtrees_of(rank)
         } else {
-            self.slabs.blocks_of(rank).map(|b| (0, b)).collect()
+            self.part.slabs.blocks_of(rank).map(|b| (0, b)).collect()
         }
     }
 
     /// The parts of a wall that this rank has.
-    fn own_parts<'a>(
-        &self,
-        own: &'a [WallSums],
-        (axis, side): BoxWall,
-    ) -> Vec<(SubtreeRoot, &'a [Complex64])> {
-        let place = |block: usize| self.slabs.blocks().position(|b| b == block).unwrap_or(0);
+    fn own_parts<'a>(&self, own: &'a [WallSums], wall: BoxWall) -> Vec<(SubtreeRoot, &'a [Complex64])> {
+        let BoxWall { axis, side } = wall;
+        let place = |block: usize| self.part.slabs.blocks().position(|b| b == block).unwrap_or(0);
         let of = |node: SubtreeRoot| (node, &own[place(node.1 << node.0)].of_axis(axis)[side][..]);
-        self.parts_of(self.slabs.rank(), axis).into_iter().map(of).collect()
+        self.parts_of(self.part.slabs.rank(), axis).into_iter().map(of).collect()
     }
 
     /// The spectrum of a wall across `axis` from its parts.
     fn join(&self, axis: usize, mut parts: BTreeMap<SubtreeRoot, Cow<[Complex64]>>) -> Vec<Complex64> {
         let ([l0, l1, _], h2, components) =
-            (self.grid.lengths(), self.grid.halves()[2], self.order.patch_components());
+            (self.part.grid.lengths(), self.part.grid.halves()[2], self.part.order.patch_components());
         if axis == 1 {
-            let root = fixed_tree::root(self.slabs.block_count());
+            let root = fixed_tree::root(self.part.slabs.block_count());
             let mut sum = match parts.remove(&root) {
                 Some(sum) => sum.into_owned(),
                 None => {
@@ -171,13 +173,15 @@ impl WallSumLayout<'_> {
                 }
             };
             let lines = sum.par_chunks_mut(l0).enumerate();
-            lines.for_each(|(k, line)| line.iter_mut().for_each(|o| *o *= self.weight(k % h2)));
+            lines.for_each(|(k, line)| {
+                line.iter_mut().for_each(|o| *o *= half_weight(&self.part.grid, k % h2))
+            });
             return sum;
         }
         let size = [l1 * h2, l0 * h2, l0 * l1][axis];
         let mut out = vec![ZERO; components * size];
         for ((_, block), part) in &parts {
-            let frequencies = self.slabs.frequencies_of(*block);
+            let frequencies = self.part.slabs.frequencies_of(*block);
             for (q, part) in part.chunks(part.len() / components).enumerate() {
                 let out = &mut out[q * size..(q + 1) * size];
                 if axis == 2 {
@@ -185,7 +189,7 @@ impl WallSumLayout<'_> {
                     continue;
                 }
                 for (f2, part) in part.chunks(FREQUENCIES_PER_BLOCK).enumerate() {
-                    let w = self.weight(f2);
+                    let w = half_weight(&self.part.grid, f2);
                     let line = &mut out[f2 * l1 + frequencies.start..f2 * l1 + frequencies.end];
                     line.iter_mut().zip(part).for_each(|(o, p)| *o = p * w);
                 }

@@ -79,7 +79,8 @@ pub(super) fn exchange(
     added: &mut [Complex64],
     [low, high]: [&mut [Complex64]; 2],
     [from_low, from_high]: [&[Complex64]; 2],
-    (phase, weight): (Complex64, f64),
+    phase: Complex64,
+    weight: f64,
 ) {
     let n = line.len();
     let (added, low, high) = (&mut added[..n], &mut low[..n], &mut high[..n]);
@@ -115,12 +116,7 @@ impl WallPairLines {
     }
     /// Adds the incident radiation of component `q` to that of the low and of the high wall.
     #[inline(always)]
-    pub(super) fn store(
-        &self,
-        q: usize,
-        [low, high]: [&mut [Complex64]; 2],
-        (phase, weight): (Complex64, f64),
-    ) {
+    pub(super) fn store(&self, q: usize, [low, high]: [&mut [Complex64]; 2], phase: Complex64, weight: f64) {
         let (even, odd) = (&self.met[0][q], &self.met[1][q]);
         for ((l, h), (e, o)) in low.iter_mut().zip(high).zip(even.iter().zip(odd)) {
             let (e, o) = (e * weight, Complex64::new(o.im, -o.re) * weight);

@@ -1,0 +1,333 @@
+//! The product in frequency space: blocks of lines along x, with voxels and walls.
+//!
+//! ```text
+//!     P(x) = Σ_x' V(x − x') s(x')  +  Σ_walls Σ_y S(x, y) s_w(y)              P_w(y) = Σ_x S(x, y) s(x)
+//! ```
+//!
+//! The spectra of the planes (`voxel_transforms.rs`) are taken in blocks of [`FREQUENCIES_PER_BLOCK`] frequencies f₁: for each f₂ the lines along x
+//! of a block are transformed, multiplied with V̂ and exchanged with the walls, and transformed back, all in the cache. V̂ is real and even, so that
+//! the line f₁ of its octant serves f₁ and N₁ − f₁.
+//!
+//! In a block before the transform along x, walls across x are sums over d₀. Walls across y and z are impulses at both ends of their axis, with kernels
+//! extended as even sequences:
+//!
+//! ```text
+//!     wall to voxels:  P̂ += Ŝ (ŵ_low + e^{−2πi f (n−1)/N} ŵ_high)        back:  ŵ_low = Σ_f Ŝ ŝ,   ŵ_high = Σ_f e^{+2πi f (n−1)/N} Ŝ ŝ
+//! ```
+//!
+//! With a linear basis every component ([`crate::device::basis`]) is a field with transforms of its own, and V and S are matrices between
+//! components. Slopes along y and z are multiplied by i in frequency space along these axes, slopes along x after the transform along x.
+//!
+//! Along z half of the frequencies are stored; sums over them count f and −f together (weight ½ where f = −f), and the wall takes twice the real
+//! part. Every sum has a fixed order, so that the bits do not depend on the number of threads.
+//!
+//! **Cost** of a constant basis for n³ cells, N = 2n, hence 4 n³ frequencies: 4 operations each for V̂ and 25 for a pair of walls across y or z;
+//! 32 n³ for the walls across x. Each of V̂, Ŝ₀, Ŝ₁, Ŝ₂ is read twice, 16 n³ B; all blocks are read and written once, 64 n³ B.
+
+use super::line_exchange::{
+    WallPairLines, ZERO, add_product, exchange, receive, send, times_i, times_minus_i, unfold,
+};
+use super::voxel_transforms::VoxelTransforms;
+use super::wall_sums::{WallSums, half_weight};
+use crate::device::basis::BasisOrder;
+use crate::device::grid::BoxGrid;
+use crate::device::slabs::FREQUENCIES_PER_BLOCK;
+use crate::device::spectra::{GridSpectra, KernelSpectrum, KernelTerm, SpectrumHalf};
+use rustfft::num_complex::Complex64;
+use zonal_math::simd;
+
+/// Spectra of two opposite walls, low and high, each by `[component][f_c][f_b]`.
+pub(super) type WallSpectra = [Vec<Complex64>; 2];
+
+/// What all blocks of frequencies of a grid have in common.
+pub(super) struct FrequencyProduct {
+    pub(super) grid: BoxGrid,
+    pub(super) order: BasisOrder,
+    pub(super) transforms: VoxelTransforms,
+    /// e^{−2πi f (n−1)/N} of the axes 1 and 2.
+    phase: [Vec<Complex64>; 2],
+}
+
+impl FrequencyProduct {
+    /// For a grid.
+    pub(super) fn new(grid: BoxGrid, order: BasisOrder) -> FrequencyProduct {
+        let n = grid.lengths();
+        let phase = |a: usize| {
+            let turn =
+                |f: usize| -std::f64::consts::TAU * ((f * (grid.cells[a] - 1)) % n[a]) as f64 / n[a] as f64;
+            (0..n[a]).map(|f| Complex64::from_polar(1.0, turn(f))).collect()
+        };
+        FrequencyProduct { grid, order, transforms: VoxelTransforms::new(grid), phase: [phase(1), phase(2)] }
+    }
+
+    /// Numbers of one plane in a block.
+    pub(super) fn piece_size(&self) -> usize {
+        self.grid.halves()[2] * FREQUENCIES_PER_BLOCK
+    }
+
+    /// Numbers of one component of a block.
+    pub(super) fn component_size(&self) -> usize {
+        self.grid.cells[0] * self.piece_size()
+    }
+}
+
+/// Buffers for the lines of a block.
+pub(super) struct BlockLines {
+    /// By component.
+    lines: Vec<Vec<Complex64>>,
+    scratch: Vec<Complex64>,
+    /// Incident power of a line, by component.
+    added: Vec<Vec<Complex64>>,
+    /// An unfolded spectrum, each value twice.
+    full: Vec<f64>,
+    /// The exchange of a line with a pair of walls.
+    pair: WallPairLines,
+}
+
+impl BlockLines {
+    pub(super) fn new(product: &FrequencyProduct) -> BlockLines {
+        let (l0, order) = (product.grid.lengths()[0], product.order);
+        let parts = order.voxel_components();
+        BlockLines {
+            lines: vec![vec![ZERO; FREQUENCIES_PER_BLOCK * l0]; parts],
+            scratch: vec![ZERO; product.transforms.line_scratch()],
+            added: vec![vec![ZERO; l0]; parts],
+            full: vec![0.0; 2 * l0],
+            pair: WallPairLines::new(order.patch_components(), l0),
+        }
+    }
+}
+
+/// One block of frequencies f₁.
+pub(super) struct FrequencyBlock<'a> {
+    pub(super) product: &'a FrequencyProduct,
+    pub(super) kernels: &'a GridSpectra,
+    pub(super) walls: &'a [Option<WallSpectra>; 3],
+    /// The first frequency f₁.
+    pub(super) first: usize,
+    pub(super) lines: &'a mut BlockLines,
+    /// Spectra of the planes, by component: `[component][x][f₂][f₁ of the block]`.
+    pub(super) block: &'a mut [Complex64],
+    /// The sums of the block.
+    pub(super) found: &'a mut WallSums,
+}
+
+impl simd::SimdKernel for FrequencyBlock<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn evaluate(mut self) {
+        let count = self.count();
+        self.found.clear();
+        for f2 in 0..self.product.grid.halves()[2] {
+            self.load_lines(f2);
+            self.receive_x_walls(f2);
+            self.transform_lines();
+            for j in 0..count {
+                self.exchange_line(f2, j);
+            }
+            self.inverse_transform_lines();
+            self.send_x_walls(f2);
+            self.store_lines(f2);
+        }
+    }
+}
+
+impl FrequencyBlock<'_> {
+    /// Number of frequencies f₁ of the block.
+    #[inline(always)]
+    fn count(&self) -> usize {
+        FREQUENCIES_PER_BLOCK.min(self.product.grid.lengths()[1] - self.first)
+    }
+
+    /// Index of the stored spectrum of (f₁, f₂). The frequencies f₂ are all stored; f₁ stands for its opposite in the upper half.
+    #[inline(always)]
+    fn stored_index(&self, f1: usize, f2: usize) -> usize {
+        let row = f1.min(self.product.grid.lengths()[1] - f1) - self.kernels.first;
+        row * self.product.grid.halves()[2] + f2
+    }
+
+    /// The half of the spectrum along y with frequency f₁.
+    #[inline(always)]
+    fn half_of(&self, f1: usize) -> SpectrumHalf {
+        SpectrumHalf::of(f1, self.product.grid.lengths()[1])
+    }
+
+    /// Copies the lines along x of frequency f₂ out of the block.
+    #[inline(always)]
+    fn load_lines(&mut self, f2: usize) {
+        let (n0, l0) = (self.product.grid.cells[0], self.product.grid.lengths()[0]);
+        let (count, size, h2) = (self.count(), self.product.component_size(), self.product.grid.halves()[2]);
+        for (p, lines) in self.lines.lines.iter_mut().enumerate() {
+            let rows =
+                self.block[p * size..(p + 1) * size].chunks(FREQUENCIES_PER_BLOCK).skip(f2).step_by(h2);
+            for (x, row) in rows.enumerate() {
+                (0..count).for_each(|j| lines[j * l0 + x] = row[j]);
+            }
+            lines[..count * l0].chunks_mut(l0).for_each(|line| {
+                line[n0..].fill(ZERO);
+                if p > 1 {
+                    times_i(&mut line[..n0]);
+                }
+            });
+        }
+    }
+
+    /// Copies the lines along x of frequency f₂ back into the block.
+    #[inline(always)]
+    fn store_lines(&mut self, f2: usize) {
+        let (n0, l0) = (self.product.grid.cells[0], self.product.grid.lengths()[0]);
+        let (count, size, h2) = (self.count(), self.product.component_size(), self.product.grid.halves()[2]);
+        for (p, lines) in self.lines.lines.iter_mut().enumerate() {
+            if p > 1 {
+                lines[..count * l0].chunks_mut(l0).for_each(|line| times_minus_i(&mut line[..n0]));
+            }
+            let rows =
+                self.block[p * size..(p + 1) * size].chunks_mut(FREQUENCIES_PER_BLOCK).skip(f2).step_by(h2);
+            for (x, row) in rows.enumerate() {
+                (0..count).for_each(|j| row[j] = lines[j * l0 + x]);
+            }
+        }
+    }
+
+    /// Transforms the lines along x.
+    #[inline(always)]
+    fn transform_lines(&mut self) {
+        let end = self.count() * self.product.grid.lengths()[0];
+        let (transforms, BlockLines { lines, scratch, .. }) = (&self.product.transforms, &mut *self.lines);
+        for (p, lines) in lines.iter_mut().enumerate() {
+            transforms.transform_lines(&mut lines[..end], scratch);
+            if p == 1 {
+                times_i(&mut lines[..end]);
+            }
+        }
+    }
+
+    /// Transforms the lines along x back.
+    #[inline(always)]
+    fn inverse_transform_lines(&mut self) {
+        let end = self.count() * self.product.grid.lengths()[0];
+        let (transforms, BlockLines { lines, scratch, .. }) = (&self.product.transforms, &mut *self.lines);
+        for (p, lines) in lines.iter_mut().enumerate() {
+            if p == 1 {
+                times_minus_i(&mut lines[..end]);
+            }
+            transforms.inverse_transform_lines(&mut lines[..end], scratch);
+        }
+    }
+
+    /// Adds the radiation of the voxels incident on the walls across x, for all f₁ of the block.
+    #[inline(always)]
+    fn receive_x_walls(&mut self, f2: usize) {
+        if self.walls[0].is_none() {
+            return;
+        }
+        let (n0, l0, h2) =
+            (self.product.grid.cells[0], self.product.grid.lengths()[0], self.product.grid.halves()[2]);
+        let set = &self.kernels.walls[0];
+        for (j, KernelTerm { p, q, array }) in
+            (0..self.count()).flat_map(|j| set.terms.iter().map(move |t| (j, *t)))
+        {
+            let (f1, array) = (self.first + j, &set.arrays[array]);
+            let from = self.stored_index(f1, f2) * n0;
+            let sums = receive(&array.data[from..from + n0], &self.lines.lines[p][j * l0..j * l0 + n0]);
+            // The slope across the wall has the opposite sign at the high end.
+            let sign = array.sign(1, self.half_of(f1));
+            let place = (q * h2 + f2) * FREQUENCIES_PER_BLOCK + j;
+            self.found.x[0][place] += sums[0] * sign;
+            self.found.x[1][place] += sums[1] * if p == 1 { -sign } else { sign };
+        }
+    }
+
+    /// Adds the radiation of the walls across x incident on the voxels, for all f₁ of the block.
+    #[inline(always)]
+    fn send_x_walls(&mut self, f2: usize) {
+        let Some([low, high]) = &self.walls[0] else { return };
+        let (n0, h2) = (self.product.grid.cells[0], self.product.grid.halves()[2]);
+        let [l0, l1, _] = self.product.grid.lengths();
+        let set = &self.kernels.walls[0];
+        for (j, KernelTerm { p, q, array }) in
+            (0..self.count()).flat_map(|j| set.terms.iter().map(move |t| (j, *t)))
+        {
+            let (f1, array) = (self.first + j, &set.arrays[array]);
+            let (from, place) = (self.stored_index(f1, f2) * n0, (q * h2 + f2) * l1 + f1);
+            let sign = array.sign(1, self.half_of(f1));
+            let sent = [low[place] * sign, high[place] * if p == 1 { -sign } else { sign }];
+            send(&array.data[from..from + n0], &mut self.lines.lines[p][j * l0..j * l0 + n0], sent);
+        }
+    }
+
+    /// Multiplies the line of frequency f₁ number `j` with the spectra of the voxels, and exchanges with the walls across y and z.
+    #[inline(always)]
+    fn exchange_line(&mut self, f2: usize, j: usize) {
+        let f1 = self.first + j;
+        let (l0, h0) = (self.product.grid.lengths()[0], self.product.grid.halves()[0]);
+        let (from, half) = (self.stored_index(f1, f2) * h0, self.half_of(f1));
+        let line = j * l0..(j + 1) * l0;
+        self.lines.added.iter_mut().for_each(|a| a.fill(ZERO));
+        let write = |full: &mut [f64], array: &KernelSpectrum| {
+            unfold(full, &array.data[from..from + h0], array.sign(1, half), array.odd[0]);
+        };
+        self.exchange_line_with_walls(f2, j, &write);
+        let BlockLines { lines, added, full, .. } = &mut *self.lines;
+        let set = &self.kernels.volume;
+        for (k, array) in set.arrays.iter().enumerate() {
+            write(full, array);
+            for &KernelTerm { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
+                add_product(&mut added[p], &lines[q][line.clone()], full);
+            }
+        }
+        for (lines, added) in lines.iter_mut().zip(&*added) {
+            lines[line.clone()].copy_from_slice(added);
+        }
+    }
+
+    /// Exchanges the line of frequency f₁ number `j` with the walls across y and z; `write` unfolds a spectrum.
+    #[inline(always)]
+    fn exchange_line_with_walls(
+        &mut self,
+        f2: usize,
+        j: usize,
+        write: &impl Fn(&mut [f64], &KernelSpectrum),
+    ) {
+        let (v, f1, count) = (self.product, self.first + j, self.count());
+        let ([l0, l1, _], h2) = (v.grid.lengths(), v.grid.halves()[2]);
+        let BlockLines { lines, added, full, pair, .. } = &mut *self.lines;
+        for a in [1, 2] {
+            let Some(sent) = &self.walls[a] else { continue };
+            let (met, place, of) = match a {
+                1 => (&mut self.found.y, f2, h2),
+                _ => (&mut self.found.z, j, count),
+            };
+            let (phase, weight) = match a {
+                1 => (v.phase[0][f1], 1.0),
+                _ => (v.phase[1][f2], half_weight(&v.grid, f2)),
+            };
+            // Spectra of a wall have the frequencies along its axis other than x.
+            let (g, others) = if a == 1 { (f2, h2) } else { (f1, l1) };
+            let set = &self.kernels.walls[a];
+            if let [array] = &set.arrays[..] {
+                write(full, array);
+                let sent = sent.each_ref().map(|s| &s[g * l0..][..l0]);
+                let met = met.each_mut().map(|m| &mut m[place * l0..][..l0]);
+                exchange(&lines[0][j * l0..(j + 1) * l0], full, &mut added[0], met, sent, phase, weight);
+                continue;
+            }
+            pair.load(|q| sent.each_ref().map(|s| &s[(q * others + g) * l0..][..l0]), phase);
+            for (k, array) in set.arrays.iter().enumerate() {
+                write(full, array);
+                for &KernelTerm { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
+                    let (line, added) = (&lines[p][j * l0..(j + 1) * l0], &mut added[p][..]);
+                    // The slope across the walls is stored times i, with the opposite sign at the high wall.
+                    let parity = usize::from(p == a + 1);
+                    let (sent, met) = (&pair.sent[parity][q], &mut pair.met[parity][q]);
+                    add_product(met, line, full);
+                    add_product(added, sent, full);
+                }
+            }
+            for q in 0..v.order.patch_components() {
+                let met = met.each_mut().map(|m| &mut m[(q * of + place) * l0..][..l0]);
+                pair.store(q, met, phase, weight);
+            }
+        }
+    }
+}
