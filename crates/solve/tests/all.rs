@@ -23,6 +23,7 @@ mod many_bands;
 mod mirrors;
 mod monte_carlo;
 mod nodes;
+mod other_device;
 mod panes;
 mod path_media;
 mod periodic;

@@ -106,7 +106,7 @@ impl<'a> Slabs<'a> {
         self.stored_of(self.rank())
     }
     /// This rank's part of `n` frequencies along an edge, or of `n` distances.
-    pub fn own_part(&self, n: usize) -> Range<usize> {
+    pub(crate) fn own_part(&self, n: usize) -> Range<usize> {
         part_of(n, self.rank(), self.ranks())
     }
 }

@@ -68,7 +68,7 @@ pub struct KernelSet {
 }
 
 /// Spectra of all kernels of a grid for one extinction: of kernels with an index f₁ the frequencies that this process stores
-/// ([`super::slabs::Slabs::stored`]), of Q with f_c its part ([`super::slabs::Slabs::own_part`]).
+/// ([`super::slabs::Slabs::stored`]), of Q with f_c its part of about 1/R of them.
 #[derive(Clone, Debug, Default)]
 pub struct GridSpectra {
     /// The first stored frequency f₁.

@@ -25,7 +25,8 @@
 //! 32 n³ for the walls across x. Each of V̂, Ŝ₀, Ŝ₁, Ŝ₂ is read twice, 16 n³ B; all blocks are read and written once, 64 n³ B.
 
 use super::line_exchange::{
-    WallPairLines, ZERO, add_product, exchange, receive, send, times_i, times_minus_i, unfold,
+    FrequencyAcross, WallPairLines, ZERO, add_product, exchange, receive, send, times_i, times_minus_i,
+    unfold,
 };
 use super::voxel_transforms::VoxelTransforms;
 use super::wall_sums::{WallSums, half_weight};
@@ -298,9 +299,9 @@ impl FrequencyBlock<'_> {
                 1 => (&mut self.found.y, f2, h2),
                 _ => (&mut self.found.z, j, count),
             };
-            let (phase, weight) = match a {
-                1 => (v.phase[0][f1], 1.0),
-                _ => (v.phase[1][f2], half_weight(&v.grid, f2)),
+            let across = match a {
+                1 => FrequencyAcross { phase: v.phase[0][f1], weight: 1.0 },
+                _ => FrequencyAcross { phase: v.phase[1][f2], weight: half_weight(&v.grid, f2) },
             };
             // Spectra of a wall have the frequencies along its axis other than x.
             let (g, others) = if a == 1 { (f2, h2) } else { (f1, l1) };
@@ -309,10 +310,10 @@ impl FrequencyBlock<'_> {
                 write(full, array);
                 let sent = sent.each_ref().map(|s| &s[g * l0..][..l0]);
                 let met = met.each_mut().map(|m| &mut m[place * l0..][..l0]);
-                exchange(&lines[0][j * l0..(j + 1) * l0], full, &mut added[0], met, sent, phase, weight);
+                exchange(&lines[0][j * l0..(j + 1) * l0], full, &mut added[0], met, sent, across);
                 continue;
             }
-            pair.load(|q| sent.each_ref().map(|s| &s[(q * others + g) * l0..][..l0]), phase);
+            pair.load(|q| sent.each_ref().map(|s| &s[(q * others + g) * l0..][..l0]), across.phase);
             for (k, array) in set.arrays.iter().enumerate() {
                 write(full, array);
                 for &KernelTerm { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
@@ -326,7 +327,7 @@ impl FrequencyBlock<'_> {
             }
             for q in 0..v.order.patch_components() {
                 let met = met.each_mut().map(|m| &mut m[(q * of + place) * l0..][..l0]);
-                pair.store(q, met, phase, weight);
+                pair.store(q, met, across);
             }
         }
     }

@@ -13,6 +13,15 @@ use zonal_math::simd::{complex_parts, complex_parts_mut};
 
 pub(super) const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
 
+/// A frequency along the axis between a pair of walls.
+#[derive(Clone, Copy)]
+pub(super) struct FrequencyAcross {
+    /// Shifts the low wall to the high one: φ.
+    pub(super) phase: Complex64,
+    /// Its weight in sums over the frequencies.
+    pub(super) weight: f64,
+}
+
 /// Lines of a pair of opposite walls, by component of the patches: even and odd parts about the middle between the walls.
 pub(super) struct WallPairLines {
     /// Radiation of the walls, ŵ_low ± e^{−2πi f (n−1)/N} ŵ_high.
@@ -71,7 +80,7 @@ pub(super) fn send(kernel: &[f64], line: &mut [Complex64], sent: [Complex64; 2])
     }
 }
 
-/// Exchange of voxels with the walls across another axis in frequency space, by one component each; the phase shifts the low wall to the high one.
+/// Exchange of voxels with the walls across another axis in frequency space, by one component each.
 #[inline(always)]
 pub(super) fn exchange(
     line: &[Complex64],
@@ -79,9 +88,9 @@ pub(super) fn exchange(
     added: &mut [Complex64],
     [low, high]: [&mut [Complex64]; 2],
     [from_low, from_high]: [&[Complex64]; 2],
-    phase: Complex64,
-    weight: f64,
+    across: FrequencyAcross,
 ) {
+    let FrequencyAcross { phase, weight } = across;
     let n = line.len();
     let (added, low, high) = (&mut added[..n], &mut low[..n], &mut high[..n]);
     let (kernel, from_low, from_high) = (&kernel.as_chunks::<2>().0[..n], &from_low[..n], &from_high[..n]);
@@ -116,7 +125,8 @@ impl WallPairLines {
     }
     /// Adds the incident radiation of component `q` to that of the low and of the high wall.
     #[inline(always)]
-    pub(super) fn store(&self, q: usize, [low, high]: [&mut [Complex64]; 2], phase: Complex64, weight: f64) {
+    pub(super) fn store(&self, q: usize, [low, high]: [&mut [Complex64]; 2], across: FrequencyAcross) {
+        let FrequencyAcross { phase, weight } = across;
         let (even, odd) = (&self.met[0][q], &self.met[1][q]);
         for ((l, h), (e, o)) in low.iter_mut().zip(high).zip(even.iter().zip(odd)) {
             let (e, o) = (e * weight, Complex64::new(o.im, -o.re) * weight);
