@@ -1,4 +1,4 @@
-// Builds the page into crates/cli/viewer, from where cargo embeds it; --check verifies that the built files are up to date.
+// Builds the page into crates/app/viewer, from where cargo embeds it; --check verifies that the built files are up to date.
 
 import { build } from 'esbuild';
 import { readFileSync, mkdirSync, writeFileSync, existsSync } from 'node:fs';
@@ -6,7 +6,7 @@ import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
 
 const here = fileURLToPath(new URL('.', import.meta.url));
-const out = join(here, '../crates/cli/viewer');
+const out = join(here, '../crates/app/viewer');
 const common = { bundle: true, minify: true, write: false, target: ['es2022', 'chrome105', 'firefox115', 'safari16.4'], legalComments: 'none', charset: 'utf8' };
 
 const one = async (entry, more) => (await build({ ...common, entryPoints: [join(here, 'src', entry)], ...more })).outputFiles[0].text;

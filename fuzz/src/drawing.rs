@@ -1,6 +1,7 @@
 //! Everything that reads a solution: pictures, the viewer's package, relighting.
 
-use zonal_cli::viewer::package::{PackageDetail, package};
+use zonal_app::pages::html_report;
+use zonal_app::pages::viewer::package::{PackageDetail, package};
 use zonal_io::output;
 use zonal_render::{ItemBuffer, PaneVisibility, RenderOptions, render};
 use zonal_scene::{Bands, Camera, Lens, NoProgress, Scene, Solution};
@@ -42,8 +43,7 @@ fn cameras(scene: &Scene) -> Vec<Camera> {
 
 /// Runs everything that only reads a solution; returns the pictures.
 pub fn draw(solution: &Solution) -> Vec<Vec<[f32; 3]>> {
-    let _ = zonal_cli::table::report(solution);
-    let _ = zonal_cli::table::light_groups(solution);
+    let _ = html_report::page(solution, "run.npz", &[]);
     output::report_json(solution).to_string();
     let mut out = Vec::new();
     for (i, camera) in cameras(&solution.scene).iter().enumerate() {

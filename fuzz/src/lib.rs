@@ -10,7 +10,7 @@
 //! | `drawing` | pictures, packages and relighting of a solution |
 //! | `scenes` | generator of mostly valid scene texts from bytes |
 //!
-//! The same functions replay corpora and findings in `crates/cli/tests/fuzz_replay.rs`.
+//! The same functions replay corpora and findings in `crates/app/tests/fuzz_replay.rs`.
 
 mod archive;
 mod drawing;

@@ -4,8 +4,10 @@ use super::archive;
 use super::drawing::{Packing, use_solution};
 use super::files::{fixture_files, insert_file, read_mesh, read_scene, read_with_fixtures};
 use std::io::Cursor;
-use zonal_cli::commands::pairs::factors::factors_from_bytes;
-use zonal_cli::scene_proposal::{ModelOptions, propose};
+use zonal_app::pages::viewer::request;
+use zonal_app::pairs::pair_table::factors_from_bytes;
+use zonal_app::pictures::animation_frames;
+use zonal_app::scene_proposal::{ModelOptions, propose};
 use zonal_io::input::{
     FilesInMemory, parse_camera_path, read_view3d_from_bytes, volume_materials_from_bytes,
 };
@@ -189,7 +191,7 @@ pub fn flight(data: &[u8]) {
             if seconds * flight.frames_per_second >= MAX_FLIGHT_FRAMES {
                 return;
             }
-            let shots = zonal_cli::camera_animation::animation_frames(&flight);
+            let shots = animation_frames(&flight);
             assert!(shots.len() <= zonal_io::input::MAX_FRAMES);
         }
         Err(e) => assert!(e.to_string().starts_with("fuzz.toml"), "a refusal without the file name: {e}"),
@@ -218,7 +220,7 @@ pub fn factors(data: &[u8]) {
 
 /// Target: a browser's request to the viewer.
 pub fn request(data: &[u8]) {
-    if let Some(end) = zonal_cli::viewer::request::header_length(data) {
-        let _ = zonal_cli::viewer::request::parse(&data[..end.min(data.len())], 8000);
+    if let Some(end) = request::header_length(data) {
+        let _ = request::parse(&data[..end.min(data.len())], 8000);
     }
 }

@@ -70,7 +70,17 @@ pub(crate) fn of_file(e: &FileError) -> PyErr {
     classes::FileError::new_err((e.to_string(), Some(e.path().display().to_string()), place.clone(), place))
 }
 
-/// The exception of a refused command.
+/// The exception of an error of the application crate.
+pub(crate) fn of_app(e: &zonal_app::Error) -> PyErr {
+    match e {
+        zonal_app::Error::Scene(e) => of_scene(e),
+        zonal_app::Error::Input(e) => of_input(e, DocumentOrigin::File),
+        zonal_app::Error::File(e) => of_file(e),
+        zonal_app::Error::Refused(e) => of_failure(e),
+    }
+}
+
+/// The exception of a refused option.
 pub(crate) fn of_failure(e: &Failure) -> PyErr {
     refused(e.to_string())
 }

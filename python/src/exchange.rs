@@ -3,7 +3,7 @@
 //! The matrices move into arrays of numpy without a copy, as the fields of solutions do.
 
 use crate::arrays;
-use crate::errors::{of_failure, of_scene};
+use crate::errors::{of_app, of_failure, of_scene};
 use crate::long_call::{self, CallSettings, Observer};
 use crate::scene::Scene;
 use crate::solution::{DiagnosticRow, diagnostic_row};
@@ -12,7 +12,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
-use zonal_cli::commands::pairs::exchange::{WriteFailure, write};
+use zonal_app::pairs::{check_tolerance, exchange_areas};
 use zonal_scene::SceneError;
 use zonal_solve::areas::exchange_areas::{
     AreaMatrices, ExchangeAreaContents, ExchangeAreaSettings, ExchangeAreas as Areas,
@@ -121,7 +121,7 @@ pub(crate) fn exchange(
     threads: Option<i64>,
 ) -> PyResult<ExchangeAreas> {
     let AreaSettings { tolerance, memory_limit, direct_only } = settings;
-    zonal_cli::commands::context::check_tolerance(tolerance).map_err(|e| of_failure(&e))?;
+    check_tolerance(tolerance).map_err(|e| of_failure(&e))?;
     let contents =
         if direct_only { ExchangeAreaContents::Direct } else { ExchangeAreaContents::DirectAndTotal };
     let settings = ExchangeAreaSettings { tolerance, memory_limit, contents };
@@ -213,11 +213,9 @@ impl ExchangeAreas {
     ) -> PyResult<Vec<PathBuf>> {
         zonal_report::check_output(&path, &["npz", "csv", "mtx"]).map_err(|e| of_failure(&e))?;
         let call = CallSettings { threads, progress };
-        let written =
-            self.run(py, call, move |scene, areas, observer| write(&path, scene, areas, observer))?;
-        written.map_err(|e| match e {
-            WriteFailure::Scene(e) => of_scene(&e),
-            WriteFailure::File(e) => of_failure(&e),
-        })
+        let written = self.run(py, call, move |scene, areas, observer| {
+            exchange_areas::write(&path, scene, areas, observer)
+        })?;
+        written.map_err(|e| of_app(&e))
     }
 }

@@ -14,7 +14,8 @@
 //! | `exchange`, `state` | exchange areas, and thermal states of one geometry |
 //! | `view_factors` | view factors of the faces of a mesh |
 //! | `dataset` | many solves of one scene |
-//! | `command` | the command line, gas models, validation |
+//! | `tools` | gas models, validation, scene keys |
+//! | `command` | the command line, the only module that knows the command |
 //!
 //! **Unsafe code.** The workspace forbids it; the macros of pyo3 expand to it. Nothing else here is unsafe: arrays of numpy are borrowed by safe functions,
 //! and results are handed over to numpy with their memory.
@@ -30,6 +31,7 @@ mod scene;
 mod solution;
 mod state;
 mod threads;
+mod tools;
 mod view_factors;
 mod zone_arrays;
 
@@ -39,7 +41,7 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _zonal {
     #[pymodule_export]
-    use super::command::{gas, keys, run_command, validate, version};
+    use super::command::run_command;
     #[pymodule_export]
     use super::dataset::write_dataset;
     #[pymodule_export]
@@ -52,6 +54,8 @@ mod _zonal {
     use super::solution::{Solution, solve};
     #[pymodule_export]
     use super::state::StateSolver;
+    #[pymodule_export]
+    use super::tools::{gas, keys, validate, version};
     #[pymodule_export]
     use super::view_factors::{combined_view_factors, script_factors, view_factors, write_view_factors};
 }

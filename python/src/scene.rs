@@ -9,7 +9,8 @@ use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use zonal_cli::commands::scenes::check as check_command;
+use zonal_app::quality::Quality;
+use zonal_app::scene_check::{CheckSettings, SceneCheck};
 use zonal_scene::{Engine, LightGrouping, ZoneBasis};
 
 /// A validated scene.
@@ -32,33 +33,40 @@ pub(crate) struct SolveChanges {
 }
 
 /// The value of a name in a list of names.
-fn named<T: Copy>(key: &str, name: &str, names: &[&str], values: &[T]) -> PyResult<T> {
+pub(crate) fn named<T: Copy>(key: &str, name: &str, names: &[&str], values: &[T]) -> PyResult<T> {
     let found = names.iter().position(|n| *n == name).map(|i| values[i]);
     found.ok_or_else(|| refused(format!("{key}: '{name}' is not known; give one of {}", names.join(", "))))
+}
+
+/// The engine of a name.
+pub(crate) fn engine_of(name: &str) -> PyResult<Engine> {
+    named("engine", name, &Engine::NAMES, &Engine::VARIANTS)
+}
+
+impl SolveChanges {
+    fn native(&self) -> PyResult<zonal_app::solving::SolveChanges> {
+        let closure = |name: &String| named("closure", name, &["measure", "restore"], &[false, true]);
+        let grouping =
+            |name: &String| named("light_groups", name, &LightGrouping::NAMES, &LightGrouping::VARIANTS);
+        let basis = |name: &String| named("zone_basis", name, &ZoneBasis::NAMES, &ZoneBasis::VARIANTS);
+        Ok(zonal_app::solving::SolveChanges {
+            quality: Quality::Normal,
+            tolerance: self.tolerance,
+            restore_closure: self.closure.as_ref().map(closure).transpose()?,
+            engine: self.engine.as_deref().map(engine_of).transpose()?,
+            light_grouping: self.light_groups.as_ref().map(grouping).transpose()?,
+            zone_basis: self.zone_basis.as_ref().map(basis).transpose()?,
+            discretization_error: self.discretization_error,
+            scattering_orders: self.scattering_orders,
+        })
+    }
 }
 
 impl Scene {
     /// The scene with other options.
     pub(crate) fn with_changes(&self, changes: &SolveChanges) -> PyResult<zonal_scene::Scene> {
-        let mut o = self.scene.options().clone();
-        o.tolerance = changes.tolerance.unwrap_or(o.tolerance);
-        if let Some(name) = &changes.closure {
-            o.restore_closure = Some(named("closure", name, &["measure", "restore"], &[false, true])?);
-        }
-        if let Some(name) = &changes.engine {
-            o.engine = named("engine", name, &Engine::NAMES, &Engine::VARIANTS)?;
-        }
-        if let Some(name) = &changes.light_groups {
-            let (names, values) = (LightGrouping::NAMES, LightGrouping::VARIANTS);
-            o.light_grouping = named("light_groups", name, &names, &values)?;
-        }
-        if let Some(name) = &changes.zone_basis {
-            o.zone_basis = named("zone_basis", name, &ZoneBasis::NAMES, &ZoneBasis::VARIANTS)?;
-        }
-        o.discretization_error = changes.discretization_error.or(o.discretization_error);
-        o.scattering_orders = changes.scattering_orders.or(o.scattering_orders);
         let scene = zonal_scene::Scene::clone(&self.scene);
-        scene.with_options(o).map_err(|e| of_scene(&e))
+        changes.native()?.apply(scene).map_err(|e| of_scene(&e))
     }
 }
 
@@ -134,9 +142,10 @@ pub(crate) fn check(
     threads: Option<i64>,
 ) -> PyResult<String> {
     let scene = scene.with_changes(&changes)?;
-    let start = Instant::now();
-    let settings = CallSettings { threads, progress };
-    let report =
-        long_call::run(py, settings, move |_| check_command::scene_report(&scene, memory_limit, start))?;
-    report.map(|json| json.to_string()).map_err(|e| of_scene(&e))
+    let settings = CheckSettings { memory_limit, ranks: 1, start: Instant::now() };
+    let call = CallSettings { threads, progress };
+    let report = long_call::run(py, call, move |_| {
+        SceneCheck::new(&scene, &settings).map(|check| check.json().to_string())
+    })?;
+    report.map_err(|e| of_scene(&e))
 }

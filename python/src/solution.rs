@@ -5,9 +5,10 @@
 //! back; other threads wait for it. Solutions of more than three bands keep their fields by blocks of bands, and their arrays are copies.
 
 use crate::arrays;
-use crate::errors::{of_failure, of_file, of_scene, refused};
+use crate::errors::{of_app, of_failure, of_file, refused};
 use crate::long_call::{self, CallSettings, Observer};
-use crate::scene::{Scene, SolveChanges};
+use crate::picture::{FileSettings, SOLUTION};
+use crate::scene::{Scene, SolveChanges, named};
 use crate::zone_arrays;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyKeyError;
@@ -16,17 +17,15 @@ use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
-use zonal_cli::commands::context::with_shown_bands;
-use zonal_cli::commands::pairs::voxel_factors::VoxelFactors;
-use zonal_cli::commands::relight::{
-    KeptFactors, RelightSettings, SolutionChanges, scale_lights, solve_again,
-};
-use zonal_cli::commands::solving::with_hash;
-use zonal_cli::commands::{export, render};
-use zonal_cli::table::distinct_diagnostics;
-use zonal_io::output::{self, CheckpointFolder, CheckpointState};
-use zonal_scene::{Bands, CheckpointStore, Diagnostic, Fields, NoCheckpoints, SceneError, SceneErrorKind};
-use zonal_solve::SolveSettings;
+use zonal_app::export::{self, ColourQuantity, ExportOptions, GlbOptions, LightmapSettings, VolumeSettings};
+use zonal_app::pictures::draw;
+use zonal_app::relight::{RelightSettings, SolutionChanges};
+use zonal_app::report_values::distinct_diagnostics;
+use zonal_app::shown_solution::with_shown_bands;
+use zonal_app::solving::{SharedSolve, SolveCheckpoint, SolveInput, VoxelFactors};
+use zonal_io::output::{self, ToneCurve};
+use zonal_scene::{Bands, Diagnostic, Fields};
+use zonal_solve::distribution::SingleProcess;
 
 /// Interval at which a thread that waits for a solution handles signals.
 const INTERVAL: Duration = Duration::from_millis(20);
@@ -239,17 +238,6 @@ pub(crate) struct RunSettings {
     factors: String,
 }
 
-fn voxel_factors(name: &str) -> PyResult<VoxelFactors> {
-    use clap::ValueEnum;
-    VoxelFactors::from_str(name, false).map_err(|_| {
-        let names: Vec<String> = VoxelFactors::value_variants()
-            .iter()
-            .filter_map(|v| Some(v.to_possible_value()?.get_name().to_string()))
-            .collect();
-        refused(format!("factors: '{name}' is not known; give one of {}", names.join(", ")))
-    })
-}
-
 /// Solves a scene.
 #[pyfunction]
 #[pyo3(signature = (scene, changes, settings, progress=None, threads=None))]
@@ -262,44 +250,21 @@ pub(crate) fn solve(
     threads: Option<i64>,
 ) -> PyResult<Solution> {
     let scene = scene.with_changes(&changes)?;
-    let factors = voxel_factors(&settings.factors)?;
+    let RunSettings { memory_limit, checkpoint, resume, keep_factors, factors } = settings;
+    let factors = named("factors", &factors, &VoxelFactors::NAMES, &VoxelFactors::VARIANTS)?;
+    let checkpoint = checkpoint.map(|folder| SolveCheckpoint { folder, resume, keep_factors });
     let call = CallSettings { threads, progress };
     let solution = long_call::run(py, call, move |observer| {
-        solve_with_checkpoints(scene, &settings, factors, observer)
+        let solve = SharedSolve {
+            pair_settings: factors.pair_settings(),
+            checkpoint: checkpoint.as_ref(),
+            progress: observer,
+            communicator: &SingleProcess,
+            note: &|_| {},
+        };
+        solve.solve(SolveInput { scene, memory_limit })
     })?;
-    Solution::new(py, solution?)
-}
-
-fn solve_with_checkpoints(
-    scene: zonal_scene::Scene,
-    settings: &RunSettings,
-    factors: VoxelFactors,
-    observer: &Observer,
-) -> PyResult<zonal_scene::Solution> {
-    let pair_settings = factors.pair_settings();
-    let keys = || zonal_cli::commands::solving::checkpoint_keys(&scene, pair_settings);
-    let folder = settings.checkpoint.as_ref().map(|path| CheckpointFolder::new(path, keys()));
-    if let Some(folder) = &folder {
-        folder.claim().map_err(|e| of_file(&e))?;
-        if !(settings.resume && folder.state() == CheckpointState::Matching) {
-            folder.clear();
-        }
-        folder.begin().map_err(|e| of_file(&e))?;
-    }
-    let run = SolveSettings {
-        pair_settings,
-        checkpoints: folder.as_ref().map_or(&NoCheckpoints, |f| f as &dyn CheckpointStore),
-        ..SolveSettings::new(settings.memory_limit, observer)
-    };
-    let solved = zonal_solve::solve_with_settings(scene, &run);
-    let Some(folder) = folder else { return solved.map(with_hash).map_err(|e| of_scene(&e)) };
-    match (&solved, &settings.keep_factors) {
-        (Ok(_), Some(path)) => folder.keep_factors(path).map_err(|e| of_file(&e))?,
-        // An interrupted solve resumes; a refused one leaves nothing to resume.
-        (Err(e), _) if e.kind() == SceneErrorKind::Interrupted => {}
-        _ => folder.remove(),
-    }
-    solved.map(with_hash).map_err(|e| of_scene(&e))
+    Solution::new(py, solution.map_err(|e| of_app(&e))?)
 }
 
 /// Changes of lights and surfaces.
@@ -318,11 +283,7 @@ pub(crate) struct RelightChanges {
 }
 
 impl RelightChanges {
-    fn apply(
-        self,
-        mut solution: zonal_scene::Solution,
-        observer: &Observer,
-    ) -> PyResult<zonal_scene::Solution> {
+    fn apply(self, solution: zonal_scene::Solution, observer: &Observer) -> PyResult<zonal_scene::Solution> {
         let named = |list: Vec<(String, [f64; 3])>| -> Vec<(String, Bands)> {
             list.into_iter().map(|(name, x)| (name, Bands::from_rgb(x))).collect()
         };
@@ -331,23 +292,83 @@ impl RelightChanges {
             reflectances: named(self.reflectances),
             albedo: self.albedo.map(Bands::from_rgb),
         };
-        let of_scene = |e: SceneError| of_scene(&e);
-        if changes.needs_solve() {
-            const REMEDY: &str = "solve the scene with keep_factors=FOLDER, and give kept_factors=FOLDER";
-            let Some(path) = &self.kept_factors else {
-                return Err(refused(format!(
-                    "kept_factors: other reflectances need the exchange factors; {REMEDY}"
-                )));
-            };
-            let factors = KeptFactors::open(path, &solution);
-            factors.check(REMEDY).map_err(|e| of_failure(&e))?;
-            let settings = RelightSettings { memory_limit: self.memory_limit, progress: observer };
-            solution = solve_again(solution, &changes, &factors, &settings).map_err(of_scene)?;
+        const REMEDY: &str = "solve the scene with keep_factors=FOLDER, and give kept_factors=FOLDER";
+        if changes.needs_solve() && self.kept_factors.is_none() {
+            return Err(refused(format!(
+                "kept_factors: other reflectances need the exchange factors; {REMEDY}"
+            )));
         }
-        match changes.lights.is_empty() {
-            true => Ok(solution),
-            false => scale_lights(solution, &changes.lights).map_err(of_scene),
+        let settings = RelightSettings {
+            kept_factors: &self.kept_factors.unwrap_or_default(),
+            remedy: REMEDY,
+            memory_limit: self.memory_limit,
+            progress: observer,
+        };
+        changes.apply(solution, &settings).map_err(|e| of_app(&e))
+    }
+}
+
+/// What `export` writes.
+#[derive(Clone, Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ExportSettings {
+    output: PathBuf,
+    faces: bool,
+    points: bool,
+    first_band: Option<usize>,
+    colours: Option<String>,
+    curve: Option<String>,
+    stops: Option<f64>,
+    finest: Option<f64>,
+    vertices: Option<usize>,
+    light_groups: bool,
+    lightmap: bool,
+    texel: Option<f64>,
+    atlas: Option<usize>,
+    irradiance_volume: bool,
+    grid: Option<Vec<usize>>,
+    rays: Option<usize>,
+}
+
+impl ExportSettings {
+    fn options(self) -> PyResult<ExportOptions> {
+        let colours =
+            |name: String| named("colours", &name, &ColourQuantity::NAMES, &ColourQuantity::VARIANTS);
+        let curve = |name: String| {
+            named("curve", &name, &["filmic", "linear"], &[ToneCurve::Filmic, ToneCurve::Linear])
+        };
+        if !self.lightmap && (self.texel.is_some() || self.atlas.is_some()) {
+            return Err(refused(
+                "texel, atlas: these are settings of a lightmap; add lightmap=True, or leave them out",
+            ));
         }
+        if !self.irradiance_volume && (self.grid.is_some() || self.rays.is_some()) {
+            return Err(refused(
+                "grid, rays: these are settings of an irradiance volume; add irradiance_volume=True, or leave them out",
+            ));
+        }
+        let dims = self.grid.map(<[usize; 3]>::try_from).transpose();
+        let dims = dims.map_err(|_| refused("grid: give three numbers of points, as [32, 32, 16]"))?;
+        let lightmap = LightmapSettings { texel: self.texel, atlas: self.atlas };
+        let volume = VolumeSettings { dims, rays: self.rays };
+        Ok(ExportOptions {
+            source: SOLUTION.into(),
+            output: self.output,
+            faces: self.faces,
+            points: self.points,
+            photometric: None,
+            first_band: self.first_band,
+            glb: GlbOptions {
+                colours: self.colours.map(colours).transpose()?,
+                curve: self.curve.map(curve).transpose()?,
+                stops: self.stops,
+                finest: self.finest,
+                vertices: self.vertices,
+                light_groups: self.light_groups,
+            },
+            lightmap: self.lightmap.then_some(lightmap),
+            irradiance_volume: self.irradiance_volume.then_some(volume),
+        })
     }
 }
 
@@ -503,39 +524,36 @@ impl Solution {
         Solution::new(py, relit?)
     }
 
-    /// Writes a picture or frames with the arguments of `zonal render`; returns the path.
-    #[pyo3(signature = (arguments, progress=None, threads=None))]
+    /// Writes a picture, or the frames of an animation.
+    #[pyo3(signature = (settings, progress=None, threads=None))]
     fn draw(
         &self,
         py: Python<'_>,
-        arguments: Vec<String>,
+        settings: FileSettings,
         progress: Option<&Bound<'_, PyAny>>,
         threads: Option<i64>,
-    ) -> PyResult<PathBuf> {
-        let arguments = crate::command::parse::<render::Args>("render", &arguments)?;
-        let settings = CallSettings { threads, progress };
-        let written = self.run(py, settings, move |s, observer| render::write(&arguments, s, observer))?;
-        written.map_err(|e| of_failure(&e))
+    ) -> PyResult<()> {
+        let options = settings.options()?;
+        let call = CallSettings { threads, progress };
+        let drawn = self.run(py, call, move |s, observer| draw(&options, s, observer, &SingleProcess))?;
+        drawn.map(|_| ()).map_err(|e| of_failure(&e))
     }
 
-    /// Writes the solution for other programs, with the arguments of `zonal export`; returns the paths of the files.
-    #[pyo3(signature = (arguments, progress=None, threads=None))]
+    /// Writes the solution for other programs; returns the paths of the files.
+    #[pyo3(signature = (settings, progress=None, threads=None))]
     fn export(
         &self,
         py: Python<'_>,
-        arguments: Vec<String>,
+        settings: ExportSettings,
         progress: Option<&Bound<'_, PyAny>>,
         threads: Option<i64>,
     ) -> PyResult<Vec<PathBuf>> {
-        let arguments = crate::command::parse::<export::Args>("export", &arguments)?;
-        let settings = CallSettings { threads, progress };
-        let written = self.run(py, settings, move |s, observer| match arguments.first_band {
-            Some(first) => {
-                let shown = with_shown_bands(s.clone(), first as usize)?;
-                export::write(&arguments, &shown, observer)
-            }
-            None => export::write(&arguments, s, observer),
+        let options = settings.options()?;
+        let call = CallSettings { threads, progress };
+        let written = self.run(py, call, move |s, observer| {
+            let shown = options.first_band.map(|first| with_shown_bands(s.clone(), first)).transpose()?;
+            export::write(&options, shown.as_ref().unwrap_or(s), observer)
         })?;
-        written.map_err(|e| of_failure(&e))
+        written.map(|files| files.paths).map_err(|e| of_failure(&e))
     }
 }

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use zonal_cli::commands::pairs::exchange::npz::read_state;
+use zonal_app::pairs::exchange_areas::read_state;
 use zonal_scene::{SceneError, ThermalCondition};
 use zonal_solve::state::{ExchangeData, StatePart, ThermalState};
 

@@ -4,21 +4,19 @@
 //! from such a dictionary.
 
 use crate::arrays::{self, BorrowedMesh};
-use crate::errors::{DocumentOrigin, of_failure, of_file, of_input, of_scene, refused};
+use crate::errors::{DocumentOrigin, of_app, of_failure, of_file, of_input, of_scene, refused};
 use crate::long_call::{self, CallSettings};
 use crate::solution::{DiagnosticRow, diagnostic_row};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use zonal_cli::commands::pairs::view_factors::diagnostics::{FactorWords, diagnostics};
-use zonal_cli::commands::pairs::view_factors::geometry::{self, FactorGeometry, ReadFailure};
-use zonal_cli::commands::pairs::view_factors::{
-    FactorLabels, OutputFormat, checkpoint_keys, choose_format, write_factors,
-};
+use std::path::PathBuf;
+use zonal_app::pairs::view_factors::diagnostics::{FactorWords, diagnostics};
+use zonal_app::pairs::view_factors::geometry::{self, FactorGeometry};
+use zonal_app::pairs::view_factors::{FactorLabels, checkpoint_keys, choose_format, write_factors};
 use zonal_io::input::{FacetFile, InputError, MeshArrays, read_facets};
-use zonal_io::output::CheckpointFolder;
+use zonal_io::output::{CheckpointFolder, ViewFactorFormat};
 use zonal_math::{Grade, Vec3};
 use zonal_scene::{CheckpointStore, NoCheckpoints};
 use zonal_view_factors::{
@@ -63,7 +61,7 @@ impl FactorSettings {
 fn read_faces(mesh: &Bound<'_, PyAny>) -> PyResult<FactorGeometry> {
     let Ok(tuple) = mesh.cast::<PyTuple>() else {
         let path: PathBuf = mesh.extract()?;
-        return mesh_of_path(&path);
+        return geometry::read(&path, None).map_err(|e| of_app(&e));
     };
     let borrowed = BorrowedMesh::borrow(tuple)?;
     let arrays = borrowed.as_memory()?;
@@ -77,14 +75,6 @@ fn read_faces(mesh: &Bound<'_, PyAny>) -> PyResult<FactorGeometry> {
     }
     geometry.notes = facets.notes;
     Ok(geometry)
-}
-
-/// The surfaces of a file, as the command reads them.
-fn mesh_of_path(path: &Path) -> PyResult<FactorGeometry> {
-    geometry::read(path, None).map_err(|e| match e {
-        ReadFailure::Input(e) => of_input(&e, DocumentOrigin::File),
-        ReadFailure::Content(e) => of_failure(&e),
-    })
 }
 
 /// Adds the faces of a mesh, which hide from both sides.
@@ -330,11 +320,12 @@ pub(crate) fn write_view_factors(
     settings: FileSettings,
     threads: Option<i64>,
 ) -> PyResult<()> {
-    use clap::ValueEnum;
     zonal_report::check_output(&path, &["csv", "mtx", "txt", "out", "bin"]).map_err(|e| of_failure(&e))?;
-    let asked = settings.format.as_deref().map(|name| {
-        OutputFormat::from_str(name, false)
-            .map_err(|_| refused(format!("format: '{name}' is not known; give text, binary or sparse")))
+    let asked = settings.format.as_deref().map(|name| match name {
+        "text" => Ok(ViewFactorFormat::View3dText),
+        "binary" => Ok(ViewFactorFormat::View3dBinary),
+        "sparse" => Ok(ViewFactorFormat::SparseText),
+        _ => Err(refused(format!("format: '{name}' is not known; give text, binary or sparse"))),
     });
     let format = choose_format(&path, asked.transpose()?, None).map_err(|e| of_failure(&e))?;
     let native = factors.native()?;
@@ -348,7 +339,7 @@ pub(crate) fn write_view_factors(
         let script = script.then(|| native.script_factors(&emissivities)).transpose();
         let script = script.map_err(|e| of_scene(&e))?;
         let labels = FactorLabels { names: &names, emissivities: &emissivities, enclosure };
-        let written = write_factors(&path, format, (native, script.as_ref()), &labels);
+        let written = write_factors(&path, format, native, script.as_ref(), &labels);
         written.map(|_| ()).map_err(|e| of_failure(&e))
     })?
 }

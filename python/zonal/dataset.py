@@ -114,7 +114,7 @@ def load_dataset(path: Path) -> Dataset:
 
 
 def distribution(key: str, given: Distribution) -> str:
-    """The text of a distribution for the command line."""
+    """The text of a distribution."""
     if isinstance(given, str):
         return given
     if isinstance(given, (int, float)):

@@ -36,7 +36,7 @@ from ._types import (
 from .dataset import Dataset, Distribution, distribution, load_dataset
 from .errors import FileError, InputError
 from .exchange import ExchangeAreas
-from .solution import Solution, command_options, memory_limit
+from .solution import Solution, memory_limit
 
 __all__ = ["Scene", "load_scene"]
 
@@ -1388,12 +1388,11 @@ class Scene:
                     rows.writerow(columns)
                     rows.writerows([[repr(float(x)) for x in row] for row in zip(*columns.values(), strict=True)])
             target = os.fspath(output) if output is not None else os.fspath(_Path(folder) / "set.npz")
-            options: dict[str, Any] = {"output": target, "n": n, "seed": seed, "max-memory": repr(float(max_memory)), "engine": engine}
-            options |= {"inputs": table, "discretization-error": discretization_error}
-            arguments = [os.fspath(template), *command_options(options)]
-            arguments += [f"--vary={key}={distribution(key, given)}" for key, given in (vary or {}).items()]
+            settings: dict[str, Any] = {"template": os.fspath(template), "output": target, "n": n, "seed": seed, "engine": engine}
+            settings |= {"inputs": table, "discretization_error": discretization_error, "memory_limit": memory_limit(max_memory)}
+            settings["vary"] = [(key, distribution(key, given)) for key, given in (vary or {}).items()]
             with observed(progress) as function:
-                notes = _zonal.write_dataset(arguments, function, threads)
+                notes = _zonal.write_dataset(settings, function, threads)
             for text in notes:
                 warnings.warn(text, RuntimeWarning, stacklevel=2)
             return load_dataset(target)

@@ -397,13 +397,12 @@ class Solution:
         InputError
             If the format lacks a part of the solution, a setting does not apply, or a file cannot be written.
         """
-        options = {"output": os.fspath(path), "colours": colours, "curve": curve, "stops": stops, "finest": finest}
-        options |= {"vertices": vertices, "first-band": first_band, "faces": faces, "light-groups": light_groups}
-        options |= {"lightmap": lightmap, "texel": texel, "atlas": atlas, "points": points, "irradiance-volume": irradiance_volume}
-        options |= {"grid": None if grid is None else ",".join(str(n) for n in grid), "rays": rays}
-        arguments = ["solution", *command_options(options)]
+        settings = {"output": os.fspath(path), "colours": colours, "curve": curve, "stops": stops, "finest": finest}
+        settings |= {"vertices": vertices, "first_band": first_band, "faces": faces, "light_groups": light_groups}
+        settings |= {"lightmap": lightmap, "texel": texel, "atlas": atlas, "points": points, "irradiance_volume": irradiance_volume}
+        settings |= {"grid": None if grid is None else [int(n) for n in grid], "rays": rays}
         with observed(progress) as function:
-            return [str(p) for p in self._native.export(arguments, function, threads)]
+            return [str(p) for p in self._native.export(settings, function, threads)]
 
     # Light groups.
 
@@ -589,14 +588,13 @@ class Solution:
         InputError
             If a setting does not apply, the solution lacks the quantity, or the file cannot be written.
         """
-        options = {"output": os.fspath(path), "camera": camera, "size": f"{int(size[0])}x{int(size[1])}", "samples": samples}
-        options |= {"gather": gather or None, "aperture": aperture, "focus": focus, "stops": stops, "contrast": contrast}
-        options |= {"bloom": bloom or None, "show": None if show is None else show.replace("_", "-"), "log": log}
-        options["range"] = None if range is None else f"{float(range[0])!r},{float(range[1])!r}"
-        options["slice"] = None if slice is None else f"{slice[0]}={float(slice[1])!r}"
-        options["animate"] = None if animate is None else os.fspath(animate)
+        settings = _picture(size, samples, gather or None, show, slice)
+        settings |= {"output": os.fspath(path), "camera": camera, "aperture": aperture, "focus": focus, "stops": stops, "contrast": contrast}
+        settings |= {"bloom": bloom, "range": None if range is None else (float(range[0]), float(range[1])), "log": log}
+        settings["animate"] = None if animate is None else os.fspath(animate)
         with observed(progress) as function:
-            return str(self._native.draw(["solution", *command_options(options)], function, threads))
+            self._native.draw(settings, function, threads)
+        return os.fspath(path)
 
     def _camera(self, camera: str | Camera | None, aperture: float | None, focus: float | None) -> dict[str, Any]:
         if isinstance(camera, Camera):
@@ -735,7 +733,7 @@ class Solution:
 
 
 def _picture(
-    size: tuple[int, int], samples: int, gather: int, show: str | None, plane: tuple[str, float] | None
+    size: tuple[int, int], samples: int | None, gather: int | None, show: str | None, plane: tuple[str, float] | None
 ) -> dict[str, Any]:
     axis = None
     if plane is not None:
@@ -749,12 +747,6 @@ def _polygons(corners: Floats, is_triangle: npt.NDArray[np.bool_]) -> tuple[Floa
     starts = 4 * np.arange(len(corners))
     counts = np.where(is_triangle, 3, 4)
     return corners.reshape(-1, 3), [list(range(a, a + k)) for a, k in zip(starts.tolist(), counts.tolist(), strict=True)]
-
-
-def command_options(options: Mapping[str, Any]) -> list[str]:
-    """Options of the command line by name: true ones alone, others with their values; none for ``None`` and ``False``."""
-    given = [(name, value) for name, value in options.items() if value is not None and value is not False]
-    return [f"--{name}" if value is True else f"--{name}={value}" for name, value in given]
 
 
 def _unit_bands(name: str, value: Bands) -> tuple[float, float, float]:

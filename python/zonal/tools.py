@@ -85,10 +85,8 @@ def gas_properties(
     >>> 0.1 < mixture["emissivity"][0]["emissivity"] < 0.4
     True
     """
-    options = {"h2o": h2o, "co2": co2, "soot": soot, "temperature": temperature, "pressure": pressure}
-    arguments = [f"--{name}={value!r}" for name, value in options.items()]
-    arguments += [f"--length={float(x)!r}" for x in lengths]
-    return json.loads(_zonal.gas([*([model] if model is not None else []), *arguments]))
+    settings = {"h2o": h2o, "co2": co2, "soot": soot, "temperature": temperature, "pressure": pressure, "lengths": [float(x) for x in lengths]}
+    return json.loads(_zonal.gas(model, settings))
 
 
 def validate(

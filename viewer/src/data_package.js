@@ -1,4 +1,4 @@
-// The data package of a baked solution: format in crates/cli/src/viewer/pack.rs.
+// The data package of a baked solution: format in crates/app/src/pages/viewer/pack.rs.
 
 const MAGIC = 'ZONALVW1';
 const TYPES = { u8: Uint8Array, u16: Uint16Array, u32: Uint32Array, f32: Float32Array, f16: Uint16Array };

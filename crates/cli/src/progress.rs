@@ -10,11 +10,11 @@
 //! The remaining time is that of the stage, t (total − done)/done after t seconds of it.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::collections::HashMap;
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use zonal_app::stage_names::StageNames;
 use zonal_scene::Progress;
 
 /// Redraws of a bar per second.
@@ -66,24 +66,6 @@ struct Stage {
     done: u64,
     total: u64,
     begun: Instant,
-}
-
-/// The names of stages with the number of their repetition.
-#[derive(Default)]
-pub struct StageNames {
-    counts: HashMap<String, usize>,
-}
-
-impl StageNames {
-    /// The name of a stage that begins: `gather`, then `gather (2)`.
-    pub fn next(&mut self, stage: &str) -> String {
-        let count = self.counts.entry(stage.to_string()).or_default();
-        *count += 1;
-        match *count {
-            1 => stage.to_string(),
-            n => format!("{stage} ({n})"),
-        }
-    }
 }
 
 impl ProgressBars {

@@ -10,7 +10,6 @@ mod export;
 mod faces;
 mod false_colours;
 mod final_gather;
-mod fuzz_replay;
 mod init;
 mod many_bands;
 mod mesh_defects;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use xtask::source::SourceFile;
 
 /// Every crate with exactly the other crates on which it depends.
-const DEPENDENCIES: [(&str, &[&str]); 16] = [
+const DEPENDENCIES: [(&str, &[&str]); 17] = [
     ("math", &[]),
     ("scene", &["math"]),
     ("transport", &["math", "scene"]),
@@ -27,7 +27,7 @@ const DEPENDENCIES: [(&str, &[&str]); 16] = [
         &["math", "scene", "transport", "exchange", "paper", "solve", "render", "io", "report", "demo"],
     ),
     (
-        "cli",
+        "app",
         &[
             "math",
             "scene",
@@ -36,6 +36,20 @@ const DEPENDENCIES: [(&str, &[&str]); 16] = [
             "gas",
             "view-factors",
             "paper",
+            "solve",
+            "render",
+            "io",
+            "report",
+        ],
+    ),
+    (
+        "cli",
+        &[
+            "app",
+            "math",
+            "scene",
+            "gas",
+            "view-factors",
             "solve",
             "render",
             "io",
@@ -49,7 +63,7 @@ const DEPENDENCIES: [(&str, &[&str]); 16] = [
 /// The native module of the Python package, in the folder `python`, with the crates on which it depends.
 const PYTHON_MODULE: (&str, &[&str]) = (
     "python",
-    &["math", "scene", "exchange", "view-factors", "solve", "render", "io", "report", "validation", "cli"],
+    &["math", "scene", "gas", "view-factors", "solve", "render", "io", "report", "validation", "app", "cli"],
 );
 
 /// The command of distributed solves, in the folder `mpi`, with the crates on which it depends.
@@ -63,7 +77,10 @@ const TEST_DEPENDENCIES_OF: [(&str, &str); 4] =
     [("paper", "transport"), ("solve", "paper"), ("demo", "transport"), ("validation", "view-factors")];
 
 /// External crates that a crate of the library may use by an optional feature.
-const OPTIONAL_IN_THE_LIBRARY: [(&str, &str); 1] = [("scene", "clap")];
+const OPTIONAL_IN_THE_LIBRARY: [(&str, &str); 2] = [("scene", "clap"), ("app", "clap")];
+
+/// The font of legends, and the crate that draws them.
+const FONT: (&str, &str) = ("app", "noto-sans-mono-bitmap");
 
 /// External crates of the command, on which the library must not depend.
 const NOT_IN_THE_LIBRARY: [&str; 6] =
@@ -180,7 +197,8 @@ fn wrong_dependencies(name: &str, text: &str) -> Vec<String> {
         format!("{name}: its tests depend on {d}; they may use what it depends on, and {TEST_DEPENDENCIES:?}")
     }));
     if !["cli", "report", "python", "mpi"].contains(&name) {
-        let outside = m.external.iter().filter(|e| NOT_IN_THE_LIBRARY.contains(&e.as_str()));
+        let of_command = |e: &&String| NOT_IN_THE_LIBRARY.contains(&e.as_str()) && (name, e.as_str()) != FONT;
+        let outside = m.external.iter().filter(of_command);
         out.extend(outside.map(|e| format!("{name}: {e} belongs to the command")));
         let wrong = m.optional.iter().filter(|e| !OPTIONAL_IN_THE_LIBRARY.contains(&(name, e.as_str())));
         out.extend(wrong.map(|e| format!("{name}: {e} is not among the optional dependencies")));
@@ -323,6 +341,23 @@ fn system_use(file: &str, text: &str) -> Vec<String> {
 fn core_crates_use_no_operating_system() {
     let files = CORE_CRATES.iter().flat_map(|c| sources(&format!("crates/{c}/src")));
     assert_none(files.flat_map(|(name, text)| system_use(&name, &text)).collect());
+}
+
+/// Names of the command and of its parser in a source file.
+fn command_use(file: &str, text: &str) -> Vec<String> {
+    let code = code(text);
+    let named = ["zonal_cli", "clap::"].into_iter().filter(|word| !after(&code, word).is_empty());
+    named.map(|word| format!("{file}: {word} belongs to the command")).collect()
+}
+
+// Guards (structure): the Python package knows the command in its entry point alone, and fuzz targets do not know it.
+#[test]
+fn only_entry_points_know_the_command() {
+    /// The entry point of the command in the Python package.
+    const ENTRY_POINT: &str = "python/src/command.rs";
+    let files = ["python/src", "fuzz/src"].into_iter().flat_map(sources);
+    assert_none(files.filter(|f| f.0 != ENTRY_POINT).flat_map(|f| command_use(&f.0, &f.1)).collect());
+    assert_eq!(command_use("bad.rs", "use zonal_cli::table;\nuse clap::Parser;").len(), 2);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::support;
 
 use support::{Folder, Parser, Program, refused, solution};
-use zonal_cli::legend::srgb_bytes;
+use zonal_app::pictures::srgb_bytes;
 use zonal_io::output::{ColourMap, NO_VALUE_COLOUR, read_exr_field, read_solution};
 use zonal_math::Vec3;
 use zonal_scene::{Camera, Plate, PlateKind, Solution};

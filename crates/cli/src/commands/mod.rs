@@ -8,12 +8,10 @@ pub mod dataset;
 pub mod export;
 pub mod pages;
 pub mod pairs;
-pub mod quality;
 pub mod relight;
 pub mod render;
 pub mod scenes;
 pub mod solve;
-pub mod solving;
 
 use clap::{Parser, Subcommand};
 use context::Context;

@@ -18,7 +18,7 @@ use crate::model::light::{Light, Surroundings};
 use crate::model::options::SolveOptions;
 use crate::model::shading::{ShadedPoint, ShadingNormals, curved_point, mapped_normal};
 use crate::model::surface::{Facet, Pane, Surface, Texture};
-use crate::scene::scene_parts::{SceneGeometry, BlockOptics, SceneParts};
+use crate::scene::scene_parts::{BlockOptics, SceneGeometry, SceneParts};
 use crate::scene::validation::check_parts;
 use crate::thermal::emissivity::SideEmissivity;
 use crate::thermal::{Thermal, ThermalCondition};

@@ -1,14 +1,12 @@
 //! `zonal demo`: solves and draws a built-in scene.
 
 use crate::commands::context::Context;
-use crate::commands::pairs::voxel_factors::VoxelFactors;
-use crate::commands::quality::ADAPTIVE_SAMPLES;
-use crate::commands::render::picture::{draw, save};
-use crate::commands::render::style::PictureStyle;
-use crate::commands::solving::solve_and_hash;
 use crate::table;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use zonal_app::pictures::{PictureStyle, save};
+use zonal_app::quality::Quality;
+use zonal_app::solving::{VoxelFactors, solve_and_hash};
 use zonal_demo::{chapel_text, church};
 use zonal_io::{input, output};
 use zonal_report::{Failure, check_output, say};
@@ -220,7 +218,7 @@ fn solve_and_draw(args: &Args, context: Context) -> Result<DemoRun, Failure> {
     for camera in solution.scene.cameras().iter().take(args.scene.picture_count()) {
         let path = picture_path(&camera.name);
         let size = args.scene.picture_size(args.size);
-        let image = draw(&solution, camera, size, ADAPTIVE_SAMPLES, &progress);
+        let image = zonal_render::render(&solution, camera, &Quality::Normal.of_picture(size), &progress);
         save(&path, image, &args.scene.picture_style())?;
         pictures.push(path.display().to_string());
     }

@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use std::path::PathBuf;
+use zonal_app::export::{ATLAS_RANGE, ColourQuantity, GRID_RANGE, VERTEX_RANGE, VOLUME_RAY_RANGE};
 use zonal_io::output::ToneCurve;
-use zonal_report::Failure;
 
 /// Formats by extension.
 const FORMATS: &str = "\
@@ -20,9 +20,6 @@ With --irradiance-volume, the incident radiance on a grid of points, in spherica
   .json header of a 3-D texture of 16-bit floats, NAME.bin, for three.js and other engines
 With --faces, one row for each face of the meshes: .csv, .npy, or .vtu (one cell for each facet)
 docs/how-to/export.md describes the contents and how to open them.";
-
-/// Most points of an irradiance volume: 100 MB of texture.
-const MAX_VOLUME_POINTS: usize = 4_000_000;
 
 /// Write a solution for other programs.
 #[derive(clap::Args, Debug)]
@@ -57,7 +54,7 @@ pub struct Args {
 }
 
 /// Settings of the .glb.
-#[derive(clap::Args, Debug, Default, PartialEq)]
+#[derive(clap::Args, Debug)]
 #[command(next_help_heading = "Settings of the .glb")]
 pub struct GlbArgs {
     /// Quantity of the vertex colours [default: radiosity].
@@ -73,7 +70,7 @@ pub struct GlbArgs {
     #[arg(long, value_name = "METRES")]
     pub finest: Option<f64>,
     /// Largest number of vertices [default: 2000000]. The largest differences of light are refined first.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(VERTEX_RANGE))]
     pub vertices: Option<u64>,
     /// Write the irradiance of each light group, W/m2, as vertex attributes _IRRADIANCE_0, _IRRADIANCE_1, …
     #[arg(long)]
@@ -81,7 +78,7 @@ pub struct GlbArgs {
 }
 
 /// Settings of the lightmap.
-#[derive(clap::Args, Debug, Default, PartialEq)]
+#[derive(clap::Args, Debug)]
 #[command(next_help_heading = "Lightmap of the .glb")]
 pub struct LightmapArgs {
     /// Write the irradiance as a texture, NAME.lightmap.exr, for the second texture coordinates of the .glb, in place of vertex colours.
@@ -91,65 +88,23 @@ pub struct LightmapArgs {
     #[arg(long, value_name = "METRES", requires = "lightmap")]
     pub texel: Option<f64>,
     /// Largest width and height of the lightmap, texels [default: 1024; with --texel 8192].
-    #[arg(long, value_name = "TEXELS", requires = "lightmap", value_parser = clap::value_parser!(u64).range(16..=16_384))]
+    #[arg(long, value_name = "TEXELS", requires = "lightmap", value_parser = clap::value_parser!(u64).range(ATLAS_RANGE))]
     pub atlas: Option<u64>,
 }
 
 /// Settings of the irradiance volume.
-#[derive(clap::Args, Debug, Default, PartialEq)]
+#[derive(clap::Args, Debug)]
 #[command(next_help_heading = "Irradiance volume (.npz, .json)")]
 pub struct IrradianceVolumeArgs {
     /// Write the incident radiance on a grid of points, in spherical harmonics.
     #[arg(long, conflicts_with_all = ["faces", "lightmap"])]
     pub irradiance_volume: bool,
     /// Points along x, y and z, in the centres of equal parts of the scene's bounds [default: 32 along the longest edge].
-    #[arg(long, value_name = "NX,NY,NZ", value_delimiter = ',', requires = "irradiance_volume", value_parser = clap::value_parser!(u64).range(1..=512))]
+    #[arg(long, value_name = "NX,NY,NZ", value_delimiter = ',', requires = "irradiance_volume", value_parser = clap::value_parser!(u64).range(GRID_RANGE))]
     pub grid: Vec<u64>,
     /// Rays of each point, 16 to 100000 [default: 512].
-    #[arg(long, value_name = "N", requires = "irradiance_volume", value_parser = clap::value_parser!(u64).range(16..=100_000))]
+    #[arg(long, value_name = "N", requires = "irradiance_volume", value_parser = clap::value_parser!(u64).range(VOLUME_RAY_RANGE))]
     pub rays: Option<u64>,
-}
-
-impl IrradianceVolumeArgs {
-    /// Points along each axis.
-    #[must_use]
-    pub fn dims(&self) -> Option<[usize; 3]> {
-        let [x, y, z] = self.grid[..] else { return None };
-        Some([x, y, z].map(|n| n as usize))
-    }
-
-    /// Refuses settings that are out of range.
-    ///
-    /// # Errors
-    /// The flag and its range.
-    pub fn check(&self, glb: &GlbArgs) -> Result<(), Failure> {
-        if !self.irradiance_volume {
-            return Ok(());
-        }
-        if *glb != (GlbArgs { stops: glb.stops, ..GlbArgs::default() }) {
-            let list = "--colours, --curve, --finest, --vertices and --light-groups";
-            return Err(Failure::new(format!(
-                "{list} apply to .glb; leave them out for --irradiance-volume"
-            )));
-        }
-        if !self.grid.is_empty() && self.dims().is_none() {
-            return Err(Failure::new("--grid: give three numbers of points, as 32,32,16"));
-        }
-        if self.dims().is_some_and(|n| n.iter().product::<usize>() > MAX_VOLUME_POINTS) {
-            return Err(Failure::new(format!("--grid: give at most {MAX_VOLUME_POINTS} points together")));
-        }
-        glb.check_stops()
-    }
-}
-
-/// Quantity of the vertex colours.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum ColourQuantity {
-    /// Radiosity: the light that leaves the surfaces.
-    #[default]
-    Radiosity,
-    /// Irradiance: the light that arrives, as on white plaster.
-    Irradiance,
 }
 
 /// Tone curve.
@@ -167,56 +122,6 @@ impl From<CurveName> for ToneCurve {
         match c {
             CurveName::Filmic => ToneCurve::Filmic,
             CurveName::Linear => ToneCurve::Linear,
-        }
-    }
-}
-
-impl LightmapArgs {
-    /// Refuses settings that are out of range, or that do not apply to a format or to a lightmap.
-    ///
-    /// # Errors
-    /// The flag and its range.
-    pub fn check(&self, extension: &str, glb: &GlbArgs) -> Result<(), Failure> {
-        if !self.lightmap {
-            return Ok(());
-        }
-        if extension != "glb" {
-            return Err(Failure::new(format!("--lightmap applies to .glb; leave it out for .{extension}")));
-        }
-        if *glb != (GlbArgs { stops: glb.stops, ..GlbArgs::default() }) {
-            let list = "--colours, --curve, --finest, --vertices and --light-groups";
-            return Err(Failure::new(format!(
-                "{list} apply to vertex colours; leave them out for --lightmap"
-            )));
-        }
-        if self.texel.is_some_and(|t| !(t.is_finite() && t > 0.0)) {
-            return Err(Failure::new("--texel: give a length above 0, in metres"));
-        }
-        Ok(())
-    }
-}
-
-impl GlbArgs {
-    /// Refuses settings that are out of range, or that do not apply to a format.
-    ///
-    /// # Errors
-    /// The flag and its range.
-    pub fn check(&self, extension: &str) -> Result<(), Failure> {
-        if extension != "glb" && *self != GlbArgs::default() {
-            let list = "--colours, --curve, --stops, --finest, --vertices and --light-groups";
-            return Err(Failure::new(format!("{list} apply to .glb; leave them out for .{extension}")));
-        }
-        self.check_stops()?;
-        if self.finest.is_some_and(|f| !(f.is_finite() && f > 0.0)) {
-            return Err(Failure::new("--finest: give a length above 0, in metres"));
-        }
-        Ok(())
-    }
-
-    fn check_stops(&self) -> Result<(), Failure> {
-        match self.stops.is_some_and(|s| !(s.is_finite() && s.abs() <= 30.0)) {
-            true => Err(Failure::new("--stops: give a number between -30 and 30")),
-            false => Ok(()),
         }
     }
 }

@@ -1,15 +1,12 @@
 //! `zonal report`: a solution as one page of HTML.
 
-use crate::commands::context::{Context, check_picture};
-use crate::commands::quality::Quality;
-use crate::commands::render::args::{FieldQuantity, parse_size};
-use crate::commands::render::camera_choice::select_camera;
-use crate::commands::render::false_colours;
-use crate::html_report::{Figure, page};
+use crate::commands::context::Context;
+use crate::commands::render::args::parse_size;
 use std::path::PathBuf;
-use zonal_io::output::{self, ToneMapping};
+use zonal_app::pages::html_report::{FigureSettings, figures, page};
+use zonal_app::quality::Quality;
+use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{Camera, Progress, Solution};
 
 /// Write a page with pictures, tables with errors, and provenance of a solution.
 ///
@@ -44,7 +41,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let size = parse_size(&args.size)?;
     check_output(&args.output, &["html"])?;
     let solution = output::read_solution(&args.run)?;
-    let figures = draw(args, &solution, size, &context.progress())?;
+    let settings = FigureSettings { cameras: args.pictures.into(), size, quality: args.quality };
+    let figures = figures(&solution, &settings, &context.progress())?;
     let name = args.run.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = page(&solution, &name, &figures);
     output::write_bytes(&args.output, text.as_bytes())?;
@@ -54,50 +52,4 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         return say(&json.to_string());
     }
     say(&format!("{} picture(s), {:.1} MB written: {written}", figures.len(), text.len() as f64 / 1e6))
-}
-
-/// The pictures: of light and of irradiance, or of temperature and net flux.
-fn draw(
-    args: &Args,
-    s: &Solution,
-    size: (usize, usize),
-    progress: &dyn Progress,
-) -> Result<Vec<Figure>, Failure> {
-    let own = s.scene.cameras().iter().take(args.pictures.into()).cloned();
-    let mut cameras: Vec<Camera> = own.collect();
-    if cameras.is_empty() && args.pictures > 0 {
-        cameras.push(select_camera(s, None, size)?);
-    }
-    let mut out = Vec::new();
-    for camera in &cameras {
-        let quantities: &[FieldQuantity] = if s.scene.thermal().is_some() {
-            &[FieldQuantity::Temperature, FieldQuantity::NetFlux]
-        } else {
-            out.extend(light_figure(args, s, (camera, size), progress)?);
-            &[FieldQuantity::Irradiance]
-        };
-        for quantity in quantities {
-            // A camera that sees no zone, and a field without any value, have no picture.
-            let Ok(canvas) = false_colours::draw(s, *quantity, (camera, size), progress) else { continue };
-            let png = output::encode_png_bytes((canvas.width, canvas.height), &canvas.bytes, &[])?;
-            out.push(Figure { caption: format!("{}: {}", camera.name, quantity.name()), png });
-        }
-    }
-    Ok(out)
-}
-
-/// The picture of light of a camera; `None` for solutions whose bands have no colours.
-fn light_figure(
-    args: &Args,
-    s: &Solution,
-    (camera, size): (&Camera, (usize, usize)),
-    progress: &dyn Progress,
-) -> Result<Option<Figure>, Failure> {
-    if check_picture(&args.run, s).is_err() {
-        return Ok(None);
-    }
-    let image = zonal_render::render(s, camera, &args.quality.of_picture(size), progress);
-    let tone = ToneMapping::filmic(output::auto_exposure(&image.pixels));
-    let png = output::encode_picture_png(size, &image.pixels, &tone)?;
-    Ok(Some(Figure { caption: format!("{}: light", camera.name), png }))
 }

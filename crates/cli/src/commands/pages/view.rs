@@ -1,18 +1,19 @@
 //! `zonal view`: shows a solution, a scene or a model in the browser.
 
-use super::live_view::LiveInput;
-use crate::commands::context::{Context, memory_limit, read_uniform_light_solution, shown_bands};
-use crate::commands::quality::Quality;
+use crate::commands::context::{Context, memory_limit};
 use crate::commands::scenes::init::ModelArgs;
-use crate::viewer::live::LivePage;
-use crate::viewer::package::{PackageDetail, package};
-use crate::viewer::page;
-use crate::viewer::server::{Route, Server};
 use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use zonal_report::{Failure, say};
+use zonal_app::pages::live_solve::{LiveInput, PublishedData};
+use zonal_app::pages::viewer::live::LivePage;
+use zonal_app::pages::viewer::package::{PackageDetail, package};
+use zonal_app::pages::viewer::page;
+use zonal_app::pages::viewer::server::{Route, Server};
+use zonal_app::quality::Quality;
+use zonal_app::shown_solution::{read_uniform_light_solution, shown_bands};
+use zonal_report::{Failure, note, say};
 
 /// Show a solution, a scene or a model in a browser on this machine.
 ///
@@ -68,9 +69,10 @@ const DEFAULT_PORT: u16 = 8765;
 /// # Errors
 /// If the input cannot be read or the port is taken.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
-    match LiveInput::is_solved_first(&args.input) {
-        true => run_live(args, context),
-        false => run_solution(args, context),
+    if LiveInput::is_solved_first(&args.input) {
+        run_live(args, context)
+    } else {
+        run_solution(args, context)
     }
 }
 
@@ -104,12 +106,13 @@ fn run_solution(args: &Args, context: Context) -> Result<(), Failure> {
 fn run_live(args: &Args, context: Context) -> Result<(), Failure> {
     let input = LiveInput {
         path: args.input.clone(),
-        model: args.model,
+        model: args.model.options(),
         quality: args.quality,
         memory_limit: memory_limit(args.max_memory)?,
         detail: args.detail(),
         first_band: args.first_band as usize,
-        json: context.json,
+        report: &|data| report(data, context),
+        note: &note,
     };
     let (scene, files) = input.read();
     let scene = scene?;
@@ -128,10 +131,23 @@ fn run_live(args: &Args, context: Context) -> Result<(), Failure> {
         say(&format!("{}: {url}\nCtrl-C ends the server", scene.name()))?;
     }
     std::thread::scope(|scope| {
-        scope.spawn(|| input.keep_solving((scene, files), &page, &stop));
+        scope.spawn(|| input.keep_solving(scene, files, &page, &stop));
         serve(args, &server, &url);
     });
     if context.json { Ok(()) } else { say("stopped") }
+}
+
+/// Prints that the page has new data.
+fn report(data: &PublishedData, context: Context) -> Result<(), Failure> {
+    let PublishedData { version, stage, zones, bytes, refined } = *data;
+    if context.json {
+        let line = serde_json::json!({
+            "version": version, "quality": stage, "zones": zones, "bytes": bytes, "refined": refined,
+        });
+        return say(&line.to_string());
+    }
+    let mesh = if refined { ", refined mesh" } else { "" };
+    say(&format!("{stage}: {zones} zones, {:.1} MB{mesh}", bytes as f64 / 1e6))
 }
 
 /// Serves until stopped.

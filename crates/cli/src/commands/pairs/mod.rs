@@ -5,4 +5,3 @@ pub mod factors;
 pub mod gas;
 pub mod update;
 pub mod view_factors;
-pub mod voxel_factors;

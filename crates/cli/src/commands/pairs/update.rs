@@ -1,23 +1,13 @@
 //! `zonal update`: fluxes and temperatures of a geometry for other temperatures, powers or emissivities, from the exchange areas of `zonal exchange`.
-//!
-//! | rows of a table | meaning |
-//! |---|---|
-//! | by zone | one value for each zone, in the order of the exchange areas; emissivities for each patch |
-//! | by face | one value for each face of the meshes, in the order of the mesh files |
-//! | by name | a name of a surface, of the medium or of a pane, or its part before a dot or a slash, and a value; other names keep theirs |
-//!
-//! The output has the rows of the first table: zones, faces, or all names.
 
-use super::exchange::npz::read_state;
 use crate::commands::context::Context;
 use serde_json::json;
-use std::fmt::Write as _;
 use std::path::PathBuf;
-use zonal_io::input::{Quantity, RowKeys, ValueTable, read_values};
-use zonal_io::output;
+use zonal_app::pairs::exchange_areas::read_state;
+use zonal_app::pairs::state_update::{Rows, StateChanges, UpdatedState};
+use zonal_io::input::Quantity;
 use zonal_report::{Failure, check_output, say};
-use zonal_scene::{ThermalCondition, printable};
-use zonal_solve::state::{ExchangeData, StatePart, StateSolver, ThermalState};
+use zonal_scene::printable;
 
 /// Compute fluxes and temperatures for other temperatures, powers or emissivities from stored exchange areas.
 ///
@@ -53,248 +43,33 @@ pub struct Args {
     pub output: PathBuf,
 }
 
-/// What the rows of a table stand for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Rows {
-    /// Zones.
-    Zone,
-    /// Faces of the meshes.
-    Face,
-    /// Names of surfaces, medium and panes.
-    Name,
-}
-
-/// Columns of numbers in the output.
-const COLUMNS: [&str; 11] = [
-    "size",
-    "net_power_W",
-    "net_power_exchange_error_W",
-    "net_flux",
-    "net_flux_exchange_error",
-    "temperature_K",
-    "temperature_exchange_error_K",
-    "incident_flux_W_m2",
-    "incident_flux_exchange_error_W_m2",
-    "radiosity_W_m2",
-    "radiosity_exchange_error_W_m2",
-];
-
 /// Runs the command.
 ///
 /// # Errors
 /// For tables and exchange areas that are not valid or do not agree, states that are not determined, and outputs that cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     check_output(&args.output, &["csv", "npy"])?;
-    let data = read_state(&args.factors)?;
-    let refused = |e: zonal_scene::SceneError| Failure::in_file(&args.factors, e);
-    let mut solver = StateSolver::new(data).map_err(refused)?;
-    let mut layout = args.by;
     let tables = [
-        (&args.temperatures, Quantity::Temperature),
-        (&args.powers, Quantity::NetPower),
-        (&args.heat_flux, Quantity::HeatFlux),
-        (&args.emissivities, Quantity::Emissivity),
+        (Quantity::Temperature, &args.temperatures),
+        (Quantity::NetPower, &args.powers),
+        (Quantity::HeatFlux, &args.heat_flux),
+        (Quantity::Emissivity, &args.emissivities),
     ];
-    for (path, quantity) in tables {
-        let Some(path) = path else { continue };
-        let keys = match args.by {
-            Some(Rows::Name) => RowKeys::Name,
-            Some(_) => RowKeys::Position,
-            None => RowKeys::NameOrPosition,
-        };
-        let table = read_values(path, args.column.as_deref(), quantity, keys)?;
-        let rows = NewValues { table: &table, quantity, by: args.by }.apply(&mut solver)?;
-        layout = layout.or(Some(rows));
-    }
-    if let Some(t) = args.surroundings_temperature {
-        solver
-            .set_surroundings_temperature(Some(t))
-            .map_err(|e| Failure::new(format!("--{}: {}", "surroundings-temperature", e.message())))?;
-    }
-    let state = solver.solve().map_err(refused)?;
-    let table = StateTable::new(solver.data(), &state, layout.unwrap_or(Rows::Name));
-    table.write(args)?;
-    report(args, solver.data(), &state, context)
-}
-
-/// The values of a table.
-struct NewValues<'a> {
-    table: &'a ValueTable,
-    quantity: Quantity,
-    by: Option<Rows>,
-}
-
-impl NewValues<'_> {
-    /// Sets the values; returns what the rows stand for.
-    fn apply(&self, solver: &mut StateSolver) -> Result<Rows, Failure> {
-        let data = solver.data();
-        let (rows, zones_of_row) = match self.table.names() {
-            Some(names) => (Rows::Name, self.zones_by_name(names, data)?),
-            None => self.zones_by_position(data)?,
-        };
-        for (row, zones) in zones_of_row.iter().enumerate() {
-            let size: f64 = zones.iter().map(|i| solver.data().sizes[*i]).sum();
-            for &i in zones {
-                self.set(solver, i, self.table.values()[row], size)
-                    .map_err(|e| self.table.error(row, e.message()))?;
-            }
-        }
-        Ok(rows)
-    }
-
-    /// Sets the value of zone `i` of a row whose zones have the size `size`.
-    fn set(
-        &self,
-        solver: &mut StateSolver,
-        i: usize,
-        x: f64,
-        size: f64,
-    ) -> Result<(), zonal_scene::SceneError> {
-        match self.quantity {
-            Quantity::Temperature => solver.set_condition(i, ThermalCondition::Temperature(x)),
-            Quantity::NetPower => solver.set_condition(i, ThermalCondition::Flux(x / size)),
-            Quantity::HeatFlux => solver.set_condition(i, ThermalCondition::Flux(x)),
-            _ => solver.set_reflectance(i, &[1.0 - x]),
-        }
-    }
-
-    /// The zones of each row of names.
-    fn zones_by_name(&self, names: &[String], data: &ExchangeData) -> Result<Vec<Vec<usize>>, Failure> {
-        const MAX_LISTED_NAMES: usize = 24;
-        let mut row_of_name: Vec<Option<usize>> = vec![None; data.names.len()];
-        for (row, name) in names.iter().enumerate() {
-            let belongs = |s: &str| {
-                s.strip_prefix(name.as_str()).is_some_and(|r| r.is_empty() || r.starts_with(['.', '/']))
-            };
-            let mut found = false;
-            for (k, own) in data.names.iter().enumerate().filter(|(_, n)| belongs(n)) {
-                if row_of_name[k].replace(row).is_some() {
-                    return Err(self.table.error(row, &format!("'{own}' has two rows; keep one")).into());
-                }
-                found = true;
-            }
-            if !found {
-                let known = data.names[..data.names.len().min(MAX_LISTED_NAMES)].join(", ");
-                return Err(self
-                    .table
-                    .error(row, &format!("there is no '{}'; the names are: {known}", printable(name)))
-                    .into());
-            }
-        }
-        let mut zones = vec![Vec::new(); names.len()];
-        for i in self.zones(data) {
-            if let Some(row) = row_of_name[data.name_of_zone[i]] {
-                zones[row].push(i);
-            }
-        }
-        Ok(zones)
-    }
-
-    /// The zones that can have the quantity: emissivities belong to patches.
-    fn zones(&self, data: &ExchangeData) -> std::ops::Range<usize> {
-        0..if self.quantity == Quantity::Emissivity { data.patches } else { data.zone_count() }
-    }
-
-    /// The zones of each row by position, and whether rows are zones or faces.
-    fn zones_by_position(&self, data: &ExchangeData) -> Result<(Rows, Vec<Vec<usize>>), Failure> {
-        let (rows, zones, faces) = (self.table.values().len(), self.zones(data), data.face_count());
-        let same_order = || (0..zones.len()).all(|i| data.face_of_zone[i] == Some(i));
-        let by = match self.by {
-            Some(by) => by,
-            None if rows == zones.len() && rows == faces && !same_order() => {
-                let what = format!(
-                    "there are {rows} zones and {rows} faces, in different orders; add --by zone or --by face"
-                );
-                return Err(self.table.error(0, &what).into());
-            }
-            None if rows == zones.len() && rows != faces => Rows::Zone,
-            None if rows == faces || faces > 0 => Rows::Face,
-            None => Rows::Zone,
-        };
-        let (count, things) = match by {
-            Rows::Face => (faces, "faces in the meshes".to_string()),
-            _ => (zones.len(), format!("zones (and {faces} faces)")),
-        };
-        if rows != count {
-            return Err(self.table.count_error(count, &things).into());
-        }
-        if by != Rows::Face {
-            return Ok((by, zones.map(|i| vec![i]).collect()));
-        }
-        let mut of_face = vec![Vec::new(); faces];
-        zones.for_each(|i| data.face_of_zone[i].into_iter().for_each(|f| of_face[f].push(i)));
-        Ok((by, of_face))
-    }
-}
-
-/// Rows of the output.
-struct StateTable<'a> {
-    data: &'a ExchangeData,
-    rows: Rows,
-    parts: Vec<StatePart>,
-}
-
-impl StateTable<'_> {
-    fn new<'a>(data: &'a ExchangeData, state: &ThermalState, rows: Rows) -> StateTable<'a> {
-        let parts = match rows {
-            Rows::Zone => state.sums(&data.sizes, data.zone_count(), Some),
-            Rows::Face => state.by_face(data),
-            Rows::Name => state.by_name(data),
-        };
-        StateTable { data, rows, parts }
-    }
-
-    fn numbers(part: &StatePart) -> [f64; COLUMNS.len()] {
-        let ([p, dp], [q, dq], [t, dt]) = (part.power, part.flux(), part.temperature);
-        let ([h, dh], [b, db]) = (part.incident, part.radiosity);
-        [part.size, p, dp, q, dq, t, dt, h, dh, b, db]
-    }
-
-    fn write(&self, args: &Args) -> Result<(), Failure> {
-        if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
-            let values: Vec<f64> = self.parts.iter().flat_map(Self::numbers).collect();
-            return Ok(output::write_array(&args.output, &[self.parts.len(), COLUMNS.len()], &values)?);
-        }
-        let mut out = String::from(match self.rows {
-            Rows::Zone => "zone,name",
-            Rows::Face => "mesh,face",
-            Rows::Name => "name",
-        });
-        COLUMNS.iter().for_each(|c| out.extend([",", c]));
-        out.push('\n');
-        let keys = self.keys();
-        for (key, part) in keys.iter().zip(&self.parts) {
-            out.push_str(key);
-            for x in Self::numbers(part) {
-                // A text never fails to grow.
-                let _ = if x.is_nan() { write!(out, ",") } else { write!(out, ",{x}") };
-            }
-            out.push('\n');
-        }
-        Ok(output::write_bytes(&args.output, out.as_bytes())?)
-    }
-
-    /// The first columns of each row.
-    fn keys(&self) -> Vec<String> {
-        let d = self.data;
-        let cell = |name: &str| output::csv_name(name);
-        match self.rows {
-            Rows::Zone => {
-                let names: Vec<String> = d.names.iter().map(|n| cell(n)).collect();
-                d.name_of_zone.iter().enumerate().map(|(i, k)| format!("{i},{}", names[*k])).collect()
-            }
-            Rows::Face => {
-                let faces = d.meshes.iter().map(|m| (cell(&m.name), m.faces));
-                faces.flat_map(|(name, n)| (0..n).map(move |f| format!("{name},{f}"))).collect()
-            }
-            Rows::Name => d.names.iter().map(|n| cell(n)).collect(),
-        }
-    }
+    let changes = StateChanges {
+        tables: tables.into_iter().filter_map(|(q, path)| Some((q, path.clone()?))).collect(),
+        column: args.column.clone(),
+        rows: args.by,
+        surroundings_temperature: args.surroundings_temperature,
+    };
+    let updated = changes.apply(read_state(&args.factors)?).map_err(|e| e.in_scene(&args.factors))?;
+    updated.write(&args.output)?;
+    report(args, &updated, context)
 }
 
 /// Prints powers and temperatures by name, and the balance.
-fn report(args: &Args, data: &ExchangeData, state: &ThermalState, context: Context) -> Result<(), Failure> {
+fn report(args: &Args, updated: &UpdatedState, context: Context) -> Result<(), Failure> {
     const MAX_PRINTED_ROWS: usize = 40;
+    let (data, state) = (updated.data(), &updated.state);
     let parts = state.by_name(data);
     let (path, balance) = (args.output.display().to_string(), state.balance(data));
     if context.json {

@@ -1,9 +1,11 @@
-//! Arguments of `zonal render`, and their values: size, camera, sampling.
+//! Arguments of `zonal render`.
 
-use super::camera_choice::ViewArgs;
-use crate::commands::quality::Quality;
-use std::path::{Path, PathBuf};
-use zonal_render::RenderOptions;
+use super::view_args::ViewArgs;
+use std::path::PathBuf;
+use zonal_app::pictures::{
+    DrawOptions, FieldQuantity, KeySource, MAX_RAYS, MediumSlice, check_range, check_size,
+};
+use zonal_app::quality::Quality;
 use zonal_report::Failure;
 
 const EXAMPLES: &str = "Examples:
@@ -49,11 +51,11 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t)]
     pub quality: Quality,
     /// Rays per pixel, 1 to 4096 [default: that of --quality; normal is adaptive, one to nine where neighbouring pixels differ; about twelve times as fast as 9].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RAYS)))]
     pub samples: Option<u32>,
     /// Final gather: N rays from each visible point for the indirect light of surfaces, in place of interpolation between patches; 0 is off. Sharp creases and
     /// contact shadows, slow: 64 is grainy, 256 is smooth [default: that of --quality; normal is 0].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_RAYS)))]
     pub gather: Option<u32>,
     /// Exposure of a .png relative to the automatic one, stops, -30 to 30 [default: 0].
     #[arg(long, allow_hyphen_values = true)]
@@ -92,21 +94,34 @@ pub struct Args {
     pub log: bool,
 }
 
-/// Quantity of a picture in false colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum FieldQuantity {
-    /// Temperature, K, of surfaces and panes (thermal mode).
-    Temperature,
-    /// Net radiative flux, W/m2, positive where heat leaves, of surfaces and panes (thermal mode).
-    NetFlux,
-    /// Radiosity B, W/m2, direct light included, of surfaces: mean over the bands; in thermal mode their sum.
-    Radiosity,
-    /// Irradiance H, W/m2, direct light included, of surfaces: mean over the bands; in thermal mode their sum.
-    Irradiance,
+impl Args {
+    /// The options of the arguments.
+    ///
+    /// # Errors
+    /// For sizes, ranges and planes that are not valid.
+    pub fn options(&self) -> Result<DrawOptions, Failure> {
+        let turntable = self.turntable.map(KeySource::Turntable);
+        Ok(DrawOptions {
+            source: self.run.clone(),
+            output: self.output.clone(),
+            view: self.view.options(),
+            size: parse_size(&self.size)?,
+            quality: self.quality,
+            samples: self.samples,
+            gather: self.gather,
+            stops: self.stops,
+            contrast: self.contrast,
+            bloom: self.bloom,
+            aperture: self.aperture,
+            focus: self.focus,
+            keys: self.animate.clone().map(KeySource::File).or(turntable),
+            show: self.show,
+            range: self.range.as_deref().map(parse_range).transpose()?,
+            slice: self.slice.as_deref().map(MediumSlice::parse).transpose()?,
+            log: self.log,
+        })
+    }
 }
-
-/// Largest number of pixels of a picture.
-const MAX_PIXELS: usize = 1 << 26;
 
 /// Width and height from `WxH`.
 ///
@@ -117,26 +132,43 @@ pub fn parse_size(text: &str) -> Result<(usize, usize), Failure> {
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(|| wrong("is not WxH"))?;
     let number = |s: &str| s.trim().parse::<usize>().map_err(|_| wrong("is not two whole numbers"));
     let (w, h) = (number(w)?, number(h)?);
-    if w == 0 || h == 0 {
-        return Err(wrong("has no pixels"));
-    }
-    if w.checked_mul(h).is_none_or(|n| n > MAX_PIXELS) {
-        return Err(wrong(&format!("has more than {MAX_PIXELS} pixels")));
-    }
+    check_size((w, h), text)?;
     Ok((w, h))
 }
 
-/// Options of the renderer for a picture of this size.
-#[must_use]
-pub fn render_options(args: &Args, size: (usize, usize)) -> RenderOptions {
-    let options = args.quality.of_picture(size);
-    let samples = args.samples.map_or(options.samples, |n| n as usize);
-    let gather = args.gather.map_or(options.gather, |n| n as usize);
-    RenderOptions { samples, gather, ..options }
+/// The ends of a range from `LOW,HIGH`.
+fn parse_range(text: &str) -> Result<(f64, f64), Failure> {
+    let wrong = |why: &str| Failure::new(format!("--range: '{text}' {why}; write for example 400,1200"));
+    let (low, high) = text.split_once(',').ok_or_else(|| wrong("is not LOW,HIGH"))?;
+    let number = |s: &str| s.trim().parse::<f64>().map_err(|_| wrong("is not two numbers"));
+    let (low, high) = (number(low)?, number(high)?);
+    check_range((low, high), text)?;
+    Ok((low, high))
 }
 
-/// True if a picture holds linear values: its extension is `.exr`.
-#[must_use]
-pub fn is_linear(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_two_finite_numbers_in_order() {
+        assert_eq!(parse_range("400,1200").unwrap(), (400.0, 1200.0));
+        assert_eq!(parse_range(" -1e3 , 0.5 ").unwrap(), (-1000.0, 0.5));
+        for bad in [
+            "",
+            "4",
+            "4,",
+            ",",
+            "a,b",
+            "5,4",
+            "4,4",
+            "nan,1",
+            "0,inf",
+            "-1e308,1e308,",
+            "-1.7e308,1.7e308",
+            "1,2,3",
+        ] {
+            assert!(parse_range(bad).is_err(), "{bad}");
+        }
+    }
 }

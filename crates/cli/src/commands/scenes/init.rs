@@ -1,10 +1,10 @@
 //! `zonal init`: a scene for a mesh file.
 
 use crate::commands::context::Context;
-use crate::scene_proposal::{
+use std::path::{Path, PathBuf};
+use zonal_app::scene_proposal::{
     FaceSides, LengthUnit, ModelOptions, PartPatches, SceneProposal, UpAxis, propose, two_digits,
 };
-use std::path::{Path, PathBuf};
 use zonal_io::input::SurveyedMaterial;
 use zonal_io::output::write_bytes;
 use zonal_report::{Failure, check_output, say};

@@ -1,6 +1,7 @@
 //! Arguments of `zonal view-factors`.
 
 use std::path::PathBuf;
+use zonal_io::output::ViewFactorFormat;
 
 /// Compute view factors of facets that hide each other, without a medium.
 ///
@@ -74,6 +75,16 @@ pub enum OutputFormat {
     Binary,
     /// Lines of row, column and factor above zero, from 1 (out = 2 of uDALES's View3D).
     Sparse,
+}
+
+impl From<OutputFormat> for ViewFactorFormat {
+    fn from(f: OutputFormat) -> ViewFactorFormat {
+        match f {
+            OutputFormat::Text => ViewFactorFormat::View3dText,
+            OutputFormat::Binary => ViewFactorFormat::View3dBinary,
+            OutputFormat::Sparse => ViewFactorFormat::SparseText,
+        }
+    }
 }
 
 /// The axis of the zenith.

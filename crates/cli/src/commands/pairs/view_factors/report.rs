@@ -2,8 +2,8 @@
 
 use super::Args;
 use super::Context;
-use super::diagnostics::{FactorWords, diagnostics};
-use super::geometry::FactorGeometry;
+use zonal_app::pairs::view_factors::diagnostics::{FactorWords, diagnostics};
+use zonal_app::pairs::view_factors::geometry::FactorGeometry;
 use zonal_report::{Failure, say};
 use zonal_scene::{Diagnostic, printable};
 use zonal_view_factors::{ViewFactorCounts, ViewFactorSettings, ViewFactors};
