@@ -83,8 +83,8 @@ VOXELS = 'patch_rule = "voxels"\n'
 WALLS = "emissivity = 0.6\ntemperature = 500\nfaces.z1 = { temperature = 1200 }\n"
 SOURCE = "extinction = 0.5\nheat_source = 100\n"
 SCENES = {
-    "rays": light("hierarchical", ROOM + HAZE),
-    "panes": light("hierarchical", ROOM + GLASS + SUN),
+    "rays": light("rays", ROOM + HAZE),
+    "panes": light("rays", ROOM + GLASS + SUN),
     "pairs": light("dense", ROOM + HAZE + SUN),
     "box": light("spectral", box([16, 9, 8]), VOXELS),
     "coloured": light("spectral", box([11, 8, 9], medium="extinction = [0.5, 0.5, 0.9]\nalbedo = 0.7\n"), VOXELS),
@@ -102,7 +102,7 @@ SCENES = {
     "furnace": heat("spectral", box([12, 8, 9], walls=WALLS, medium=SOURCE), VOXELS),
     "quarter": heat(
         "spectral",
-        '[boundary]\nx0 = "mirror"\n' + box([8, 8, 8], 'omit = ["x0"]\n', SOURCE, WALLS),
+        '[boundary]\nx0 = "symmetry"\n' + box([8, 8, 8], 'omit = ["x0"]\n', SOURCE, WALLS),
         VOXELS + "discretization_error = false\n",
     ),
     "gas": heat(
@@ -114,7 +114,7 @@ SCENES = {
         ),
     ),
     "bodies": heat(
-        "hierarchical",
+        "rays",
         '[[node]]\nname = "plate"\nnet_power = 50\n[[surface]]\nname = "plate"\n'
         "box = { min = [0.2, 0.2, 0.2], max = [0.4, 0.4, 0.25] }\nemissivity = 0.5\nnode = \"plate\"\n"
         + box([4, 4, 4], walls=WALLS, medium=SOURCE),

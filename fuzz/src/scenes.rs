@@ -144,8 +144,8 @@ impl SceneWriter<'_> {
 
     fn settings(&mut self, periodic: bool) {
         self.line("[solve]\ntolerance=0.1");
-        let engine = self.c.choose(&["auto", "dense", "hierarchical", "spectral", "auto"]);
-        if !(periodic && engine == "hierarchical") {
+        let engine = self.c.choose(&["auto", "dense", "rays", "spectral", "auto"]);
+        if !(periodic && engine == "rays") {
             self.line(format!("engine='{engine}'"));
         }
         if periodic || self.c.one_in(3) {
@@ -383,9 +383,9 @@ impl SceneWriter<'_> {
                 "[boundary]\nx='periodic'\ny='periodic'",
                 "[boundary]\nx='periodic'",
                 "[boundary]\ny='periodic'",
-                "[boundary]\nx='mirror'\ny='periodic'",
-                "[boundary]\nx0='mirror'",
-                "[boundary]\nx1='mirror'\ny0='mirror'",
+                "[boundary]\nx='symmetry'\ny='periodic'",
+                "[boundary]\nx0='symmetry'",
+                "[boundary]\nx1='symmetry'\ny0='symmetry'",
             ][axes],
         );
         let max = self.point([1.0; 3]);

@@ -31,9 +31,9 @@ def layered() -> zn.Scene:
     return scene
 
 
-def hierarchical() -> zn.Scene:
+def rays() -> zn.Scene:
     scene = room(0.7)
-    scene.settings(engine="hierarchical", tolerance=0.05)
+    scene.settings(engine="rays", tolerance=0.05)
     return scene
 
 
@@ -84,7 +84,7 @@ SCENES = {
     "furnace": furnace,
     "spectral": spectral,
     "layered": layered,
-    "hierarchical": hierarchical,
+    "rays": rays,
     "mesh": mesh_with_face_values,
     "smoke": smoke_array,
     "sunlit": sunlit,
@@ -94,8 +94,8 @@ SCENES = {
 
 
 def test_scenes_use_all_engines():
-    engines = {make().solve().report["engine"] for make in (room, spectral, layered, hierarchical)}
-    assert engines == {"dense", "spectral", "layered", "hierarchical"}
+    engines = {make().solve().report["engine"] for make in (room, spectral, layered, rays)}
+    assert engines == {"dense", "spectral", "layered", "rays"}
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -53,7 +53,7 @@ print(room().solve(threads=1).zone_count > 0)
 
 
 # Guards (python): Ctrl-C ends a call of the Python package at once.
-@pytest.mark.parametrize("engine", ["dense", "hierarchical"])
+@pytest.mark.parametrize("engine", ["dense", "rays"])
 def test_ctrl_c_ends_a_solve_at_once(engine):
     code = INTERRUPTED.format(tests=str(ROOT / "python/tests"), engine=engine)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=100)
@@ -65,7 +65,7 @@ def test_ctrl_c_ends_a_solve_at_once(engine):
 
 def test_progress_is_reported_and_may_end_the_solve():
     seen: list[tuple[str, int, int]] = []
-    long = long_scene("hierarchical")
+    long = long_scene("rays")
 
     class Enough(Exception):
         pass

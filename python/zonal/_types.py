@@ -26,15 +26,15 @@ Mesh: TypeAlias = Any
 
 Path: TypeAlias = str | os.PathLike[str]
 
-Engine: TypeAlias = Literal["auto", "dense", "hierarchical", "spectral", "layered"]
+Engine: TypeAlias = Literal["auto", "dense", "rays", "spectral", "layered"]
 LightGroups: TypeAlias = Literal["auto", "each", "all"]
 ZoneBasis: TypeAlias = Literal["auto", "linear", "constant"]
 Closure: TypeAlias = Literal["measure", "restore"]
 PatchRule: TypeAlias = Literal["edge", "area", "voxels"]
 Factors: TypeAlias = Literal["exact", "series", "prop1", "point"]
 Quantity: TypeAlias = Literal["temperature", "net_flux", "radiosity", "irradiance"]
-Boundary: TypeAlias = Literal["mirror", "periodic", "scene"]
-BoundaryEnd: TypeAlias = Literal["mirror", "scene"]
+Boundary: TypeAlias = Literal["symmetry", "periodic", "scene"]
+BoundaryEnd: TypeAlias = Literal["symmetry", "scene"]
 Sides: TypeAlias = Literal["front", "both"]
 OpenSides: TypeAlias = Literal["file", "both"]
 

@@ -1023,13 +1023,13 @@ class Scene:
         min: Vector | None = None,
         max: Vector | None = None,
     ) -> None:
-        """Sets periodic axes and mirrors.
+        """Sets periodic axes and symmetry planes.
 
         Parameters
         ----------
-        x, y, z : {"mirror", "periodic", "scene"}, optional
+        x, y, z : {"symmetry", "periodic", "scene"}, optional
             Both ends of an axis.
-        x0, x1, y0, y1, z0, z1 : {"mirror", "scene"}, optional
+        x0, x1, y0, y1, z0, z1 : {"symmetry", "scene"}, optional
             One end of an axis.
         min, max : point, optional
             Corners of the boundary of a scene without a medium, m.
@@ -1109,7 +1109,7 @@ class Scene:
         ----------
         tolerance : float, optional
             Relative accuracy of the exchange areas, above 0 and below 1; 0.01 by default. It is that of one solution: the difference of two solutions of the
-            hierarchical engine has the errors of both, so that small differences need ``engine="dense"`` or :class:`StateSolver`.
+            rays engine has the errors of both, so that small differences need ``engine="dense"`` or :class:`StateSolver`.
         patch_size : float, optional
             Target edge of a patch, m; a thirtieth of the diagonal by default.
         patch_rule : {"edge", "area", "voxels"}, optional
@@ -1122,7 +1122,7 @@ class Scene:
             Largest number of iterations; 500 by default.
         scattering_orders : int, optional
             Number of terms of the Neumann series that replace the iteration.
-        engine : {"auto", "dense", "hierarchical", "spectral", "layered"}, optional
+        engine : {"auto", "dense", "rays", "spectral", "layered"}, optional
             Representation of the exchange.
         light_groups : {"auto", "each", "all"}, optional
             Lights that are solved separately.

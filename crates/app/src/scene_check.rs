@@ -6,7 +6,7 @@ use zonal_math::Vec3;
 use zonal_scene::{Diagnostic, Scene, SceneError, ZoneBasis, ZoneImages, Zones};
 use zonal_solve::engines::problem_size::{self, ProblemSize};
 use zonal_solve::forecast::time_and_memory::{self, CostEstimate, CostModelInput};
-use zonal_solve::pipeline::mirrors::{self, MirroredSolve};
+use zonal_solve::pipeline::symmetry_planes::{self, SymmetricSolve};
 use zonal_transport::{Transport, build_zones};
 
 /// The machine of the estimated solve.
@@ -42,7 +42,7 @@ pub struct SceneCheck<'a> {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// The scene that is solved: itself, or its even extension where it has mirrors.
+/// The scene that is solved: itself, or its even extension where it has symmetry planes.
 struct SolvedScene<'a> {
     scene: &'a Scene,
     zones: &'a Zones,
@@ -59,12 +59,13 @@ impl<'a> SceneCheck<'a> {
         // Divide it into zones.
         let transport = Transport::new(scene);
         let mut zones = build_zones(scene, &transport)?;
-        let mut excluded = mirrors::excluded_parts_of(scene, &transport, &zones)?;
+        let mut excluded = symmetry_planes::excluded_parts_of(scene, &transport, &zones)?;
         let (scenes, own) = (std::slice::from_ref(scene), std::slice::from_mut(&mut zones));
         zonal_solve::thermal::apply_boundary_conditions(scenes, own);
-        // Estimate the cost of a solve; a scene with mirrors is solved on its even extension.
-        let mirrored = MirroredSolve::of(scene, &zones)?;
-        excluded.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(scene, m.images.image_count())));
+        // Estimate the cost of a solve; a scene with symmetry planes is solved on its even extension.
+        let mirrored = SymmetricSolve::of(scene, &zones)?;
+        excluded
+            .extend(mirrored.as_ref().map(|m| symmetry_planes::symmetry_note(scene, m.images.image_count())));
         let Some(m) = &mirrored else {
             let solved = SolvedScene { scene, zones: &zones, transport: &transport, images: None };
             return Ok(SceneCheck::of_solved(scene, &solved, excluded, settings));

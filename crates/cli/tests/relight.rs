@@ -188,9 +188,9 @@ fn killed_and_resumed_solve_has_identical_bytes() {
     let finer = LIT.replace("0.34", "0.26").replace("[4, 4, 4]", "[5, 5, 5]");
     let dense = kill_and_resume(&finer, &["--engine", "dense", "--tolerance", "0.03"], &[0.6]);
     assert!(dense.contains("rays between zones"), "{dense}");
-    let rays = kill_and_resume(&finer, &["--engine", "hierarchical", "--tolerance", "0.05"], &[0.3]);
+    let rays = kill_and_resume(&finer, &["--engine", "rays", "--tolerance", "0.05"], &[0.3]);
     assert!(rays.contains("transport_rays") && rays.contains("samples of the final gather"), "{rays}");
-    kill_and_resume(LIT, &["--engine", "hierarchical", "--tolerance", "0.02"], &[0.8]);
+    kill_and_resume(LIT, &["--engine", "rays", "--tolerance", "0.02"], &[0.8]);
 }
 
 /// Kills a solve as soon as each of these stages exists, then resumes it; the file has the bytes of an uninterrupted solve.

@@ -19,7 +19,7 @@ closure = "restore"
 residual = 1e-8
 max_iterations = 50
 scattering_orders = 6
-engine = "hierarchical"
+engine = "rays"
 light_groups = "each"
 
 [[surface]]
@@ -106,7 +106,7 @@ fn inline_settings_and_surfaces_have_their_values() {
     assert_eq!((o.patch_size, o.restore_closure), (Some(0.5), Some(true)));
     assert_eq!(
         (o.scattering_orders, o.engine, o.light_grouping),
-        (Some(6), Engine::Hierarchical, LightGrouping::Each)
+        (Some(6), Engine::Rays, LightGrouping::Each)
     );
 
     let names: Vec<&str> = s.surfaces().iter().map(|s| s.name.as_str()).collect();

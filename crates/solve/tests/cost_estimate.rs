@@ -50,10 +50,10 @@ fn count(s: &Solution, name: &str) -> u64 {
 
 #[test]
 fn expected_rays_equal_traced_rays() {
-    let scene = room(Engine::Hierarchical, 0.1);
+    let scene = room(Engine::Rays, 0.1);
     let estimate = look(&scene, 1 << 30).unwrap();
     let s = solved(&scene, 1 << 30).unwrap();
-    assert_eq!(estimate.engine, Engine::Hierarchical);
+    assert_eq!(estimate.engine, Engine::Rays);
     let stated = estimate.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
     let (stated, shot) = (stated.parse::<u64>().unwrap(), count(&s, "transport_rays"));
     assert!(stated > 0 && stated == shot, "{stated} {shot}");
@@ -61,7 +61,7 @@ fn expected_rays_equal_traced_rays() {
     assert!(estimate.bytes[0] > 0 && estimate.bytes[1] >= estimate.bytes[0]);
     // Smaller tolerances need more samples.
     let gather = |t: f64| {
-        let estimate = look(&room(Engine::Hierarchical, t), 1 << 30).unwrap();
+        let estimate = look(&room(Engine::Rays, t), 1 << 30).unwrap();
         let part = estimate.parts.into_iter().find(|p| p.0.starts_with("final gather"));
         part.expect("the gather is expected").1
     };
@@ -79,7 +79,7 @@ fn dense_engine_is_predicted() {
 // Guards (files): the memory limit bounds rays, and the report says so.
 #[test]
 fn memory_limit_reduces_rays_or_refuses() {
-    let scene = room(Engine::Hierarchical, 0.1);
+    let scene = room(Engine::Rays, 0.1);
     let plenty = look(&scene, 1 << 30).unwrap();
     let stated = plenty.parts.iter().find_map(|p| p.0.strip_suffix(" rays from the zones")).unwrap();
     // Four bytes a ray, twelve since the bands differ, and a quarter of a path vertex of 36 bytes.

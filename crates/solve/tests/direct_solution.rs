@@ -46,7 +46,7 @@ fn first(scene: Scene) -> Solution {
 
 #[test]
 fn direct_light_equals_that_of_the_solution() {
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         let text = COURT.replace("[solve]", &format!("[solve]\nengine = \"{engine}\""));
         let (a, b) = (first(read(&text)), solve(read(&text)));
         assert_eq!(a.fields.direct, b.fields.direct, "{engine}");
@@ -125,10 +125,10 @@ fn errors_are_unknown_until_the_exchange_is_known() {
 }
 
 #[test]
-fn a_part_between_mirrors_has_the_direct_light_of_its_solution() {
+fn a_part_between_symmetry_planes_has_the_direct_light_of_its_solution() {
     let text = COURT
         .replace("[solve]", "[solve]\nengine = \"dense\"")
-        .replace("[medium]", "[boundary]\nx0 = \"mirror\"\n[medium]");
+        .replace("[medium]", "[boundary]\nx0 = \"symmetry\"\n[medium]");
     let text = text.replace(
         "rectangle = { origin = [0,0,0], edge1 = [0,1,0], edge2 = [0,0,1] }",
         "rectangle = { origin = [1,0,0], edge1 = [0,0,1], edge2 = [0,1,0] }",

@@ -135,7 +135,7 @@ fn cloud(split: usize) -> Scene {
 #[test]
 fn heterogeneous_gas_error_is_within_the_estimate() {
     let fine = cloud(2);
-    let options = SolveOptions { engine: Engine::Hierarchical, tolerance: 0.05, ..fine.options().clone() };
+    let options = SolveOptions { engine: Engine::Rays, tolerance: 0.05, ..fine.options().clone() };
     let exact = common::solve(fine.with_options(options).unwrap());
     let s = common::solve(cloud(1));
     let zoning = s.report.discretization_error.as_ref().unwrap();

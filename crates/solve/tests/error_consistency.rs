@@ -143,7 +143,7 @@ fn losses_beside_formulas_come_of_all_rays() {
 /// In a white cloud in a uniform field nothing absorbs the power that the rays of a gather lose: what escapes bounds the errors.
 #[test]
 fn errors_of_a_white_cloud_are_known() {
-    let cloud = "[surroundings]\nradiance = 5\n[solve]\nengine = 'hierarchical'\n\
+    let cloud = "[surroundings]\nradiance = 5\n[solve]\nengine = 'rays'\n\
         [medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [5,5,5]\nextinction = 4\nalbedo = 1";
     let s = solve(read(cloud));
     let exact = 4.0 * std::f64::consts::PI * 5.0;
@@ -161,7 +161,7 @@ fn errors_beside_known_powers_are_known() {
         [[surface]]\nname = 'plate'\nrectangle = { origin = [0.6, 0.8, -0.2], edge1 = [0,0.127,0], edge2 = [0,0,0.121] }\n\
         emissivity = 0.8\nheat_flux = 4450\nsides = 'both'\n\
         [medium]\nmin = [0,0,0]\nmax = [0.5,0.9,0.8]\ncells = [3,3,4]\nextinction = 1.8e-8\nalbedo = 0\nheat_source = 0";
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         let s = solve(read(&scene.replace("[solve]", &format!("[solve]\nengine = '{engine}'"))));
         let row = &s.report.heat.as_ref().unwrap().rows[0];
         let [t, e] = [row.temperature, row.temperature_error].map(|x| x.unwrap_or(f64::INFINITY));
@@ -239,7 +239,7 @@ fn isothermal_rooms_give_no_warning() {
     let room = "[[surface]]\nname = 'room'\nroom = { min = [0,0,0], max = [2,2,2] }\nemissivity = 0.7\ntemperature = 500\npatch_size = 1\n";
     let body = "[[surface]]\nname = 'body'\nbox = { min = [0.5,0.5,0.5], max = [1,1,1] }\nemissivity = 0.3\nnode = 'n'\npatch_size = 0.5\n[[node]]\nname = 'n'\n";
     let other = "[[surface]]\nname = 'other'\nbox = { min = [1.2,1.2,0.5], max = [1.5,1.5,1] }\nemissivity = 0.3\nnet_power = 0\npatch_size = 0.5\n";
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         let solve_lines =
             format!("mode = 'thermal'\n[solve]\nengine = '{engine}'\ndiscretization_error = false\n");
         let s = solve(read(&format!("{solve_lines}{room}{body}{other}")));
@@ -257,7 +257,7 @@ fn nearly_white_rooms_by_rays_have_known_errors() {
             "[solve]\nengine = '{engine}'\npatch_size = 0.25\n[[surface]]\nname = 'room'\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = 0.9999\nfaces.z1 = {{ emission = 1 }}\n"
         )
     };
-    let [exact, rays] = ["dense", "hierarchical"].map(|engine| solve(read(&text(engine))));
+    let [exact, rays] = ["dense", "rays"].map(|engine| solve(read(&text(engine))));
     for ((a, b), e) in rays.fields.incident.iter().zip(&exact.fields.incident).zip(&rays.fields.error) {
         let (off, stated) = ((*a - *b).first().abs(), e.first());
         assert!(off <= 2.0 * stated, "{off} beside {stated}");

@@ -281,7 +281,7 @@ fn scenes_that_are_no_layers_are_refused_with_a_reason() {
     );
     let hot = error(&|s| one_cell(s, LAYERS[0].0, 5.0));
     assert!(hot.contains("the medium varies within layer 0, along a periodic axis"), "{hot}");
-    for engine in [Engine::Dense, Engine::Spectral, Engine::Hierarchical] {
+    for engine in [Engine::Dense, Engine::Spectral, Engine::Rays] {
         let other = error(&|s| s.options.engine = engine);
         assert!(other.contains("use \"layered\", or \"auto\""), "{other}");
     }
@@ -310,7 +310,7 @@ fn stated_errors_of_layers_are_those_of_rounding() {
     }
 }
 
-/// Two endless plates with panes between them: mirrors, periods, several panes, a pane that divides a cell, and the same panes as cells.
+/// Two endless plates with panes between them: symmetry planes, periods, several panes, a pane that divides a cell, and the same panes as cells.
 fn glass(sides: &str, cells: usize, panes: &[(f64, f64)], medium: &str) -> String {
     let pane = |(k, (z, extinction)): (usize, &(f64, f64))| {
         format!(
@@ -330,7 +330,7 @@ fn panes_between_endless_plates_are_layers() {
         assert_eq!(s.report.engine, "layered");
         s.report.heat.unwrap().rows
     };
-    for sides in ["mirror", "periodic"] {
+    for sides in ["symmetry", "periodic"] {
         // At a boundary of cells, and in the middle of one.
         for (cells, position) in [(10, 0.3), (10, 0.35), (3, 0.3)] {
             let found = rows(&glass(sides, cells, &[(position, 60.0)], "extinction = 0"));
@@ -347,11 +347,11 @@ fn panes_between_endless_plates_are_layers() {
     // A pane that fills the period in part, and panes along one endless axis, have a remedy.
     let refused =
         |text: &str| zonal_solve::solve(common::read(text), 1 << 30, &NoProgress).unwrap_err().to_string();
-    let part = glass("mirror", 10, &[(0.3, 60.0)], "extinction = 0")
+    let part = glass("symmetry", 10, &[(0.3, 60.0)], "extinction = 0")
         .replace("[1,1,0.3], [0,1,0.3]", "[1,0.5,0.3], [0,0.5,0.3]");
     assert!(refused(&part).contains("extend it over the whole period"), "{}", refused(&part));
-    let one_axis = glass("mirror", 10, &[(0.3, 60.0)], "extinction = 0")
-        .replace("y = \"mirror\"", "")
+    let one_axis = glass("symmetry", 10, &[(0.3, 60.0)], "extinction = 0")
+        .replace("y = \"symmetry\"", "")
         .replace(", \"y0\", \"y1\"]", "]");
-    assert!(refused(&one_axis).contains("give one end a mirror"), "{}", refused(&one_axis));
+    assert!(refused(&one_axis).contains("give one end a symmetry plane"), "{}", refused(&one_axis));
 }

@@ -133,15 +133,15 @@ fn relit_solution_equals_solution_of_the_relit_scene() {
 
 /// Links are refined for the given light, so the solutions agree within the tolerance, not bit by bit.
 #[test]
-fn relit_hierarchical_solution_agrees_within_the_tolerance() {
+fn relit_rays_solution_agrees_within_the_tolerance() {
     let tolerance = 0.05;
     let scene = with(read(ROOM), |o| {
-        o.engine = Engine::Hierarchical;
+        o.engine = Engine::Rays;
         o.tolerance = tolerance;
         o.patch_size = Some(0.25);
     });
     let s = solve(scene);
-    assert_eq!(s.report.engine, "hierarchical");
+    assert_eq!(s.report.engine, "rays");
     assert!(s.groups.iter().all(|g| matches!(g.incident, ZoneValues::Single(_))));
     let same = relight(s.clone(), &[]).unwrap();
     assert!(apart(&same, &s) < 1e-6, "{}", apart(&same, &s));
@@ -349,12 +349,12 @@ fn bare(patch: f64) -> Scene {
 }
 
 // Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
-/// The same with the hierarchical engine, in the rays and between the rounds of the final gather.
+/// The same with the rays engine, in the rays and between the rounds of the final gather.
 #[test]
 fn rays_and_gather_interrupted_at_any_stage_are_bit_identical() {
     for tolerance in [0.2, 0.03] {
         let scene = with(bare(0.5), |o| {
-            (o.engine, o.tolerance) = (zonal_scene::Engine::Hierarchical, tolerance);
+            (o.engine, o.tolerance) = (zonal_scene::Engine::Rays, tolerance);
         });
         let straight = solve(scene.clone());
         assert!(straight.report.counts.iter().any(|c| c.0 == "transport_rays"));
@@ -367,7 +367,7 @@ fn rays_and_gather_interrupted_at_any_stage_are_bit_identical() {
 /// Rays do not depend on reflectances: a solve with saved rays equals a new one bit by bit.
 #[test]
 fn saved_rays_serve_other_reflectances() {
-    let scene = with(bare(0.5), |o| (o.engine, o.tolerance) = (zonal_scene::Engine::Hierarchical, 0.2));
+    let scene = with(bare(0.5), |o| (o.engine, o.tolerance) = (zonal_scene::Engine::Rays, 0.2));
     let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
     run(&scene, &vault);
     let painted = with_surface_colors(

@@ -25,12 +25,12 @@ fn difference(one: &Solution, a: usize, other: &Solution, b: usize) -> f64 {
 // Guards (numbers): a scene of many bands has in each band the solution of a scene of three.
 #[test]
 fn bands_of_light_are_those_of_scenes_of_three() {
-    for engine in ["dense", "spectral", "hierarchical"] {
+    for engine in ["dense", "spectral", "rays"] {
         let three = solved(&lit_box(3, engine, "[0.5, 0.2, 0.7]", "[0.5, 2.0, 0.0]"));
         let five = solved(&lit_box(5, engine, "[0.5, 0.2, 0.7, 0.2, 0.5]", "[0.5, 2.0, 0.0, 2.0, 0.5]"));
         assert_eq!((five.further_blocks.len(), five.all_bands(|t| t.report.energy.emitted).len()), (1, 5));
         // Rays of a block follow the mean of its bands: other blocks have other rays.
-        let tolerance = if engine == "hierarchical" { 0.05 } else { 1e-10 };
+        let tolerance = if engine == "rays" { 0.05 } else { 1e-10 };
         for (own, other) in [(0, 0), (1, 1), (2, 2), (3, 1), (4, 0)] {
             let off = difference(&five, own, &three, other);
             assert!(off < tolerance, "{engine}, band {own}: {off:e}");
@@ -114,7 +114,7 @@ impl zonal_scene::Progress for StageCounts {
     fn end(&self) {}
 }
 
-// Guards (bands): A scene of many bands is cut into zones once, each of its files is opened once, and so is its solution.
+// Guards (structure): A scene of many bands is cut into zones once, each of its files is opened once, and so is its solution.
 #[test]
 fn files_zones_and_solutions_of_many_bands_are_read_once() {
     use zonal_io::input::FileRecord;

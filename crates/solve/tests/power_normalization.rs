@@ -33,7 +33,7 @@ fn assert_one_factor(plain: &LightGroup, normalized: &LightGroup, change: f64, b
 
 #[test]
 fn normalization_closes_the_balance_and_keeps_ratios_between_zones() {
-    let [plain, normalized] = [false, true].map(|restore| solved(Engine::Hierarchical, restore));
+    let [plain, normalized] = [false, true].map(|restore| solved(Engine::Rays, restore));
     for s in [&plain, &normalized] {
         assert!(s.report.counts.iter().any(|c| c.0 == "transport_rays"));
     }

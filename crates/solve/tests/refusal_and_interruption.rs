@@ -79,11 +79,9 @@ fn coupled_room() -> Scene {
 /// equals the uninterrupted one to the bit, so that the store holds no incomplete stage.
 #[test]
 fn interrupted_solve_is_an_error_and_resumes_to_the_bit() {
-    for (name, scene) in [
-        ("dense", lit_room("dense")),
-        ("hierarchical", lit_room("hierarchical")),
-        ("coupled bands", coupled_room()),
-    ] {
+    for (name, scene) in
+        [("dense", lit_room("dense")), ("rays", lit_room("rays")), ("coupled bands", coupled_room())]
+    {
         let straight = solve_in(&MemoryStore::default(), &scene, &NoProgress).unwrap();
         let mut interruptions = 0;
         for first in [0, 1, 2, 3, 4, 6, 9, 13, 19, 28, 41, 60, 88, 129] {
@@ -106,7 +104,7 @@ fn refused_solve_is_an_error_of_kind_memory() {
         assert!(error.message().contains("--max-memory"), "{error}");
         error.kind()
     };
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         assert_eq!(kind(lit_room(engine), 1 << 10), SceneErrorKind::Memory, "{engine}");
     }
     // Enough for the exchange areas, too little for the iteration over temperatures.

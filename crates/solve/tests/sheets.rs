@@ -34,7 +34,7 @@ fn absorbed(s: &Solution, name: &str) -> Bands {
 
 #[test]
 fn a_sheet_between_black_chambers_has_closed_forms() {
-    for (engine, most) in [("dense", 2e-4), ("hierarchical", 6e-3)] {
+    for (engine, most) in [("dense", 2e-4), ("rays", 6e-3)] {
         let sheet = "reflectance = [0.3, 0.05, 0]\ntransmittance = [0.3, 0.8, 1]";
         let s = solved(&chambers(engine, sheet, ["reflectance = 0\nemission = 1", "reflectance = 0"]));
         // H is 1 below the sheet and 0 above it: the sheet sees black walls alone.
@@ -60,7 +60,7 @@ fn a_sheet_between_black_chambers_has_closed_forms() {
 fn an_isothermal_enclosure_with_a_sheet_is_uniform() {
     // E = (1 − ρ − τ) of the sheet, (1 − ρ) of the walls.
     let walls = ["reflectance = 0.6\nemission = 0.4", "reflectance = 0.1\nemission = 0.9"];
-    for (engine, most) in [("dense", 1e-4), ("hierarchical", 6e-3)] {
+    for (engine, most) in [("dense", 1e-4), ("rays", 6e-3)] {
         for [rho, tau] in [[0.2, 0.7], [0.45, 0.45], [0.6, 0.1], [0.1, 0.9]] {
             let sheet = format!(
                 "reflectance = {rho}\ntransmittance = {tau}\nemission = {}",
@@ -90,7 +90,7 @@ const ROOM: &str = "[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = 
 fn sheets_agree_with_the_path_tracer_in_all_engines_and_groups() {
     let text =
         |engine: &str| format!("[solve]\ntolerance = 0.01\npatch_size = 0.4\nengine = \"{engine}\"\n{ROOM}");
-    let all: Vec<Solution> = ["dense", "hierarchical"].map(|e| solve(read(&text(e)))).into();
+    let all: Vec<Solution> = ["dense", "rays"].map(|e| solve(read(&text(e)))).into();
     let s = &all[0];
     let leaf = s.scene.surfaces().iter().position(|x| x.name == "leaf").unwrap();
     // Both sides of the leaf, and the floor below it, as sums over zones.

@@ -100,7 +100,7 @@ const COURT: &str = "mode = \"thermal\"\n[solve]\npatch_size = 0.34\nengine = \"
 
 #[test]
 fn reflected_sunlight_is_part_of_the_balance() {
-    let [dense, other] = ["dense", "hierarchical"].map(|engine| solved(&COURT.replace("ENGINE", engine)));
+    let [dense, other] = ["dense", "rays"].map(|engine| solved(&COURT.replace("ENGINE", engine)));
     let heat = dense.report.heat.as_ref().unwrap();
     assert!(heat.balance().abs() < 1e-6, "{}", heat.balance());
     // Sunlight that enters is absorbed or escapes, and its sum over the walls is that of the last band of the energy balance.
@@ -185,7 +185,7 @@ fn a_body_below_a_lamp_emits_the_light_that_it_absorbs() {
     let grey = "emissivity = 0.1\nsolar_absorptance = 0.4";
     for (head, engine, body) in [
         ("", "dense", grey),
-        ("", "hierarchical", grey),
+        ("", "rays", grey),
         (
             "bands = 4\n[thermal]\nband_fractions = [0.1, 0.2, 0.3, 0.4]",
             "dense",
@@ -266,7 +266,7 @@ fn engines_agree_on_the_sunlight_that_a_medium_in_balance_absorbs() {
         ))
     };
     let dense = room("dense");
-    for engine in ["spectral", "hierarchical"] {
+    for engine in ["spectral", "rays"] {
         let other = room(engine);
         let mut absorbed = 0.0;
         for own in &other.report.heat.as_ref().unwrap().rows {

@@ -300,7 +300,7 @@ fn periodic_scenes_require_engines_with_images() {
         let job = SolveSettings::new(4 << 30, &NoProgress);
         solve_zones(&scene, &zones, &transport, &job).unwrap_err().to_string()
     };
-    assert!(refused(&room.with(Engine::Hierarchical)).contains("boundary"));
+    assert!(refused(&room.with(Engine::Rays)).contains("boundary"));
     assert!(refused(&Room { omit: vec![2], ..room.with(Engine::Dense) }).contains("boundary"));
     // Walls across periodic axes are refused.
     let mut parts = Room { periodic: [false; 3], ..room.clone() }.parts();
@@ -333,7 +333,7 @@ fn auto_selects_spectral_for_many_zones_or_gives_the_reason() {
     map.set(5, Bands::from_rgb([2.0, 1.0, 1.0]), Bands::splat(0.5), Bands::ZERO, Bands::ZERO);
     parts.voxel_grid = Some(map.seal().unwrap());
     let (engine, why) = told(chosen(parts));
-    assert_eq!(engine, Engine::Hierarchical);
+    assert_eq!(engine, Engine::Rays);
     assert!(why.contains("spectral does not apply: the extinction varies in band 0"), "{why}");
     // A periodic box is open where walls are missing, not where its images are.
     for (omit, open) in [(vec![], false), (vec![2], true)] {

@@ -273,7 +273,7 @@ fn states_of_mirrored_scenes_equal_fresh_solves() {
     // Half of a court, whose other half is its mirror image.
     let text = |kelvin: f64| {
         format!(
-            "{HEAD}[boundary]\nx0 = 'mirror'\nmin = [0, 0, 0]\nmax = [0.5, 1, 1]\n[[surface]]\nname = 'court'\nroom = {{ min = [0, 0, 0], max = [0.5, 1, 1] }}\nomit = ['x0', 'z1']\ntemperature = 310\nemissivity = 0.9\nsolar_absorptance = 0.2\nfaces.z0 = {{ temperature = {kelvin} }}\n[[light]]\nkind = 'sun'\ndirection = [-0.2, 0, -1]\nirradiance = 700\n[surroundings]\ntemperature = 270\n"
+            "{HEAD}[boundary]\nx0 = 'symmetry'\nmin = [0, 0, 0]\nmax = [0.5, 1, 1]\n[[surface]]\nname = 'court'\nroom = {{ min = [0, 0, 0], max = [0.5, 1, 1] }}\nomit = ['x0', 'z1']\ntemperature = 310\nemissivity = 0.9\nsolar_absorptance = 0.2\nfaces.z0 = {{ temperature = {kelvin} }}\n[[light]]\nkind = 'sun'\ndirection = [-0.2, 0, -1]\nirradiance = 700\n[surroundings]\ntemperature = 270\n"
         )
     };
     let mut s = solver(&text(300.0));

@@ -128,9 +128,9 @@ fn strips_equal_sums_over_images_in_a_transparent_medium() {
     }
 }
 
-/// Half a duct with a mirror is the whole.
+/// Half a duct with a symmetry plane is the whole.
 #[test]
-fn mirrors_and_periods_combine() {
+fn symmetry_planes_and_periods_combine() {
     let keys = |n: &str| format!("reflectance = 0.3\nemission = {}", if n == "floor" { 4 } else { 1 });
     let wall = |n: &str, w: Wall| (n.to_string(), w);
     let whole = [
@@ -146,7 +146,7 @@ fn mirrors_and_periods_combine() {
     ];
     let settings = "[solve]\npatch_size = 0.25\nresidual = 1e-13";
     let a = solve(read(&scene(&whole, settings, keys)));
-    let text = scene(&half, settings, keys).replace("[boundary]\n", "[boundary]\nx0 = \"mirror\"\n");
+    let text = scene(&half, settings, keys).replace("[boundary]\n", "[boundary]\nx0 = \"symmetry\"\n");
     let b = solve(read(&text.replace("min = [-1,", "min = [0,")));
     let p =
         |s: &Solution| s.report.energy.absorbed_surfaces.iter().find(|x| x.0 == "ceiling").unwrap().1.first();
@@ -168,7 +168,7 @@ fn scenes_that_are_no_ducts_are_refused() {
     assert!(e.contains("no periodic images"), "{e}");
     let e = refusal(&text.replace("min = [-1, 0, -1]\nmax = [3, 0.7, 3]\n", ""));
     assert!(e.contains("boundary.min"), "{e}");
-    for (engine, want) in [("hierarchical", "use the dense engine"), ("spectral", "there is no medium")] {
+    for (engine, want) in [("rays", "use the dense engine"), ("spectral", "there is no medium")] {
         let scene = read(&scene(&walls, &format!("[solve]\nengine = \"{engine}\""), |_| String::new()));
         let e = zonal_solve::solve(scene, 1 << 30, &NoProgress).unwrap_err().to_string();
         assert!(e.contains(want), "{e}");

@@ -114,7 +114,7 @@ fn furnace_has_the_published_profiles() {
 #[test]
 fn rays_match_the_furnace_within_their_errors() {
     let exact = solved(&furnace(2, 0.3, "dense"));
-    let text = furnace(2, 0.3, "hierarchical").replace("[solve]", "[solve]\nclosure = \"restore\"");
+    let text = furnace(2, 0.3, "rays").replace("[solve]", "[solve]\nclosure = \"restore\"");
     let s = solved(&text);
     for name in ["room.z0", "room.z1", "room.x0", "room.y1"] {
         let ([q, e], want) = (row(&s, name).flux(), flux(&exact, name));
@@ -365,7 +365,7 @@ fn convex_body_in_a_black_room_has_its_net_power() {
 #[test]
 fn weakly_absorbing_cavity_reaches_the_wall_temperature() {
     // A step reflects almost all power: the change of a single step is small long before convergence.
-    let text = "mode = \"thermal\"\n[solve]\nengine = \"hierarchical\"\ntolerance = 0.05\npatch_size = 0.5\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\nemissivity = 0.4\nheat_flux = 0\n[[surface]]\nname = \"core\"\nbox = { min = [0.4,0.4,0.4], max = [0.55,0.6,0.6] }\nemissivity = 0.1\ntemperature = 1100\n";
+    let text = "mode = \"thermal\"\n[solve]\nengine = \"rays\"\ntolerance = 0.05\npatch_size = 0.5\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [1,1,1] }\nemissivity = 0.4\nheat_flux = 0\n[[surface]]\nname = \"core\"\nbox = { min = [0.4,0.4,0.4], max = [0.55,0.6,0.6] }\nemissivity = 0.1\ntemperature = 1100\n";
     let s = solved(text);
     let rows = &s.report.heat.as_ref().unwrap().rows;
     for row in rows.iter().filter(|r| r.name.starts_with("room")) {
@@ -377,7 +377,7 @@ fn weakly_absorbing_cavity_reaches_the_wall_temperature() {
 
 #[test]
 fn source_without_walls_heats_the_surroundings() {
-    // A warm medium in surroundings of 300 K, by the hierarchical and the dense engine.
+    // A warm medium in surroundings of 300 K, by the rays and the dense engine.
     let text = |engine: &str| {
         format!(
             "mode = \"thermal\"\nsurroundings.temperature = 300\n[solve]\nengine = \"{engine}\"\npatch_size = 0.25\n[[surface]]\nname = \"floor\"\nrectangle = {{ origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }}\nheat_flux = 0\nemissivity = 0.6\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [4, 4, 4]\nabsorption = 0.7\nheat_source = 2000\n"
@@ -389,7 +389,7 @@ fn source_without_walls_heats_the_surroundings() {
     assert!((heat.surroundings + 2000.0).abs() < 20.0, "{}", heat.surroundings);
     let cold = blackbody_emissive_power(300.0);
     assert!(row(&dense, "floor").temperature.is_some_and(|t| blackbody_emissive_power(t) > cold));
-    let rays = solved(&text("hierarchical"));
+    let rays = solved(&text("rays"));
     let [a, b] = [&dense, &rays].map(|s| row(s, "medium").temperature.unwrap());
     assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
 }
@@ -403,7 +403,7 @@ fn equal_bands_match_the_grey_scene() {
     let cases = [
         (Engine::Dense, constant.clone()),
         (Engine::Spectral, constant.clone()),
-        (Engine::Hierarchical, constant),
+        (Engine::Rays, constant),
         (Engine::Dense, falling()),
         (Engine::Spectral, falling()),
         (Engine::Dense, gas()),
@@ -414,7 +414,7 @@ fn equal_bands_match_the_grey_scene() {
         parts.thermal.as_mut().unwrap().band_fractions = shares.clone();
         parts.options.engine = engine;
         let s = solve(Scene::new(parts).unwrap());
-        let close = if engine == Engine::Hierarchical { 0.03 } else { 1e-8 };
+        let close = if engine == Engine::Rays { 0.03 } else { 1e-8 };
         for name in ["room.z0", "room.z1", "room.y1"] {
             let (a, b) = (flux(&s, name), flux(&grey, name));
             assert!((a - b).abs() < close * 54e3, "{engine:?} {name}: {a} {b}");

@@ -61,9 +61,9 @@ fn fluence_and_irradiance_agree_with_the_path_tracer() {
 }
 
 #[test]
-fn the_hierarchical_engine_refuses_them() {
+fn the_rays_engine_refuses_them() {
     let text = unit_room(
-        "engine = \"hierarchical\"",
+        "engine = \"rays\"",
         "reflectance = 0.5",
         "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [2,2,2]\nextinction = 0\nsource = 1",
     );

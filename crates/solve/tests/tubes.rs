@@ -30,7 +30,7 @@ fn tube(radius: f64) -> String {
 
 #[test]
 fn a_thin_tube_has_the_light_of_a_diffuse_line() {
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         let s = solved(&format!(
             "[solve]\ntolerance = 0.005\npatch_size = 0.5\nengine = \"{engine}\"\n[[surface]]\nname = \"floor\"\nreflectance = 0\n\
              rectangle = {{ origin = [-2, -2, 0], edge1 = [4, 0, 0], edge2 = [0, 4, 0] }}\n{}",
@@ -55,7 +55,7 @@ fn a_thin_tube_has_the_light_of_a_diffuse_line() {
 #[test]
 fn light_of_a_thick_tube_agrees_with_the_path_tracer() {
     let s = solved(&format!(
-        "[solve]\ntolerance = 0.01\npatch_size = 0.5\nengine = \"hierarchical\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [-1, -1, 0], max = [1, 1, 2] }}\n\
+        "[solve]\ntolerance = 0.01\npatch_size = 0.5\nengine = \"rays\"\n[[surface]]\nname = \"room\"\nroom = {{ min = [-1, -1, 0], max = [1, 1, 2] }}\n\
          reflectance = 0.5\n[[surface]]\nname = \"block\"\nbox = {{ min = [-0.3, 0.2, 0.4], max = [0.4, 0.6, 0.7] }}\n{}",
         tube(0.1)
     ));

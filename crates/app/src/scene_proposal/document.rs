@@ -43,7 +43,28 @@ pub enum FaceSides {
     OpenBoth,
 }
 
-impl SceneDocument<'_> {
+impl<'a> SceneDocument<'a> {
+    /// The document of a model alone, without light, cameras and patch size.
+    pub(super) fn bare(
+        name: &'a str,
+        file: &'a str,
+        survey: &'a ModelSurvey,
+        placement: &'a ModelPlacement,
+        sides: FaceSides,
+    ) -> SceneDocument<'a> {
+        SceneDocument {
+            name,
+            file,
+            survey,
+            placement,
+            sides,
+            patches: None,
+            light: None,
+            cameras: &[],
+            bounds: None,
+        }
+    }
+
     /// The scene file.
     pub(super) fn text(&self) -> String {
         let mut out = String::new();

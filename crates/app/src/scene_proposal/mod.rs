@@ -104,17 +104,7 @@ pub fn propose_recorded(
     let sides = sides_of(&survey.parts);
     let name = model.file_stem().map_or_else(|| "model".to_string(), |s| s.to_string_lossy().into_owned());
     let file = relative_path(model, folder);
-    let mut document = SceneDocument {
-        name: &name,
-        file: &file,
-        survey: &survey,
-        placement: &placement,
-        sides,
-        patches: None,
-        light: None,
-        cameras: &[],
-        bounds: None,
-    };
+    let mut document = SceneDocument::bare(&name, &file, &survey, &placement, sides);
     let parse =
         |text: &str| record.parse_scene(text, Some(folder), &format!("the scene of {}", model.display()));
     // Explore the bare model.
@@ -123,10 +113,10 @@ pub fn propose_recorded(
     let is_lit = own_light::lit_fraction(&transport) >= own_light::MIN_LIT_FRACTION;
     let inside = viewpoints::find_inside(&transport, is_lit);
     let light = lighting::propose(&transport, inside.as_ref(), is_lit);
-    let cameras = if survey.cameras.is_empty() {
-        viewpoints::cameras(&bare, &transport, inside.as_ref())
-    } else {
-        survey.cameras.iter().map(|c| placement.camera(c)).collect()
+    let of_file = |c| placement.camera(c);
+    let cameras = match survey.cameras.as_slice() {
+        [] => viewpoints::cameras(&bare, &transport, inside.as_ref()),
+        own => own.iter().map(of_file).collect(),
     };
     let size = patch_size(&bare, f64::from(options.patches));
     let parts = patches_of_parts(&bare, size);
@@ -135,18 +125,8 @@ pub fn propose_recorded(
     (document.light, document.cameras) = (Some(&light), &cameras);
     let text = document.text();
     let scene = parse(&text)?;
-    let light = light.name();
-    Ok(SceneProposal {
-        text,
-        scene,
-        has_inside: inside.is_some(),
-        patch_size: size,
-        parts,
-        light,
-        sides,
-        survey,
-        placement,
-    })
+    let (light, has_inside) = (light.name(), inside.is_some());
+    Ok(SceneProposal { text, scene, has_inside, patch_size: size, parts, light, sides, survey, placement })
 }
 
 /// Open parts and parts that are turned inside out exchange on both sides; solids and rooms on one.

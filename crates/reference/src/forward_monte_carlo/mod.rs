@@ -12,7 +12,7 @@
 //! restarts at a uniformly random point of the zone that it hits: the mean score of these walks on the zones is the exact solution of
 //! the zonal equations with exact exchange areas. A pane has no depth in either: walks restart at any height in it.
 //!
-//! Rays of the hierarchical engine go on from the point x that they meet on a patch j nearer than R = 1.5 √A_j, which resolves the radiosity within j. So the light
+//! Rays of the rays engine go on from the point x that they meet on a patch j nearer than R = 1.5 √A_j, which resolves the radiosity within j. So the light
 //! that j sends to patches nearer than R is that of x, and all other light is the mean over j. A walk that meets j divides: one part leaves from x and counts where it
 //! meets a patch within R, the other part leaves from a random point of j and counts elsewhere. The weight stays, as the two parts count once in the mean.
 //!
@@ -65,7 +65,7 @@ use zonal_scene::{Bands, Scene, Zones};
 /// Computes powers and temperatures by `walks` walks for each band.
 ///
 /// # Panics
-/// If the scene has mirrors.
+/// If the scene has symmetry planes.
 pub fn trace_forward(
     scene: &Scene,
     closed: &ClosedSurfaces,
@@ -74,7 +74,10 @@ pub fn trace_forward(
     seed: u64,
 ) -> ForwardSolution {
     let zones = problem.zones();
-    assert!(!scene.has_mirrors(), "walks are not reflected by mirrors; trace the whole scene");
+    assert!(
+        !scene.has_symmetry_planes(),
+        "walks are not reflected by symmetry planes; trace the whole scene"
+    );
     // Measure areas and volumes, and collect the sources.
     let walk_scene = WalkScene::new(scene, closed);
     let (areas, volumes) = match zones {

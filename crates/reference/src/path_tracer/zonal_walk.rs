@@ -12,7 +12,7 @@
 //! and emitters at that random point has the zone's mean H_dir.
 //!
 //! A walk may go on from the point that it met where a path from a surface ends on a patch close by. Its mean is then the solution of equations
-//! that resolve the radiosity within such patches, as the rays of the hierarchical engine do.
+//! that resolve the radiosity within such patches, as the rays of the rays engine do.
 
 use super::detector::Detector;
 use super::flight::PathVertex;

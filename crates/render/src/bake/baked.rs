@@ -11,7 +11,7 @@ pub enum SunlightMode {
     #[default]
     Baked,
     /// It is left out of patches and medium, and described by [`BakedSun`]s for viewers that draw shadow maps; wide suns and those of scenes with
-    /// mirrors are baked. Panes and [`BakedMedium`] contain it always.
+    /// symmetry planes are baked. Panes and [`BakedMedium`] contain it always.
     Separate,
 }
 

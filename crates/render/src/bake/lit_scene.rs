@@ -1,4 +1,4 @@
-//! The scene in which direct light is sampled: with mirrors the even extension, in which shadow rays go straight where mirrors reflect them, with all
+//! The scene in which direct light is sampled: with symmetry planes the even extension, in which shadow rays go straight where symmetry planes reflect them, with all
 //! images of its suns. Lights that are left to viewers are not among its lights.
 
 use super::baked::SunlightMode;
@@ -60,11 +60,11 @@ mod tests {
 
     #[test]
     fn suns_have_mirror_images_and_other_lights_have_none() {
-        let build = |mirrors: [bool; 2]| {
+        let build = |symmetry_planes: [bool; 2]| {
             Scene::builder()
                 .surface(Mesh::rectangle([0.5, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]).name("wall"))
                 .medium(Medium::grid([0.0; 3], [1.0; 3], [2; 3]).extinction(0.1))
-                .mirrors(0, mirrors)
+                .symmetry_planes(0, symmetry_planes)
                 .light(Sun::new([-1.0, 0.0, -1.0]).irradiance(1.0))
                 .light(Sky::new(1.0))
                 .build()
@@ -78,7 +78,7 @@ mod tests {
         assert_eq!([count(baked(&mirrored), 0), count(baked(&mirrored), 1)], [2, 1]);
         assert_eq!(baked(&mirrored).lights_of(LightGroupKind::All).count(), 3);
         assert_eq!(baked(&mirrored).scene.facets().len(), 2 * plain.facets().len());
-        // Only suns of scenes without mirrors are separate.
+        // Only suns of scenes without symmetry planes are separate.
         assert_eq!([count(separate(&plain), 0), count(separate(&plain), 1)], [0, 1]);
         assert_eq!([count(separate(&mirrored), 0), count(separate(&mirrored), 1)], [2, 1]);
         assert!(separate(&plain).has_separate_sun(LightGroupKind::All));

@@ -8,7 +8,7 @@
 //!
 //! with τ = 0 behind a surface, else the transmittance of the panes towards the sun. A viewer finds τ by its shadow map. D is given at the
 //! corners of the voxels, or of blocks of them where there are more than `MAX_DEPTH_NODES`, and is trilinear between them, as in pictures
-//! ([`crate::lights::sun_depth_cache`]). Wide suns and suns of scenes with mirrors are baked with the other lights. Cost: one grid traversal
+//! ([`crate::lights::sun_depth_cache`]). Wide suns and suns of scenes with symmetry planes are baked with the other lights. Cost: one grid traversal
 //! a node and sun.
 
 use super::baked::{BakedSun, SunDepths, SunlightMode};
@@ -27,9 +27,9 @@ const MAX_DEPTH_NODES: (usize, usize) = (256, 500_000);
 
 /// For each light of the scene true where its direct light is left to the viewer.
 pub(super) fn separate_suns(scene: &Scene, mode: SunlightMode) -> Vec<bool> {
-    let has_mirrors = !matches!(EvenExtension::of(scene), Ok(None));
+    let has_symmetry_planes = !matches!(EvenExtension::of(scene), Ok(None));
     let mut left = match mode {
-        SunlightMode::Separate if !has_mirrors => MAX_SEPARATE_SUNS,
+        SunlightMode::Separate if !has_symmetry_planes => MAX_SEPARATE_SUNS,
         _ => 0,
     };
     let is_separate = |light: &Light| {

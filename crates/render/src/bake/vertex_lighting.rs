@@ -26,7 +26,7 @@ pub(super) struct VertexLighting<'a> {
     pub topology: TileTopology<'a>,
     pub solution: &'a Solution,
     curved: CurvedFacets,
-    /// Shadow rays in the scene with the images of mirrors.
+    /// Shadow rays in the scene with the images of symmetry planes.
     transport: &'a Transport<'a>,
     /// H_ind of all groups together; `None` where it is zero.
     indirect: Option<TileField>,

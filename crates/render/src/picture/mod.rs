@@ -245,7 +245,7 @@ pub fn focus_distances(solution: &Solution, cameras: &[Camera]) -> Vec<Option<f6
     cameras.iter().map(|c| focus_distance(&transport, c)).collect()
 }
 
-/// The even extension of a scene with mirrors, in which rays go straight where the mirrors of the scene reflect them. Between mirrors that face each
+/// The even extension of a scene with symmetry planes, in which rays go straight where the symmetry planes of the scene reflect them. Between symmetry planes that face each
 /// other it holds one image of the scene beside the scene. A solved scene has an extension; none is drawn where memory would not allow it.
 pub(crate) fn even_extension(scene: &Scene) -> Option<EvenExtension> {
     EvenExtension::of(scene).ok().flatten()

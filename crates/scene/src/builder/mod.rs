@@ -51,7 +51,7 @@ pub struct SceneBuilder {
     surroundings_temperature: Option<f64>,
     band_fractions: Option<BandFractions>,
     periodic: [bool; 3],
-    mirrors: [[bool; 2]; 3],
+    symmetry_planes: [[bool; 2]; 3],
     boundary_box: Option<(Vec3, Vec3)>,
     cameras: Vec<Camera>,
     options: SolveOptions,
@@ -164,26 +164,26 @@ impl SceneBuilder {
         self
     }
 
-    /// Makes the low end of axis 0, 1 or 2, the high end, or both ends, mirrors: ends of the extent of the medium, or of the boundary box of a
+    /// Makes the low end of axis 0, 1 or 2, the high end, or both ends, symmetry_planes: ends of the extent of the medium, or of the boundary box of a
     /// scene without one.
     ///
     /// ```
     /// use zonal_scene::{Medium, Scene};
     /// let medium = Medium::grid([0.0; 3], [1.0; 3], [4; 3]).extinction(0.5);
-    /// let scene = Scene::builder().medium(medium).mirrors(0, [true, false]).build()?;
-    /// assert_eq!(scene.mirrors()[0], [true, false]);
+    /// let scene = Scene::builder().medium(medium).symmetry_planes(0, [true, false]).build()?;
+    /// assert_eq!(scene.symmetry_planes()[0], [true, false]);
     /// # Ok::<(), zonal_scene::SceneError>(())
     /// ```
     ///
     /// # Panics
     /// If `axis` is above 2.
     #[must_use]
-    pub fn mirrors(mut self, axis: usize, [low, high]: [bool; 2]) -> SceneBuilder {
-        self.mirrors[axis] = [low, high];
+    pub fn symmetry_planes(mut self, axis: usize, [low, high]: [bool; 2]) -> SceneBuilder {
+        self.symmetry_planes[axis] = [low, high];
         self
     }
 
-    /// Sets the box whose ends are mirrors, or a period, in a scene without a medium: its lower and upper corner, m.
+    /// Sets the box whose ends are symmetry planes, or a period, in a scene without a medium: its lower and upper corner, m.
     #[must_use]
     pub fn boundary_box(mut self, min: [f64; 3], max: [f64; 3]) -> SceneBuilder {
         self.boundary_box = Some((Vec3::from_array(min), Vec3::from_array(max)));
@@ -246,7 +246,7 @@ impl SceneBuilder {
             lights: self.lights,
             surroundings: self.surroundings,
             periodic: self.periodic,
-            mirrors: self.mirrors,
+            symmetry_planes: self.symmetry_planes,
             boundary_box: self.boundary_box,
             cameras: self.cameras,
             options: self.options,

@@ -12,7 +12,7 @@
 //! absorbing cells of prescribed temperature and of prescribed heat would merge, the medium is not coarsened.
 //!
 //! **Refined by m.** An axis of n cells gets mn cells, each with the values of its parent cell; an axis of one cell along which the scene is
-//! periodic, or has mirrors at both ends, keeps it, because nothing varies along that axis. Patches are at most an m-th as large as the largest of their surface.
+//! periodic, or has symmetry planes at both ends, keeps it, because nothing varies along that axis. Patches are at most an m-th as large as the largest of their surface.
 //!
 //! **Cost:** linear in the number of cells.
 

@@ -1,13 +1,13 @@
-//! Even extensions: a scene with mirrors as the part of a larger scene without them.
+//! Even extensions: a scene with symmetry planes as the part of a larger scene without them.
 //!
-//! A mirror is an end of the boundary box. A field u of the scene continues beyond the mirror plane x = c as the even function
+//! A symmetry plane is an end of the boundary box. A field u of the scene continues beyond the symmetry plane x = c as the even function
 //!
 //! ```text
 //!     u(2c − x) = u(x)
 //! ```
 //!
 //! so that a perfect specular reflection at c is straight transport in the extension. Each mirrored axis doubles the scene: 2, 4 or 8 images, one
-//! for each subset of the mirrored axes. Mirrors at both ends of an axis make the extension periodic, with a period of twice the extent.
+//! for each subset of the mirrored axes. Symmetry planes at both ends of an axis make the extension periodic, with a period of twice the extent.
 //!
 //! With zones g·j, the images of zone j, and F' the exchange areas of the extension, those of the scene are
 //!
@@ -203,10 +203,10 @@ impl ZoneImages {
     }
 }
 
-/// The even extension of a scene with mirrors.
+/// The even extension of a scene with symmetry planes.
 #[derive(Clone, Debug)]
 pub struct EvenExtension {
-    /// The extension, without mirrors. Its suns and point lights are those of the scene, without images ([`EvenExtension::light_images`]).
+    /// The extension, without symmetry planes. Its suns and point lights are those of the scene, without images ([`EvenExtension::light_images`]).
     pub scene: Scene,
     /// The images; the first one is the scene itself.
     reflections: Vec<Reflection>,
@@ -241,14 +241,16 @@ fn extend_shading(scene: &Scene, reflections: &[Reflection]) -> ShadingNormals {
 }
 
 impl EvenExtension {
-    /// The even extension of a scene; `None` without mirrors.
+    /// The even extension of a scene; `None` without symmetry planes.
     ///
     /// # Errors
     /// If the medium of the extension has too many cells.
     pub fn of(scene: &Scene) -> Result<Option<EvenExtension>, SceneError> {
-        let Some(bounds) = scene.boundary_box().filter(|_| scene.has_mirrors()) else { return Ok(None) };
-        let mirrors = scene.mirrors();
-        let plane = |k: usize| match mirrors[k] {
+        let Some(bounds) = scene.boundary_box().filter(|_| scene.has_symmetry_planes()) else {
+            return Ok(None);
+        };
+        let symmetry_planes = scene.symmetry_planes();
+        let plane = |k: usize| match symmetry_planes[k] {
             [_, true] => Some(bounds.1[k]),
             [true, false] => Some(bounds.0[k]),
             _ => None,
@@ -272,15 +274,15 @@ impl EvenExtension {
         }
         let mut cells = None;
         if let Some(grid) = scene.voxel_grid() {
-            let low = [0, 1, 2].map(|k| mirrors[k] == [true, false]);
+            let low = [0, 1, 2].map(|k| symmetry_planes[k] == [true, false]);
             let before = [0, 1, 2].map(|k| if low[k] { grid.dims()[k] } else { 0 });
             cells = Some((grid.dims(), before));
             let extended = extend_medium(&mut parts, grid, planes.map(|p| p.is_some()), low)?;
             parts.voxel_grid = Some(extended);
         }
         parts.thermal.iter_mut().for_each(|t| scale_powers(t, images as f64));
-        (0..3).for_each(|k| parts.periodic[k] |= mirrors[k] == [true; 2]);
-        parts.mirrors = Default::default();
+        (0..3).for_each(|k| parts.periodic[k] |= symmetry_planes[k] == [true; 2]);
+        parts.symmetry_planes = Default::default();
         if let Some((min, max)) = &mut parts.boundary_box {
             let corners: Vec<Vec3> =
                 reflections.iter().flat_map(|r| [r.point(*min), r.point(*max)]).collect();

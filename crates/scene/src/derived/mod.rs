@@ -5,7 +5,7 @@
 //! | [`topology`] | defects of meshes |
 //! | `sheet_pairing` | the two sides of transmitting sheets |
 //! | `coarsened_scene` | the scene on larger or smaller zones |
-//! | `even_extension` | scenes with mirrors as parts of their even extensions |
+//! | `even_extension` | scenes with symmetry planes as parts of their even extensions |
 
 pub(crate) mod coarsened_scene;
 pub(crate) mod even_extension;

@@ -4,13 +4,13 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Engine {
-    /// Spectral for many zones if applicable, else dense or hierarchical by the forecast costs. Layered for slabs of varying extinction.
+    /// Spectral for many zones if applicable, else dense or rays by the forecast costs. Layered for slabs of varying extinction.
     #[default]
     Auto,
     /// Every pair of zones.
     Dense,
     /// Stored rays of every zone, then a final gather.
-    Hierarchical,
+    Rays,
     /// Every pair of zones of a box on the grid of its medium, by fast Fourier transforms.
     Spectral,
     /// Every pair of zones of a slab of layers, periodic along two axes, by integrals over the layers.
@@ -19,10 +19,10 @@ pub enum Engine {
 
 impl Engine {
     /// The names in scene files, in the order of [`Engine::VARIANTS`].
-    pub const NAMES: [&str; 5] = ["auto", "dense", "hierarchical", "spectral", "layered"];
+    pub const NAMES: [&str; 5] = ["auto", "dense", "rays", "spectral", "layered"];
     /// All engines.
     pub const VARIANTS: [Engine; 5] =
-        [Engine::Auto, Engine::Dense, Engine::Hierarchical, Engine::Spectral, Engine::Layered];
+        [Engine::Auto, Engine::Dense, Engine::Rays, Engine::Spectral, Engine::Layered];
     /// The name in scene files and reports.
     pub fn name(self) -> &'static str {
         Engine::NAMES[self as usize]

@@ -1,8 +1,8 @@
 //! The scene: validated at construction and read-only afterwards.
 
 pub(crate) mod blocks;
-pub(crate) mod mirror_validation;
 pub(crate) mod scene_parts;
+pub(crate) mod symmetry_validation;
 pub(crate) mod thermal_validation;
 pub(crate) mod validation;
 
@@ -196,17 +196,17 @@ impl Scene {
     pub fn periodic(&self) -> [bool; 3] {
         self.geometry.periodic
     }
-    /// Ends of the boundary box that are mirrors, low and high, by axis.
-    pub fn mirrors(&self) -> [[bool; 2]; 3] {
-        self.geometry.mirrors
+    /// Ends of the boundary box that are symmetry planes, low and high, by axis.
+    pub fn symmetry_planes(&self) -> [[bool; 2]; 3] {
+        self.geometry.symmetry_planes
     }
-    /// True if an end of the boundary box is a mirror.
-    pub fn has_mirrors(&self) -> bool {
-        self.mirrors() != [[false; 2]; 3]
+    /// True if an end of the boundary box is a symmetry plane.
+    pub fn has_symmetry_planes(&self) -> bool {
+        self.symmetry_planes() != [[false; 2]; 3]
     }
-    /// Axes without an end: periodic ones, and those with mirrors at both ends.
+    /// Axes without an end: periodic ones, and those with symmetry planes at both ends.
     pub fn endless_axes(&self) -> [bool; 3] {
-        let both = |k: usize| self.mirrors()[k] == [true; 2];
+        let both = |k: usize| self.symmetry_planes()[k] == [true; 2];
         [0, 1, 2].map(|k| self.periodic()[k] || both(k))
     }
     /// The axis along which a scene without a medium is periodic: all walls extend along it as infinitely long strips.

@@ -38,8 +38,8 @@ pub struct SceneParts {
     pub surroundings: Surroundings,
     /// Axes along which the scene is periodic, with the medium's extent as period.
     pub periodic: [bool; 3],
-    /// Ends of the boundary box that are mirrors, low and high, by axis.
-    pub mirrors: [[bool; 2]; 3],
+    /// Ends of the boundary box that are symmetry planes, low and high, by axis.
+    pub symmetry_planes: [[bool; 2]; 3],
     /// Lower and upper corner of the boundary box of a scene without a medium, m; with a medium the box is the medium's extent.
     pub boundary_box: Option<(Vec3, Vec3)>,
     /// Thermal conditions; `None` in light mode.
@@ -63,7 +63,7 @@ pub(crate) struct SceneGeometry {
     pub(crate) facets: Vec<Facet>,
     pub(crate) shading: ShadingNormals,
     pub(crate) periodic: [bool; 3],
-    pub(crate) mirrors: [[bool; 2]; 3],
+    pub(crate) symmetry_planes: [[bool; 2]; 3],
     pub(crate) boundary_box: Option<(Vec3, Vec3)>,
     pub(crate) cameras: Vec<Camera>,
     pub(crate) bands: BandSet,
@@ -95,7 +95,15 @@ impl SceneParts {
             name, surfaces, facets, shading, faces, textures, panes, voxel_grid, lights, ..
         } = self;
         let SceneParts {
-            surroundings, periodic, mirrors, boundary_box, thermal, cameras, bands, block, ..
+            surroundings,
+            periodic,
+            symmetry_planes,
+            boundary_box,
+            thermal,
+            cameras,
+            bands,
+            block,
+            ..
         } = self;
         let SceneParts { options, notes, .. } = self;
         let geometry = SceneGeometry {
@@ -103,7 +111,7 @@ impl SceneParts {
             facets,
             shading,
             periodic,
-            mirrors,
+            symmetry_planes,
             boundary_box,
             cameras,
             bands,
@@ -127,8 +135,17 @@ impl SceneParts {
 
     /// The parts of a geometry and optical properties.
     pub(crate) fn joined(geometry: SceneGeometry, optics: BlockOptics) -> SceneParts {
-        let SceneGeometry { name, facets, shading, periodic, mirrors, boundary_box, cameras, bands, .. } =
-            geometry;
+        let SceneGeometry {
+            name,
+            facets,
+            shading,
+            periodic,
+            symmetry_planes,
+            boundary_box,
+            cameras,
+            bands,
+            ..
+        } = geometry;
         let SceneGeometry { options, notes, .. } = geometry;
         let BlockOptics {
             surfaces,
@@ -153,7 +170,7 @@ impl SceneParts {
             lights,
             surroundings,
             periodic,
-            mirrors,
+            symmetry_planes,
             boundary_box,
             thermal,
             cameras,
@@ -187,9 +204,9 @@ impl SceneParts {
             .chain(surroundings)
     }
 
-    /// Axes without an end: periodic ones, and those with mirrors at both ends.
+    /// Axes without an end: periodic ones, and those with symmetry planes at both ends.
     pub(crate) fn endless_axes(&self) -> [bool; 3] {
-        std::array::from_fn(|k| self.periodic[k] || self.mirrors[k] == [true; 2])
+        std::array::from_fn(|k| self.periodic[k] || self.symmetry_planes[k] == [true; 2])
     }
 
     /// Lower and upper corner of the boundary box, m.

@@ -7,8 +7,8 @@ use crate::geometry::plate::Plate;
 use crate::model::light::Light;
 use crate::model::options::SolveOptions;
 use crate::model::surface::{Pane, Sides, Surface};
-use crate::scene::mirror_validation::check_boundary;
 use crate::scene::scene_parts::SceneParts;
+use crate::scene::symmetry_validation::check_boundary;
 use crate::scene::thermal_validation::check_thermal;
 use std::collections::HashSet;
 

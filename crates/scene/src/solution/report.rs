@@ -109,7 +109,7 @@ pub struct DiscretizationError {
 /// Report of a solve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// The engine: `dense`, `hierarchical` or `spectral`.
+    /// The engine: `dense`, `rays` or `spectral`.
     pub engine: String,
     /// The reason for the choice of the engine.
     pub reason: String,

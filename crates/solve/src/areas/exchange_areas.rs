@@ -2,14 +2,14 @@
 //!
 //! With n zones in the order of a solution (patches, voxel zones, pane zones), the direct area F_ij (m²) leaves out reflection and scattering; the
 //! total area T_ij is the net power from zone i to zone j per unit of σT_i⁴ − σT_j⁴, all reflections and scattering included
-//! ([`crate::areas::total_exchange_areas`]). In a scene with mirrors they are sums over the mirror images of j. Both are symmetric to the bit. There is one matrix where the bands do not differ, else one for each band.
+//! ([`crate::areas::total_exchange_areas`]). In a scene with symmetry planes they are sums over the mirror images of j. Both are symmetric to the bit. There is one matrix where the bands do not differ, else one for each band.
 //!
 //! Cost: n²/2 pairs; total areas take about 4n³ multiplications. Memory: 16 n² bytes for each direct matrix, 32 n² and 24 n² of work with total ones.
 
 use crate::areas::total_exchange_areas::{NUMBERS_PER_PAIR, sum_by_group, total_exchange_areas};
 use crate::engines::dense::image_sums::ImageSums;
 use crate::engines::selection::{MIN_LINEAR_BASIS_THICKNESS, check_periodic_pairs};
-use crate::pipeline::mirrors::{self, MirroredSolve};
+use crate::pipeline::symmetry_planes::{self, SymmetricSolve};
 use crate::settings::check_interrupted;
 use crate::settings::zone_power::fluence_factor;
 use crate::thermal::emissivity::set_known_reflectances;
@@ -148,14 +148,14 @@ impl ExchangeAreas {
         let scene = transport.scene();
         set_known_reflectances(scene, &mut zones)?;
         let mut diagnostics = scene.notes().to_vec();
-        diagnostics.extend(mirrors::excluded_parts_of(scene, &transport, &zones)?);
+        diagnostics.extend(symmetry_planes::excluded_parts_of(scene, transport, &zones)?);
         diagnostics.extend(thick_voxels(scene, &zones));
-        let mirrored = MirroredSolve::of(scene, &zones)?;
-        diagnostics.extend(mirrored.as_ref().map(|m| mirrors::mirror_note(scene, m.images.image_count())));
+        let mirrored = SymmetricSolve::of(scene, &zones)?;
+        diagnostics
+            .extend(mirrored.as_ref().map(|m| symmetry_planes::symmetry_note(scene, m.images.image_count())));
         match &mirrored {
-            Some(m) => {
-                check_periodic_pairs(&m.extension.scene, &m.zones).map_err(|e| mirrors::explain(scene, e))?
-            }
+            Some(m) => check_periodic_pairs(&m.extension.scene, &m.zones)
+                .map_err(|e| symmetry_planes::explain(scene, e))?,
             None => check_periodic_pairs(scene, &zones)?,
         }
 
@@ -175,7 +175,7 @@ impl ExchangeAreas {
         let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
         let exchange = match &extension {
             Some((m, rays)) => Exchange::with_settings(&m.extension.scene, &m.zones, rays, pair_settings),
-            None => Exchange::with_settings(scene, &zones, &transport, pair_settings),
+            None => Exchange::with_settings(scene, &zones, transport, pair_settings),
         };
         let sums = ImageSums { exchange: &exchange, images: mirrored.as_ref().map(|m| &m.images) };
         let (direct, counts) = direct_areas(&sums, &zones, matrices, progress);

@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn perfect_mirrors_have_no_total_areas() {
+    fn perfect_symmetry_planes_have_no_total_areas() {
         let (f, c) = uniform_exchange(3);
         assert!(total_exchange_areas(&f, &[0.0; 9], &c, &[1.0; 3]).is_none());
     }

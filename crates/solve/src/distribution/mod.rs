@@ -509,7 +509,7 @@ pub(crate) mod tests {
     #[test]
     fn solutions_do_not_depend_on_the_number_of_ranks() {
         let scenes = [
-            ("hierarchical", ROOM.replace("ENGINE", "hierarchical")),
+            ("rays", ROOM.replace("ENGINE", "rays")),
             ("dense", ROOM.replace("ENGINE", "dense")),
             ("spectral", BOX.replace("BASIS", "zone_basis = \"constant\"")),
             ("linear", BOX.replace("BASIS", "zone_basis = \"linear\"")),

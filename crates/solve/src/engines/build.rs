@@ -44,7 +44,7 @@ fn build_single<'a>(
     surroundings: &mut SurroundingsExchange,
 ) -> Result<BuiltEngine<'a>, SceneError> {
     match (choice.engine, choice.enclosure, choice.layers) {
-        (Engine::Hierarchical, ..) => rays::build::build(context, surroundings),
+        (Engine::Rays, ..) => rays::build::build(context, surroundings),
         (Engine::Spectral, Some((enclosure, order)), _) => {
             let mut built = build_spectral(context, enclosure, order, surroundings);
             built.warnings.extend(choice.note);

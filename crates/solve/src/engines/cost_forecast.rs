@@ -1,9 +1,9 @@
-//! Forecast of the processor time of the dense and of the hierarchical engine, by counts alone, so that a choice does not depend on the machine.
+//! Forecast of the processor time of the dense and of the rays engine, by counts alone, so that a choice does not depend on the machine.
 //!
 //! ```text
 //! dense            n (n + 1)/2 pairs × time of a pair          a pair of boxes by formulas, with rays for visibility, or a pair of oblique plates
 //!                                                              that face each other, whose share is that of a sample of the pairs
-//! hierarchical     n zones × (stored rays × time of a ray + samples of the gather × time of a sample + time of a zone)
+//! rays     n zones × (stored rays × time of a ray + samples of the gather × time of a sample + time of a zone)
 //! ```
 //!
 //! The times are those of one core of 2023: of a pair measured on a room, the chapel of the demo and the gallery, of a sample on these and the church
@@ -38,8 +38,8 @@ const SAMPLES_OVER_EXPECTED: f64 = 3.0;
 pub(crate) struct CostForecast {
     /// Of the dense engine, s.
     pub dense: f64,
-    /// Of the hierarchical engine, s.
-    pub hierarchical: f64,
+    /// Of the rays engine, s.
+    pub rays: f64,
 }
 
 /// True for a plate whose edges lie along the axes.
@@ -88,7 +88,7 @@ impl CostForecast {
             * (SAMPLES_OVER_EXPECTED * expected_samples(tolerance) * SAMPLE_MICROSECONDS + ZONE_MICROSECONDS);
         CostForecast {
             dense: 1e-6 * factor * PAIR_MICROSECONDS[kind] * share * size.pairs as f64,
-            hierarchical: 1e-6 * (rays * RAY_MICROSECONDS + of_zones),
+            rays: 1e-6 * (rays * RAY_MICROSECONDS + of_zones),
         }
     }
 }

@@ -13,7 +13,10 @@ use zonal_scene::{Band, Light, Scene, Zones};
 /// True if no phase of a spectral solve of the scene needs all zones on each process.
 pub(crate) fn divides_zones(scene: &Scene) -> bool {
     let has_rays = scene.lights().iter().any(|l| !matches!(l, Light::Emitter { .. }));
-    scene.thermal().is_none() && !scene.has_mirrors() && !discretization::is_requested(scene) && !has_rays
+    scene.thermal().is_none()
+        && !scene.has_symmetry_planes()
+        && !discretization::is_requested(scene)
+        && !has_rays
 }
 
 /// Bytes of one of `ranks` processes of a spectral solve: the engine, the medium, the zones, and the larger of the iteration and the fields.

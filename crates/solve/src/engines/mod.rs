@@ -9,7 +9,7 @@
 //! | [`rays`] | stored rays from every zone, and a final gather from their solution |
 //! | [`selection`] | the engine for a scene, and the reason |
 //! | `build` | construction of the operator with its closure |
-//! | `cost_forecast` | processor time of the dense and of the hierarchical engine, by counts |
+//! | `cost_forecast` | processor time of the dense and of the rays engine, by counts |
 //! | [`problem_size`] | counts of zones, pairs and rays, and their memory |
 //! | `engine_memory` | memory of a solve by the spectral and by the layered engine |
 

@@ -15,8 +15,8 @@ use zonal_transport::Transport;
 /// Maximum number of zones for which `auto` selects the dense engine, whatever its cost.
 pub(crate) const MAX_DENSE_ZONES: usize = 8000;
 
-/// Cost of the dense engine over that of the hierarchical one up to which `auto` takes it: its factors serve other lights, reflectances and temperatures.
-const MAX_DENSE_OVER_HIERARCHICAL_COST: f64 = 1.5;
+/// Cost of the dense engine over that of the rays one up to which `auto` takes it: its factors serve other lights, reflectances and temperatures.
+const MAX_DENSE_OVER_RAYS_COST: f64 = 1.5;
 
 /// Number of zones above which `auto` prefers the spectral engine: the dense engine took two seconds of one core of 2023 for as many.
 const MIN_SPECTRAL_ZONES: usize = 4000;
@@ -145,10 +145,10 @@ impl<'a> EngineSelection<'a> {
 
     /// Refuses sources in voxels without extinction for an engine whose rays end where the medium absorbs.
     fn check_transparent_sources(&self, engine: Engine) -> Result<(), SceneError> {
-        match engine == Engine::Hierarchical && self.zones.has_transparent_sources() {
+        match engine == Engine::Rays && self.zones.has_transparent_sources() {
             true => refuse(
                 "medium.source",
-                "some cells with a source have no extinction, where the rays of the hierarchical engine do not find it; use larger patches and voxels with engine = \"dense\"",
+                "some cells with a source have no extinction, where the rays of the rays engine do not find it; use larger patches and voxels with engine = \"dense\"",
             ),
             false => Ok(()),
         }
@@ -217,7 +217,7 @@ impl<'a> EngineSelection<'a> {
     /// The engine and the reason.
     fn engine(&self, found: Option<&EnclosureSearch>) -> Result<(Engine, String), SceneError> {
         match self.requested {
-            Engine::Hierarchical | Engine::Spectral if self.uses_paper_formulas => refuse(
+            Engine::Rays | Engine::Spectral if self.uses_paper_formulas => refuse(
                 "solve.engine",
                 "formulas of the paper are for pairs; use the dense engine, or --factors exact",
             ),
@@ -233,7 +233,7 @@ impl<'a> EngineSelection<'a> {
         }
     }
 
-    /// The engine of `auto` and the reason: formulas of the paper by pairs, boxes by the spectral engine, many zones by the hierarchical engine, else
+    /// The engine of `auto` and the reason: formulas of the paper by pairs, boxes by the spectral engine, many zones by the rays engine, else
     /// the cheaper one.
     fn automatic_engine(&self, found: Option<&EnclosureSearch>) -> Result<(Engine, String), SceneError> {
         let n = self.zones.total();
@@ -268,7 +268,7 @@ impl<'a> EngineSelection<'a> {
                     Some(Err(why)) => format!("; spectral does not apply: {why}"),
                     _ => String::new(),
                 };
-                Ok((Engine::Hierarchical, format!("{why}{not}")))
+                Ok((Engine::Rays, format!("{why}{not}")))
             }
             _ if self.zones.has_transparent_sources() => Ok((
                 Engine::Dense,
@@ -278,12 +278,12 @@ impl<'a> EngineSelection<'a> {
         }
     }
 
-    /// The dense or the hierarchical engine by the forecast of their costs. Rays have no images of a periodic scene.
+    /// The dense or the rays engine by the forecast of their costs. Rays have no images of a periodic scene.
     fn cheaper_engine(&self) -> (Engine, String) {
         let forecast = CostForecast::new(self.scene, self.zones, self.size);
-        let [dense, rays] = [forecast.dense, forecast.hierarchical].map(|s| format!("{s:.1} s"));
+        let [dense, rays] = [forecast.dense, forecast.rays].map(|s| format!("{s:.1} s"));
         let tolerance = self.scene.options().tolerance;
-        if self.is_periodic || forecast.dense <= MAX_DENSE_OVER_HIERARCHICAL_COST * forecast.hierarchical {
+        if self.is_periodic || forecast.dense <= MAX_DENSE_OVER_RAYS_COST * forecast.rays {
             return (
                 Engine::Dense,
                 format!("all pairs of {} zones take about {dense} of one core", self.zones.len()),
@@ -293,7 +293,7 @@ impl<'a> EngineSelection<'a> {
             "rays take about {rays} of one core at the tolerance {tolerance}, all pairs of {} zones {dense}",
             self.zones.len()
         );
-        (Engine::Hierarchical, reason)
+        (Engine::Rays, reason)
     }
 
     /// The order of the basis inside the zones of a box, with a diagnostic: an automatic linear basis must be affordable.
@@ -323,7 +323,7 @@ impl<'a> EngineSelection<'a> {
     fn check_memory(&self, choice: &EngineChoice, transport: &Transport) -> Result<(), SceneError> {
         let (scene, zones) = (self.scene, self.zones);
         let (bytes, what) = match choice.engine {
-            Engine::Hierarchical => {
+            Engine::Rays => {
                 let least = MemoryBudget::new(scene, zones, transport, self.memory_limit).min_bytes(zones);
                 (least, "for the minimum number of rays")
             }
@@ -354,7 +354,7 @@ impl<'a> EngineSelection<'a> {
 fn no_box(why: &str) -> String {
     let remedy = match why == "there are panes" {
         true => {
-            ": with periods or facing mirrors along two axes panes across the third are solved; along one, end the scene by walls, or give one end a mirror"
+            ": with periods or facing symmetry planes along two axes panes across the third are solved; along one, end the scene by walls, or give one end a symmetry plane"
         }
         false => "",
     };
@@ -367,9 +367,7 @@ fn check_periodic(selection: &EngineSelection, found: Option<&EnclosureSearch>) 
         return check_strips(selection);
     }
     let what = match (selection.requested, found) {
-        (Engine::Hierarchical, _) => {
-            "rays have no images of a periodic scene; use the spectral engine".to_string()
-        }
+        (Engine::Rays, _) => "rays have no images of a periodic scene; use the spectral engine".to_string(),
         (_, Some(Err(why))) => no_box(why),
         (Engine::Auto | Engine::Dense, _) if selection.uses_paper_formulas => {
             "formulas of the paper have no images of a periodic scene; use --factors exact".to_string()
@@ -386,7 +384,7 @@ fn check_periodic(selection: &EngineSelection, found: Option<&EnclosureSearch>) 
 /// Refuses periodic scenes without a medium for engines other than the dense one, which has strips.
 fn check_strips(selection: &EngineSelection) -> Result<(), SceneError> {
     match selection.requested {
-        Engine::Hierarchical => {
+        Engine::Rays => {
             refuse("boundary", "rays have no images of a periodic scene; use the dense engine, or \"auto\"")
         }
         Engine::Auto if selection.exceeds_dense => refuse(

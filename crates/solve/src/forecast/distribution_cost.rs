@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | spectral | 1/R of spectra and of voxels | two exchanges of spectra, 32 n₀/R N₁ (N₂/2 + 1) (R − 1)/R bytes, and spectra and values of walls |
 //! | dense | 1/R of the exchange areas, all fields | one sum of rows, 24 n (R − 1) bytes |
-//! | hierarchical | 1/R of the stored rays, all fields | its zones' values, 24 n/R (R − 1) bytes |
+//! | rays | 1/R of the stored rays, all fields | its zones' values, 24 n/R (R − 1) bytes |
 //!
 //! Messages within a machine or between machines go at some gigabytes a second; the model takes 1.1 GB/s, and knows neither the delay of single
 //! messages nor the shape of a network.
@@ -46,7 +46,7 @@ impl Traffic {
                 enclosure.extinction_groups().1.len() as u64,
             ],
             (Engine::Dense, _) => [VALUE_BYTES * n * others, 1],
-            (Engine::Hierarchical, _) => [VALUE_BYTES * n / ranks as u64 * others, 1],
+            (Engine::Rays, _) => [VALUE_BYTES * n / ranks as u64 * others, 1],
             _ => [0, 0],
         };
         // The rows of the dense engine go to the processes that keep them, factors and radii.

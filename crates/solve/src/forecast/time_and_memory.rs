@@ -112,7 +112,7 @@ impl CostEstimate {
         let products = EXPECTED_PRODUCTS * light_groups::select_groups(scene, zones).0.len() as f64;
         let mut parts = vec![("direct light".to_string(), light)];
         if !selection::knows_escaping_power(engine, scene)
-            && (engine != Engine::Hierarchical || !rays_measure_escape(scene, zones))
+            && (engine != Engine::Rays || !rays_measure_escape(scene, zones))
         {
             parts.push(("surroundings".to_string(), surroundings_cost(input, clock)));
         }
@@ -127,7 +127,7 @@ impl CostEstimate {
             traffic: Traffic::expected(&choice, zones, ranks, products),
         };
         let more = match engine {
-            Engine::Hierarchical => out.hierarchical(input, clock),
+            Engine::Rays => out.rays(input, clock),
             Engine::Spectral => out.spectral(input, choice),
             Engine::Layered => out.layered(input, choice),
             Engine::Dense | Engine::Auto => out.dense(input, clock),
@@ -222,8 +222,8 @@ impl CostEstimate {
         0.0
     }
 
-    /// Phases of the hierarchical engine. Returns the seconds of samples beyond the expected ones.
-    fn hierarchical(&mut self, input: &CostModelInput, clock: &dyn Fn() -> f64) -> f64 {
+    /// Phases of the rays engine. Returns the seconds of samples beyond the expected ones.
+    fn rays(&mut self, input: &CostModelInput, clock: &dyn Fn() -> f64) -> f64 {
         let CostModelInput { scene, zones, transport, memory_limit, .. } = *input;
         let tolerance = scene.options().tolerance;
         let budget = MemoryBudget::new(scene, zones, transport, memory_limit);
@@ -265,7 +265,7 @@ fn second_solve_cost(scene: &Scene, zones: &Zones, engine: Engine, smaller: Opti
     };
     match engine {
         Engine::Dense | Engine::Auto => fewer * fewer,
-        Engine::Hierarchical | Engine::Spectral | Engine::Layered => fewer,
+        Engine::Rays | Engine::Spectral | Engine::Layered => fewer,
     }
 }
 

@@ -10,7 +10,7 @@
 
 use crate::context::zonal_solution::ZonalSolution;
 use crate::pipeline::illuminate_stage;
-use crate::pipeline::mirrors::{self, MirroredSolve};
+use crate::pipeline::symmetry_planes::{self, SymmetricSolve};
 use crate::pipeline::zone_division;
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::right_hand_side::light_groups::{self, SourceGroup};
@@ -81,9 +81,9 @@ fn solve_block(
     settings: &SolveSettings,
     light: FirstLight,
 ) -> Result<Solution, SceneError> {
-    let mut warnings = mirrors::excluded_parts_of(scene, transport, &zones)?;
+    let mut warnings = symmetry_planes::excluded_parts_of(scene, transport, &zones)?;
     // Compute the light of the scene, or of its even extension.
-    let (fields, groups) = match MirroredSolve::of(scene, &zones)? {
+    let (fields, groups) = match SymmetricSolve::of(scene, &zones)? {
         Some(m) => {
             let images = Transport::new(&m.extension.scene);
             let extended = ZonedScene { scene: &m.extension.scene, zones: &m.zones, transport: &images };
@@ -136,7 +136,7 @@ impl ZonedScene<'_> {
     /// The fields of direct light and of the surroundings where they are wanted, and those of each light group; on an even extension averaged over the images.
     fn first_fields(
         &self,
-        mirrored: Option<&MirroredSolve>,
+        mirrored: Option<&SymmetricSolve>,
         settings: &SolveSettings,
         first_light: FirstLight,
     ) -> Result<(Fields, Vec<LightGroup>), SceneError> {
@@ -184,7 +184,7 @@ impl ZonedScene<'_> {
     /// H or G of the light of the surroundings, W/m², and its error, empty for black surroundings.
     fn incoming(
         &self,
-        mirrored: Option<&MirroredSolve>,
+        mirrored: Option<&SymmetricSolve>,
         settings: &SolveSettings,
     ) -> Result<(Vec<Bands>, Vec<Bands>), SceneError> {
         let (scene, zones, n) = (self.scene, self.zones, self.zones.len());

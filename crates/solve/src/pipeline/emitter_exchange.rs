@@ -41,7 +41,7 @@ impl EmitterExchange {
         engine: Engine,
         settings: PairSettings,
     ) -> EmitterExchange {
-        let has_areas = engine != Engine::Hierarchical && settings.volume_factors.is_none();
+        let has_areas = engine != Engine::Rays && settings.volume_factors.is_none();
         let surface = |light: &Light| match light {
             Light::Emitter { surface, .. } if has_areas => {
                 Some(*surface).filter(|s| is_covered_by_patches(scene, zones, *s))

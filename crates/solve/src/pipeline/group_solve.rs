@@ -15,7 +15,7 @@ use crate::settings::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_scene::{Band, Bands, Engine, LightGroup, NoCheckpoints, NoProgress, SolveStatus};
 
-/// Residual over the tolerance at which the iteration ends for the hierarchical engine, far below the errors of its rays.
+/// Residual over the tolerance at which the iteration ends for the rays engine, far below the errors of its rays.
 const RESIDUAL_OVER_TOLERANCE: f64 = 1e-4;
 
 /// Results of all groups.
@@ -148,8 +148,7 @@ fn iterate(block: &BlockEngine, engine: Engine) -> (Vec<IterationResult>, [Vec<B
         );
         return (results, [weights, Vec::new()]);
     }
-    let floor =
-        if engine == Engine::Hierarchical { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
+    let floor = if engine == Engine::Rays { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
     let (results, vectors) = solve_system(context, &system, columns, initial, stop);

@@ -11,7 +11,7 @@
 //! | module | content |
 //! |---|---|
 //! | `direct_solution` | direct light alone, before the exchange is known |
-//! | [`mirrors`] | scenes with mirrors on their even extensions |
+//! | [`symmetry planes`] | scenes with symmetry planes on their even extensions |
 //! | [`zone_division`] | division of the voxel zones among processes |
 //! | `emitter_exchange` | direct light of emitters from exchange areas |
 //! | `group_solve`, `solution_fields`, `error_amplification` | the solution of all light groups, its fields, and the reflection of errors |
@@ -20,13 +20,13 @@ pub(crate) mod direct_solution;
 pub(crate) mod emitter_exchange;
 pub(crate) mod error_amplification;
 pub(crate) mod group_solve;
-pub mod mirrors;
 pub(crate) mod solution_fields;
+pub mod symmetry_planes;
 pub mod zone_division;
 
 use self::emitter_exchange::EmitterExchange;
 use self::group_solve::SolvedColumns;
-use self::mirrors::MirroredSolve;
+use self::symmetry_planes::SymmetricSolve;
 use crate::context::zonal_solution::ZonalSolution;
 use crate::context::{BlockEngine, SolveContext};
 use crate::engines::problem_size::ProblemSize;
@@ -100,7 +100,7 @@ fn solve_blocks(
     zones: Zones,
     settings: &SolveSettings,
 ) -> Result<Vec<Solution>, SceneError> {
-    let excluded = mirrors::excluded_parts_of(scene, &transport, &zones)?;
+    let excluded = symmetry_planes::excluded_parts_of(scene, &transport, &zones)?;
     let zones = zone_division::divide(scene, &transport, zones, settings)?;
     // Solve for the fields.
     let mut solved = solve_on_zones(scene, transport, zones, settings)?;
@@ -199,17 +199,17 @@ struct BandBlock<'a> {
     zones: &'a Zones,
     transport: &'a Transport<'a>,
     /// Set where scene and zones are those of an even extension.
-    mirrored: Option<&'a MirroredSolve>,
+    mirrored: Option<&'a SymmetricSolve>,
 }
 
-/// Solves the zonal equations of all blocks of bands; those of a scene with mirrors on its even extension.
+/// Solves the zonal equations of all blocks of bands; those of a scene with symmetry planes on its even extension.
 fn solve_equations(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<ZonalSolution>, SceneError> {
     let mut mirrored = Vec::new();
     for b in blocks {
-        mirrored.extend(MirroredSolve::of(b.scene, b.zones)?);
+        mirrored.extend(SymmetricSolve::of(b.scene, b.zones)?);
     }
-    let Some(first) = mirrored.first() else { return solve_without_mirrors(blocks, settings) };
-    mirrors::check_settings(settings)?;
+    let Some(first) = mirrored.first() else { return solve_without_symmetry_planes(blocks, settings) };
+    symmetry_planes::check_settings(settings)?;
     let initial = settings.initial_groups.iter().map(|g| first.images.extended_group(g));
     let initial_groups: Vec<LightGroup> = initial.collect();
     let settings = &SolveSettings { initial_groups: &initial_groups, ..*settings };
@@ -223,8 +223,8 @@ fn solve_equations(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec
         mirrored: Some(m),
     });
     let extended: Vec<BandBlock> = extended.collect();
-    let solved =
-        solve_without_mirrors(&extended, settings).map_err(|e| mirrors::explain(blocks[0].scene, e))?;
+    let solved = solve_without_symmetry_planes(&extended, settings)
+        .map_err(|e| symmetry_planes::explain(blocks[0].scene, e))?;
     Ok(solved
         .into_iter()
         .zip(&mirrored)
@@ -235,7 +235,7 @@ fn solve_equations(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec
 
 /// The phases of the zonal equations for all blocks of bands. Blocks that temperatures couple are solved together; others one after the other,
 /// which takes the memory of one.
-fn solve_without_mirrors(
+fn solve_without_symmetry_planes(
     blocks: &[BandBlock],
     settings: &SolveSettings,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
@@ -433,7 +433,7 @@ pub(crate) fn measure_surroundings(
         SurroundingsExchange::of_strips(&strips, zones)
     } else if selection::knows_escaping_power(engine, scene) {
         SurroundingsExchange::default()
-    } else if engine == Engine::Hierarchical && rays_measure_escape(scene, zones) {
+    } else if engine == Engine::Rays && rays_measure_escape(scene, zones) {
         SurroundingsExchange::unmeasured(zones)
     } else {
         surroundings::stage::measure(scene, zones, transport, settings)

@@ -228,7 +228,7 @@ impl GroupAssembly<'_> {
     }
 }
 
-/// The group of a solution; in single precision for the hierarchical engine, whose tolerance is much larger.
+/// The group of a solution; in single precision for the rays engine, whose tolerance is much larger.
 fn light_group(
     source: &SourceGroup,
     result: &IterationResult,
@@ -237,7 +237,7 @@ fn light_group(
     engine: Engine,
 ) -> LightGroup {
     let stored = |v: Vec<Bands>| match engine {
-        Engine::Hierarchical if !v.is_empty() => ZoneValues::to_single_precision(&v),
+        Engine::Rays if !v.is_empty() => ZoneValues::to_single_precision(&v),
         _ => (ZoneValues::Double(v), Bands::ONE),
     };
     let ((incident, incident_scale), (direct, direct_scale)) = (stored(incident), stored(direct));

@@ -2,7 +2,7 @@
 //!
 //! The spectral engine divides its spectra among processes, whatever the zones. Where fields and vectors would take most of the memory that is left, the zones are
 //! divided too: each process has all patches, and the voxels of its planes, and its solution has the fields of these. Phases that read the fields of other
-//! zones keep all zones on each process: thermal mode, mirrors, the discretization error, lights by shadow rays, warm starts.
+//! zones keep all zones on each process: thermal mode, symmetry planes, the discretization error, lights by shadow rays, warm starts.
 
 use crate::distribution::part_of;
 use crate::distribution::{Blocks, Communicator, ExchangeBuffers, Message};

@@ -111,7 +111,7 @@ pub(crate) fn heat_balance(
     let e = &report.energy;
     let emitted = (e.emitted + e.incoming).iter().fold(0.0f64, |m, x| m.max(*x));
     let left_by_solver = match report.engine.as_str() {
-        "hierarchical" => RESIDUAL_OF_RAYS * scene.options().tolerance,
+        "rays" => RESIDUAL_OF_RAYS * scene.options().tolerance,
         _ => ROUNDING_OF_EXCHANGE,
     };
     let poor = balance > MAX_BALANCE_RESIDUAL * exchanged && balance > left_by_solver * emitted;
@@ -124,7 +124,7 @@ pub(crate) fn heat_balance(
     }
     // Attribute the residual to the solver or to the factors.
     let left = report.residuals.iter().filter_map(|r| r.last()).fold(0.0f64, |m, r| m.max(*r));
-    let by_solver = report.engine != "hierarchical" && left * emitted > 0.5 * balance;
+    let by_solver = report.engine != "rays" && left * emitted > 0.5 * balance;
     let advice = if by_solver { "use a smaller residual" } else { closure_advice(scene.restores_closure()) };
     (poor && balance > explained)
         .then(|| Diagnostic::warning("heat-balance", format!("{imbalance}: {advice}")))

@@ -22,7 +22,7 @@ pub const DEFAULT_MEMORY_LIMIT: u64 = 12 << 30;
 /// Settings of a solve beside the options of the scene.
 #[derive(Clone, Copy)]
 pub struct SolveSettings<'a> {
-    /// Memory limit, bytes: of the exchange areas of all pairs, or of everything that the hierarchical engine holds.
+    /// Memory limit, bytes: of the exchange areas of all pairs, or of everything that the rays engine holds.
     pub memory_limit: u64,
     /// Methods and samples for pairs of zones.
     pub pair_settings: PairSettings,
@@ -38,7 +38,7 @@ pub struct SolveSettings<'a> {
     pub initial_groups: &'a [LightGroup],
     /// The zones of the scene, or of its first three bands, where an earlier solve has cut them.
     pub zones: Option<&'a Zones>,
-    /// False ends the hierarchical engine with the incident radiation of its stored rays, which are fewer: a preview with more noise, whose error is stated, in a fraction of the time.
+    /// False ends the rays engine with the incident radiation of its stored rays, which are fewer: a preview with more noise, whose error is stated, in a fraction of the time.
     pub final_gather: bool,
 }
 

@@ -9,7 +9,7 @@ use crate::balance::{closure, least_squares_closure};
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::closure_error::unexplained_fractions;
 use crate::pipeline::emitter_exchange::PatchExchange;
-use crate::pipeline::mirrors::MirroredSolve;
+use crate::pipeline::symmetry_planes::SymmetricSolve;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::thermal::ZoneProperties;
@@ -46,7 +46,7 @@ impl BlockData {
         let mut further = (block > 0).then(|| zones_of_bands(scene, &areas.zones));
         further.as_mut().map_or(Ok(()), |zones| set_known_reflectances(scene, zones))?;
         let zones = further.as_ref().unwrap_or(&areas.zones);
-        let mirrored = MirroredSolve::of(scene, zones)?;
+        let mirrored = SymmetricSolve::of(scene, zones)?;
         let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
         let rays = RayTracing { scene, zones, transport, mirrored: extension };
         // Close the rows.

@@ -1,7 +1,7 @@
-//! Rays of one block of bands: surroundings and lights, in a scene with mirrors by its even extension.
+//! Rays of one block of bands: surroundings and lights, in a scene with symmetry planes by its even extension.
 
 use super::area_operator::AreaOperator;
-use crate::pipeline::mirrors::MirroredSolve;
+use crate::pipeline::symmetry_planes::SymmetricSolve;
 use crate::pipeline::{illuminate_stage, measure_surroundings};
 use crate::right_hand_side::direct_light::light_field::LightField;
 use crate::right_hand_side::surroundings::{SurroundingsExchange, exact_rows, stage};
@@ -14,8 +14,8 @@ pub(super) struct RayTracing<'a> {
     pub scene: &'a Scene,
     pub zones: &'a Zones,
     pub transport: &'a Transport<'a>,
-    /// The even extension of a scene with mirrors.
-    pub mirrored: Option<(&'a MirroredSolve, Transport<'a>)>,
+    /// The even extension of a scene with symmetry planes.
+    pub mirrored: Option<(&'a SymmetricSolve, Transport<'a>)>,
 }
 
 impl RayTracing<'_> {

@@ -75,15 +75,16 @@ pub fn build_shared_zones(
     transport: &Transport,
     sharing: Option<&dyn WorkSharing>,
 ) -> Result<Zones, SceneError> {
-    // A scene with mirrors has the zones of its part of the even extension, where walls and solids continue behind the mirrors.
+    // A scene with symmetry planes has the zones of its part of the even extension, where walls and solids continue behind the symmetry planes.
     if let Some(extension) = EvenExtension::of(scene)? {
-        let all = zones_without_mirrors(&extension.scene, &Transport::new(&extension.scene), sharing)?;
+        let all =
+            zones_without_symmetry_planes(&extension.scene, &Transport::new(&extension.scene), sharing)?;
         return Ok(extension.zones_of_part(&all));
     }
-    zones_without_mirrors(scene, transport, sharing)
+    zones_without_symmetry_planes(scene, transport, sharing)
 }
 
-fn zones_without_mirrors(
+fn zones_without_symmetry_planes(
     scene: &Scene,
     transport: &Transport,
     sharing: Option<&dyn WorkSharing>,

@@ -227,7 +227,7 @@ pub(crate) fn draw(table: &Path, plot: &Path) -> Result<(), Box<dyn std::error::
     let mut scenes: Vec<&str> = text.lines().skip(1).filter_map(|l| l.split(',').next()).collect();
     scenes.dedup();
     let mut p = Plot::new(
-        "Error against cost: the hierarchical engine beside the dense one (dashed: its own estimate)",
+        "Error against cost: the rays engine beside the dense one (dashed: its own estimate)",
         "processor time, s",
         "L2 error, %",
         LOG_LOG,

@@ -1,4 +1,4 @@
-//! Compares the hierarchical engine with the dense or the spectral one on the same zones.
+//! Compares the rays engine with the dense or the spectral one on the same zones.
 //!
 //! ```text
 //! against_dense [c0|c8|c9|demo|cornell|randomSEED|SCENE.toml ...] [--size 10] [--tolerances 0.1,0.03,0.01] [--dense 0.01]
@@ -129,8 +129,7 @@ fn compare(name: &str, scene: &Scene, request: &ComparisonRequest) -> Result<(),
         100.0 * known[1]
     );
     for &tolerance in &request.tolerances {
-        let SolvedScene { fields: ours, report, seconds, .. } =
-            solved(scene, Engine::Hierarchical, tolerance, 0)?;
+        let SolvedScene { fields: ours, report, seconds, .. } = solved(scene, Engine::Rays, tolerance, 0)?;
         let cost = SolveCost::new(&report, zones.len(), seconds);
         println!(
             "  tolerance {tolerance}: {seconds:.2} s, {:.1} samples and {:.1} rays a zone, energy off by {:.1e}{}",

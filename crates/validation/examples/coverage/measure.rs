@@ -26,10 +26,10 @@ const FAR_STANDARD_ERRORS: f64 = 6.0;
 const REFUSALS: [&str; 4] = ["does not apply", "images", "periodic", "is for the spectral engine"];
 /// Engines with their zone basis.
 pub(crate) const VARIANTS: [(&str, &str); 4] =
-    [("dense", "constant"), ("hierarchical", "constant"), ("spectral", "constant"), ("spectral", "linear")];
+    [("dense", "constant"), ("rays", "constant"), ("spectral", "constant"), ("spectral", "linear")];
 
 /// Names of [`VARIANTS`].
-pub(crate) const VARIANT_NAMES: [&str; 4] = ["dense", "hierarchical", "spectral", "spectral, slopes"];
+pub(crate) const VARIANT_NAMES: [&str; 4] = ["dense", "rays", "spectral", "spectral, slopes"];
 
 /// Kind of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,7 +184,7 @@ struct Truths {
 
 /// The equations on its zones that a solution solves: those of rays that go on from patches close by, or those of the zones.
 pub(crate) fn zone_problem(s: &Solution) -> ForwardProblem<'_> {
-    if s.report.engine.starts_with("hierarchical") && !s.scene.couples_bands() {
+    if s.report.engine.starts_with("rays") && !s.scene.couples_bands() {
         ForwardProblem::ContinuedRays(&s.zones)
     } else {
         ForwardProblem::Zones(&s.zones)
@@ -214,7 +214,7 @@ fn compare_with_reference(
         list = names(s, &named.0);
     }
     // Walks are not reflected by symmetry planes, and the zones of another model are others.
-    if basis == "constant" && !s.scene.has_mirrors() {
+    if basis == "constant" && !s.scene.has_symmetry_planes() {
         let problem = zone_problem(s);
         let by_zone = match problem {
             ForwardProblem::ContinuedRays(_) => &mut truths.by_ray,

@@ -223,7 +223,7 @@ impl RigidMotion {
     pub(crate) fn vector(&self, p: Block) -> Block {
         self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2])
     }
-    fn mirrors(&self) -> bool {
+    fn symmetry_planes(&self) -> bool {
         let [a, b, c] = self.rows;
         a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
             + a[2] * (b[0] * c[1] - b[1] * c[0])
@@ -271,7 +271,7 @@ impl SceneModel {
     /// The model moved; turns of a medium go by quarters.
     pub(crate) fn moved(&self, m: &RigidMotion) -> SceneModel {
         let mut out = self.lowered();
-        let flip = m.mirrors();
+        let flip = m.symmetry_planes();
         for s in &mut out.surfaces {
             match &mut s.shape {
                 ModelShape::Plate { corner, edges, .. } => {
@@ -381,7 +381,7 @@ impl SceneModel {
         }
         if self.periodic != [false; 3] || self.mirrored != [false; 3] {
             *t += "[boundary]\n";
-            for (axes, word) in [(self.periodic, "periodic"), (self.mirrored, "mirror")] {
+            for (axes, word) in [(self.periodic, "periodic"), (self.mirrored, "symmetry")] {
                 for k in (0..3).filter(|&k| axes[k]) {
                     let _ = writeln!(t, "{} = \"{word}\"", ["x", "y", "z"][k]);
                 }

@@ -65,7 +65,7 @@ pub(crate) fn write(
         out, panes between symmetry planes, small emitters in haze, many small solids) are solved by every applicable engine and\n\
         by {walks} random walks per band. A sum by name (absorbed power, net power, temperature) is compared with the continuous problem; its\n\
         stated error includes the discretization error. The incident radiation and the temperature of a zone are compared with the exact\n\
-        solution of the zonal equations on the same zones; those of the hierarchical engine with walks that go on from patches close by, as its rays do. *Covered* means |difference| ≤ stated error + 3σ of the reference for sums, 2 × stated error + 3σ for zones.\n\n\
+        solution of the zonal equations on the same zones; those of the rays engine with walks that go on from patches close by, as its rays do. *Covered* means |difference| ≤ stated error + 3σ of the reference for sums, 2 × stated error + 3σ for zones.\n\n\
         - *Beyond ten times* means |difference| > 10 × stated error + 6σ. Where the exchange is exact, the stated error of a zone is nearly zero, and among a hundred\n  \
         thousand Monte Carlo means several hundred differ by more than 3σ; none should differ by more than 6σ.\n\
         - A scene with a sum that is not covered, or a zone beyond ten times, is repeated with ten times as many walks, and that result counts.\n\

@@ -27,7 +27,7 @@ impl SceneGenerator<'_> {
             3 => self.wide_sun(),
             4 => self.flawed_mesh(),
             5 => self.inside_out_room(),
-            6 => self.pane_between_mirrors(),
+            6 => self.pane_between_symmetry_planes(),
             7 => self.emitter_in_haze(),
             _ => self.many_solids(),
         }
@@ -267,7 +267,7 @@ impl SceneGenerator<'_> {
     }
 
     /// Endless plates with panes between them: the cross-section lies between symmetry planes; the reference repeats it.
-    fn pane_between_mirrors(&mut self) -> SceneModel {
+    fn pane_between_symmetry_planes(&mut self) -> SceneModel {
         self.features.extend(["pane between symmetry planes", "panes"]);
         let size = self.size();
         let mut m = self.empty();

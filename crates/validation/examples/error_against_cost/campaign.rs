@@ -14,7 +14,7 @@ pub(crate) const TOLERANCES: [f64; 9] = [0.3, 0.2, 0.1, 0.05, 0.03, 0.02, 0.01, 
 /// The tolerances of `--quick`.
 const QUICK_TOLERANCES: [f64; 3] = [0.3, 0.1, 0.05];
 /// The engines.
-const ENGINES: [&str; 3] = ["auto", "hierarchical", "dense"];
+const ENGINES: [&str; 3] = ["auto", "rays", "dense"];
 /// Largest number of zones for the dense engine.
 const MAX_DENSE_ZONES: usize = 8000;
 /// Processor time of a solve after which a finer tolerance is not tried, s.
@@ -24,7 +24,7 @@ const DEFAULT_LIMIT: f64 = 60.0;
 struct SceneReferences {
     /// The zonal equations.
     zonal: Reference,
-    /// The equations of the hierarchical engine, whose rays go on within patches.
+    /// The equations of the rays engine, whose rays go on within patches.
     continued: Option<Reference>,
     /// Path-traced means.
     traced: Option<Reference>,
@@ -46,7 +46,7 @@ impl SceneReferences {
 
     /// The reference with the equations of an engine.
     fn of_engine(&self, engine: &str) -> &Reference {
-        self.continued.as_ref().filter(|_| engine == "hierarchical").unwrap_or(&self.zonal)
+        self.continued.as_ref().filter(|_| engine == "rays").unwrap_or(&self.zonal)
     }
 }
 

@@ -4,7 +4,7 @@
 //! error_against_cost scenes DIR
 //! error_against_cost references --references DIR [--method walks|continued|dense] [--patches 200] [--voxels 200] [--error 0.01] [--max-paths N]
 //!                    [--samples 4] [--tolerance 0.003] [--seed 1] [--groups NAME,…]
-//! error_against_cost measure --references DIR [--csv TABLE.csv] [--engines auto,hierarchical,dense] [--tolerances 0.3,…] [--quick]
+//! error_against_cost measure --references DIR [--csv TABLE.csv] [--engines auto,rays,dense] [--tolerances 0.3,…] [--quick]
 //!                    [--limit 60] [--zonal PATH]
 //! error_against_cost page [--csv TABLE.csv] [--page docs/error-against-cost.md]
 //! error_against_cost compare --csv TABLE.csv --compare OTHER.csv [--engines auto]
@@ -16,7 +16,7 @@
 //!
 //! `references` picks patches and volume zones at random and measures them by walks on zones, whose mean is the solution of the zonal
 //! equations, for every light group (or for those of `--groups`), and by path tracing without zones (`walks`); by walks that go on from the points that they meet, as the rays of the
-//! hierarchical engine do (`continued`); or it solves by the dense engine several times. `measure` compares each engine with the reference of its equations,
+//! rays engine do (`continued`); or it solves by the dense engine several times. `measure` compares each engine with the reference of its equations,
 //! the dense one before that of walks. The measured error is relative L2 of indirect light, of the worst band; the noise of the reference
 //! is subtracted, and points where it is more than a third of the error have a star.
 

@@ -108,7 +108,7 @@ fn measure(
 enum WalkKind {
     /// A random point of each zone met: the zonal equations.
     Zonal,
-    /// The point met, of patches close by, as the rays of the hierarchical engine.
+    /// The point met, of patches close by, as the rays of the rays engine.
     Continued,
 }
 
@@ -156,7 +156,7 @@ fn picked(zones: &Zones, request: &ReferenceRequest) -> Vec<usize> {
 
 /// The light groups of a scene, each with the scene in which it alone shines.
 fn parts_by_group(scene: &Scene) -> Result<Vec<(String, Scene)>, Error> {
-    let coarse = solve_with_groups(scene, Engine::Hierarchical, COARSE_TOLERANCE, 0)?;
+    let coarse = solve_with_groups(scene, Engine::Rays, COARSE_TOLERANCE, 0)?;
     let names: Vec<String> = coarse.groups.iter().map(|g| g.name.clone()).collect();
     let whole = |g: &[LightGroup]| g.len() <= 1 || g.iter().any(|g| g.kind == LightGroupKind::All);
     if whole(&coarse.groups) {

@@ -17,7 +17,7 @@ more than a third of the error. *Total* is the error against path-traced means, 
 solve, reading and writing included. The table is [error-against-cost.csv](error-against-cost.csv).
 
 References are random walks that go on from a uniformly random point of each zone (`zonal_reference::path_tracer`), whose mean is the solution of the zonal
-equations, or several independent solves of the dense engine at a small tolerance. Rays of the hierarchical engine go on from the points where they hit patches
+equations, or several independent solves of the dense engine at a small tolerance. Rays of the rays engine go on from the points where they hit patches
 close by, which resolves light and shadow within these patches; its references are walks that do the same (`continued`). Shares of patches at contacts
 rest on the few of them among the zones of a reference.
 

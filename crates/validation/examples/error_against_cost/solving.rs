@@ -81,8 +81,8 @@ fn engine(name: &str) -> Result<Engine, Error> {
     match name {
         "auto" => Ok(Engine::Auto),
         "dense" => Ok(Engine::Dense),
-        "hierarchical" => Ok(Engine::Hierarchical),
+        "rays" => Ok(Engine::Rays),
         "spectral" => Ok(Engine::Spectral),
-        other => Err(format!("--engine {other}: give auto, dense, hierarchical or spectral").into()),
+        other => Err(format!("--engine {other}: give auto, dense, rays or spectral").into()),
     }
 }

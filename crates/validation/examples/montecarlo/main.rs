@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! montecarlo [--cases c0,c9] [--sizes 10,20] [--reference FOLDER] [-o docs/montecarlo.md]
-//! montecarlo --engine hierarchical|spectral [--command target/release/zonal] [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40]
+//! montecarlo --engine rays|spectral [--command target/release/zonal] [--tolerances 0.03,0.01] [--cases c0,c8,c9] [--sizes 40]
 //!            [--zone-basis constant|linear] [--pictures FOLDER]
 //! ```
 //!
 //! Our zones are averaged down to the tables' 10×10 patches a wall and 10³ voxels, and compared with `*_sym` where it exists. The page,
 //! by the dense engine, has the root mean square and the largest of the relative difference over all entries above zero; sections that
-//! follow its table stay. With `--engine hierarchical` or `spectral` a table is printed of L2 (RMS of the difference over RMS of the table)
+//! follow its table stay. With `--engine rays` or `spectral` a table is printed of L2 (RMS of the difference over RMS of the table)
 //! and pointwise errors (RMS of the relative difference over entries above a tenth of the mean), with the processor time of the solve; with
 //! `--command` the solve is a process of its own, and the time all of its: reading, solving, writing. `--pictures` draws c0 and c8 from the
 //! camera of `image_*`, writes them as EXR into the folder and compares: sqrt(mean d² − mean σ²) over the mean, σ the reference's standard

@@ -96,7 +96,7 @@ mod tests {
                 "the estimated error misses the tolerance: use a smaller tolerance",
             ),
             Diagnostic::note("open-scene", "the scene is open"),
-            Diagnostic::note("mirrors", "mirrors at x0").at("scene"),
+            Diagnostic::note("symmetry-planes", "symmetry planes at x0").at("scene"),
         ];
         Report { warnings, ..Report::default() }
     }
@@ -118,7 +118,7 @@ mod tests {
             let list = notes(&report(), stage);
             let column = |key: &str| list.iter().map(|n| n[key].clone()).collect::<Vec<_>>();
             assert_eq!(column("severity"), ["warning", "note", "note"]);
-            assert_eq!(list[2]["text"], "scene: mirrors at x0");
+            assert_eq!(list[2]["text"], "scene: symmetry planes at x0");
             let advice = column("advice");
             assert!(
                 advice[0].is_null() && advice[2].is_null(),

@@ -16,7 +16,7 @@
 //! | `textureN` | | PNG |
 //!
 //! The direct light of suns is in none of these fields but `paneG` and `zoneDirectG`: the page draws it with a shadow map, by the direction, irradiance and
-//! optical depth of each sun in `suns` of the header. Wide suns and suns of scenes with mirrors are part of `directG` and `volumeG`.
+//! optical depth of each sun in `suns` of the header. Wide suns and suns of scenes with symmetry planes are part of `directG` and `volumeG`.
 
 use super::notes::{ShownStage, notes};
 use super::pack::{Pack, scale_of};

@@ -31,7 +31,7 @@ const ROOT_KEYS: &[KeySpec] = &[
     key("node", "list of tables", "", "", "bodies at one temperature (thermal mode)"),
     key("pane", "list of tables", "", "", "thin sheets of absorbing and scattering material"),
     key("medium", "table", "", "vacuum", "participating medium on a voxel grid"),
-    key("boundary", "table", "", "", "periodic axes and mirrors"),
+    key("boundary", "table", "", "", "periodic axes and symmetry planes"),
     key("light", "list of tables", "", "", "direct lights"),
     key("surroundings", "table", "", "black and cold", "radiation that enters from beyond the scene"),
     key("camera", "list of tables", "", "", "cameras"),
@@ -74,7 +74,7 @@ pub(crate) const SOLVE: KeyGroups = &[&[
     ),
     key(
         "engine",
-        "\"auto\" | \"dense\" | \"hierarchical\" | \"spectral\" | \"layered\"",
+        "\"auto\" | \"dense\" | \"rays\" | \"spectral\" | \"layered\"",
         "",
         "\"auto\"",
         "representation of the exchange operator",
@@ -128,8 +128,8 @@ pub(crate) const BOUNDARY: KeyGroups = &[&[
         "upper corner of the boundary of a scene without a medium",
     ),
 ]];
-const BOTH_ENDS: &str = "\"mirror\" | \"periodic\" | \"scene\"";
-const ONE_END: &str = "\"mirror\" | \"scene\"";
+const BOTH_ENDS: &str = "\"symmetry\" | \"periodic\" | \"scene\"";
+const ONE_END: &str = "\"symmetry\" | \"scene\"";
 
 const SURFACE_KEYS: &[KeySpec] = &[
     key("name", "text", "", "surface1, …", "unique name"),

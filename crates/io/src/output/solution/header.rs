@@ -51,7 +51,7 @@ pub(super) struct SceneHeader {
     #[serde(default)]
     pub(super) periodic: [bool; 3],
     #[serde(default)]
-    pub(super) mirrors: [[bool; 2]; 3],
+    pub(super) symmetry_planes: [[bool; 2]; 3],
     /// Lower and upper corner of the boundary box, m.
     #[serde(default)]
     pub(super) boundary_box: Option<[[f64; 3]; 2]>,
@@ -471,7 +471,7 @@ impl SceneHeader {
             lights: scene.lights().to_vec(),
             surroundings: scene.surroundings().clone(),
             periodic: scene.periodic(),
-            mirrors: scene.mirrors(),
+            symmetry_planes: scene.symmetry_planes(),
             boundary_box: scene
                 .boundary_box()
                 .filter(|_| scene.voxel_grid().is_none())

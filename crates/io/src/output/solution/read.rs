@@ -181,7 +181,7 @@ fn read_scene(
         surroundings: header.surroundings,
         periodic: header.periodic,
         thermal: thermal.map_err(|e| npz.error("header.json", e))?,
-        mirrors: header.mirrors,
+        symmetry_planes: header.symmetry_planes,
         boundary_box: header.boundary_box.map(|[min, max]| (Vec3::from_array(min), Vec3::from_array(max))),
         cameras: header.cameras,
         options: header.options,

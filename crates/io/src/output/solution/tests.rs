@@ -129,7 +129,7 @@ fn scene() -> Scene {
         voxel_grid: Some(voxel_grid()),
         lights: lights(),
         periodic: [false; 3],
-        mirrors: [[true, false], [false; 2], [false; 2]],
+        symmetry_planes: [[true, false], [false; 2], [false; 2]],
         boundary_box: None,
         thermal: None,
         surroundings: Surroundings { radiance: Bands::splat(0.01), name: Some("sky".into()) },
@@ -184,7 +184,7 @@ fn report() -> Report {
         counts: vec![("pairs".into(), 1 << 60), ("rays".into(), 7)],
         warnings: vec!["open".into(), Diagnostic::warning("heat-balance", "off").at("surface 'a'")],
         grade: Grade::Estimated,
-        engine: "hierarchical".into(),
+        engine: "rays".into(),
         reason: "many zones".into(),
         estimate: ErrorEstimate {
             patches: Bands::from_rgb([0.01, 0.02, 0.03]),
@@ -317,13 +317,13 @@ fn a_solution_round_trips_to_the_bit() {
     fs::remove_dir_all(&dir).unwrap();
 }
 
-/// In a scene with mirrors a sky is uniform, so that those that vary have a scene without.
+/// In a scene with symmetry planes a sky is uniform, so that those that vary have a scene without.
 #[test]
 fn skies_that_vary_round_trip() {
     let dir = folder("skies");
     let mut s = solution();
     let mut parts = s.scene.into_parts();
-    (parts.mirrors, parts.lights) = ([[false; 2]; 3], [lights(), varying_skies().to_vec()].concat());
+    (parts.symmetry_planes, parts.lights) = ([[false; 2]; 3], [lights(), varying_skies().to_vec()].concat());
     s.scene = Scene::new(parts).unwrap();
     s.scene_hash = crate::output::scene_hash(&s.scene);
     write_solution(dir.join("a.npz"), &s).unwrap();

@@ -1,4 +1,4 @@
-//! The dense engine of a scene with mirrors: sums over the images of a zone in the even extension,
+//! The dense engine of a scene with symmetry_planes: sums over the images of a zone in the even extension,
 //!
 //! ```text
 //!     F_ij = Σ_g F'(i, g·j),
@@ -13,11 +13,11 @@ use zonal_exchange::pair::{Exchange, PairCounts, PairFactor, PairRow};
 use zonal_math::Grade;
 use zonal_scene::{Bands, ZoneImages};
 
-/// Exchange of the zones of a scene; with mirrors, sums over images.
+/// Exchange of the zones of a scene; with symmetry planes, sums over images.
 pub(crate) struct ImageSums<'a> {
-    /// The exchange of the extension, or of the scene without mirrors.
+    /// The exchange of the extension, or of the scene without symmetry planes.
     pub exchange: &'a Exchange<'a>,
-    /// The images; `None` without mirrors.
+    /// The images; `None` without symmetry planes.
     pub images: Option<&'a ZoneImages>,
 }
 
@@ -103,7 +103,7 @@ impl ErrorModel for ImageSumOperator<'_> {
         error.map(|e| self.images.extended(&e))
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
-        // As the dense operator without mirrors.
+        // As the dense operator without symmetry planes.
         IncidentPower { columns: self.apply_many(columns), error: None, column_errors: Vec::new() }
     }
     fn grade(&self) -> Grade {

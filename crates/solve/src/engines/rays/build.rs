@@ -260,7 +260,7 @@ fn tolerance_missed(estimate: f64, tolerance: f64, reported: &[Diagnostic]) -> D
     }
     let is_memory = reported.iter().any(|d| d.code == "memory");
     let advice = match is_memory {
-        true => tolerance_advice(Engine::Hierarchical, reported),
+        true => tolerance_advice(Engine::Rays, reported),
         false => "rays or samples are at their maximum; use a larger tolerance, a smaller one has no effect",
     };
     let text = format!("the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: {advice}");

@@ -1,4 +1,4 @@
-//! Memory of the hierarchical engine, estimated beforehand, and the rays that fit into the limit.
+//! Memory of the rays engine, estimated beforehand, and the rays that fit into the limit.
 //!
 //! ```text
 //! bytes = program + zones + cut · (cut voxels) + n (zone + lights · light + groups · group) + rays (4, +12 where bands differ, + vertices)
@@ -50,7 +50,7 @@ const MEMORY_PARAMS: MemoryParams = MemoryParams {
     min_rays_of_patch: 8.0,
 };
 
-/// Memory of the parts of a solve by the hierarchical engine.
+/// Memory of the parts of a solve by the rays engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MemoryBudget {
     /// Bytes without rays.

@@ -1,4 +1,4 @@
-//! The hierarchical engine: a few stored rays of every zone, the solution by them, and a final gather until the tolerance is met.
+//! The rays engine: a few stored rays of every zone, the solution by them, and a final gather until the tolerance is met.
 //!
 //! | module | contents |
 //! |---|---|

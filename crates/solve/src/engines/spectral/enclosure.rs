@@ -143,7 +143,7 @@ fn lies_beyond_a_side(map: &VoxelGrid, patch: &Patch) -> bool {
 /// The reason why patches outside a box cannot have rows of their own.
 fn check_outside(scene: &Scene, zones: &Zones, outside: &[u32]) -> Result<(), String> {
     let beside = |why: &str| Err(format!("surfaces lie outside the medium, {why}"));
-    if scene.is_periodic() || scene.has_mirrors() {
+    if scene.is_periodic() || scene.has_symmetry_planes() {
         return beside("which has images");
     }
     if scene.options().zone_basis == ZoneBasis::Linear {

@@ -71,7 +71,7 @@ impl<'a> ComparisonZones<'a> {
         }
         let others = (other, &zones);
         let (small, large) = if second == SecondZones::Smaller { (others, own) } else { (own, others) };
-        // Beside a mirror a patch may face its own image.
+        // Beside a symmetry plane a patch may face its own image.
         let kind = SecondZoneKind { second, few_groups_share };
         let growth = match EvenExtension::of(other).map_err(text_of)? {
             Some(extension) => {

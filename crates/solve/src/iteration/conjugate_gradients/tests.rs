@@ -24,7 +24,7 @@ fn run(
 }
 
 #[test]
-fn two_facing_mirrors_match_the_closed_form() {
+fn two_facing_symmetry_planes_match_the_closed_form() {
     let rho = 0.8;
     // Both walls emit, each as a group of its own, in one run.
     let sources = [vec![Bands::ONE, Bands::ZERO], vec![Bands::ZERO, Bands::from_rgb([0.0, 2.0, 1.0])]];

@@ -1,4 +1,4 @@
-//! `[boundary]`: periodic axes, mirrors, and the boundary box of a scene without a medium.
+//! `[boundary]`: periodic axes, symmetry planes, and the boundary box of a scene without a medium.
 
 use crate::input::reading::error::InputError;
 use crate::input::toml::key_tables::BOUNDARY;
@@ -12,11 +12,11 @@ const KEYS: [[&str; 3]; 3] = [["x", "x0", "x1"], ["y", "y0", "y1"], ["z", "z0", 
 pub(crate) fn read_boundary(node: &TomlNode<'_>, parts: &mut SceneParts) -> Result<(), InputError> {
     let t = node.table(BOUNDARY)?;
     for (axis, [both, low, high]) in KEYS.into_iter().enumerate() {
-        let kind = t.read(both, |n| n.choice(&["scene", "periodic", "mirror"]))?;
+        let kind = t.read(both, |n| n.choice(&["scene", "periodic", "symmetry"]))?;
         parts.periodic[axis] = kind == Some(1);
         for (end, key) in [low, high].into_iter().enumerate() {
-            let own = t.read(key, |n| n.choice(&["scene", "mirror"]))?;
-            parts.mirrors[axis][end] = own.map_or(kind == Some(2), |own| own == 1);
+            let own = t.read(key, |n| n.choice(&["scene", "symmetry"]))?;
+            parts.symmetry_planes[axis][end] = own.map_or(kind == Some(2), |own| own == 1);
         }
     }
     let min = t.read("min", |n| n.vector())?;

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! rays, and a volume zone a fixed fraction of that; more where a realization of the noise shows that too much of it reaches the result
-//! (`hierarchical/build.rs`).
+//! (`rays/build.rs`).
 
 use zonal_scene::{Scene, Zones};
 

@@ -180,7 +180,7 @@ const MIRROR: &str = "[solve]\ntolerance = TOL\npatch_size = 0.5\nengine = \"ENG
 // Guards (numbers): direct light of mirror images agrees within the stated errors.
 #[test]
 fn mirror_images_agree_within_the_stated_errors() {
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         for tolerance in ["0.1", "0.02", "0.004"] {
             let s = solved(&MIRROR.replace("TOL", tolerance).replace("ENGINE", engine));
             let p = &s.zones.patches;

@@ -1,4 +1,4 @@
-//! The hierarchical engine compared with the dense and the spectral engine on the same zones, and its symmetry, closure and determinism.
+//! The rays engine compared with the dense and the spectral engine on the same zones, and its symmetry, closure and determinism.
 
 use crate::common;
 
@@ -54,7 +54,7 @@ fn errors(ours: &Solution, dense: &Solution, range: std::ops::Range<usize>) -> (
 
 /// Asserts that the errors at a tolerance, against a reference on the same zones, are below the tolerance and below their estimate.
 fn assert_tolerance_holds(name: &str, scene: &Scene, reference: &Solution, tolerance: f64) {
-    let ours = solved(scene, Engine::Hierarchical, tolerance, false);
+    let ours = solved(scene, Engine::Rays, tolerance, false);
     let (first, last) = (ours.zones.voxel_offset(), ours.zones.len());
     let estimate = &ours.report.estimate;
     for (what, range, estimated) in [("H", 0..first, estimate.patches), ("G", first..last, estimate.volumes)]
@@ -67,7 +67,7 @@ fn assert_tolerance_holds(name: &str, scene: &Scene, reference: &Solution, toler
     }
 }
 
-// Guards (numbers): errors of the hierarchical engine stay below tolerance and estimate, against the dense and the spectral engine.
+// Guards (numbers): errors of the rays engine stay below tolerance and estimate, against the dense and the spectral engine.
 /// A sample of the campaign `cargo run --release -p zonal-validation --example against_dense`.
 #[test]
 fn errors_stay_below_tolerance_and_estimate() {
@@ -85,7 +85,7 @@ fn errors_stay_below_tolerance_and_estimate() {
     }
 }
 
-// Guards (numbers): errors of the hierarchical engine stay below tolerance and estimate, against the dense and the spectral engine.
+// Guards (numbers): errors of the rays engine stay below tolerance and estimate, against the dense and the spectral engine.
 /// The spectral engine has every exchange area of a box to 1e-12.
 #[test]
 fn errors_against_the_spectral_engine_stay_below_tolerance_and_estimate() {
@@ -112,7 +112,7 @@ fn stored_rays_without_a_gather_state_their_error() {
             _ => solved(&scene, Engine::Dense, 0.01, false),
         };
         for tolerance in [0.5, 0.1] {
-            let scene = with_engine(&scene, Engine::Hierarchical, tolerance, true);
+            let scene = with_engine(&scene, Engine::Rays, tolerance, true);
             let settings = SolveSettings { final_gather: false, ..SolveSettings::new(4 << 30, &NoProgress) };
             let ours = solve_with_settings(scene, &settings).unwrap_or_else(|e| panic!("{e}"));
             assert!(ours.report.counts.iter().all(|c| !c.0.contains("gather")), "{:?}", ours.report.counts);
@@ -136,7 +136,7 @@ fn smoothing_does_not_mix_colours_across_a_wall() {
         "reflectance = 0.5\nfaces.x0 = { emission = [1, 0.1, 0] }\nfaces.x1 = { emission = [0, 0.1, 1] }";
     let scene = read(&unit_room("patch_size = 0.0625", walls, rest));
     let dense = solved(&scene, Engine::Dense, 0.01, false);
-    let ours = solved(&scene, Engine::Hierarchical, 0.1, false);
+    let ours = solved(&scene, Engine::Rays, 0.1, false);
     for i in 0..ours.zones.patches.len() {
         let c = ours.zones.patches[i].plate.centre();
         let other = if c.x < 0.5 || c.x == 0.5 && ours.zones.patches[i].normal.x < 0.0 { 2 } else { 0 };
@@ -146,13 +146,13 @@ fn smoothing_does_not_mix_colours_across_a_wall() {
     }
 }
 
-// Guards (determinism): solutions of the hierarchical engine do not depend on the number of threads.
+// Guards (determinism): solutions of the rays engine do not depend on the number of threads.
 #[test]
 fn threads_do_not_change_a_bit() {
     let scene = room(&format!("{SMOKE}{BLOCK}"));
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| solved(&scene, Engine::Hierarchical, 0.05, true).fields)
+        pool.install(|| solved(&scene, Engine::Rays, 0.05, true).fields)
     };
     assert_eq!(on(1), on(3));
 }
@@ -160,8 +160,8 @@ fn threads_do_not_change_a_bit() {
 #[test]
 fn one_factor_restores_the_balance_and_is_reported() {
     let scene = room(BLOCK);
-    let measured = solved(&scene, Engine::Hierarchical, 0.02, false);
-    let restored = solved(&scene, Engine::Hierarchical, 0.02, true);
+    let measured = solved(&scene, Engine::Rays, 0.02, false);
+    let restored = solved(&scene, Engine::Rays, 0.02, true);
     assert!(restored.report.closure.restored && !measured.report.closure.restored);
     let off = |s: &Solution| s.report.energy.residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     assert!(off(&restored) < 2e-3, "{}", off(&restored));
@@ -188,8 +188,7 @@ fn a_small_cloud_shades_a_large_floor() {
         wall("right", 150.0, "edge1 = [0, 0, 300], edge2 = [0, 300, 0]"),
     );
     let scene = read(&text);
-    let [dense, ours] =
-        [Engine::Dense, Engine::Hierarchical].map(|engine| solved(&scene, engine, 0.01, false));
+    let [dense, ours] = [Engine::Dense, Engine::Rays].map(|engine| solved(&scene, engine, 0.01, false));
     let floor = common::patches_of(&ours, "floor");
     let most = floor.iter().fold(0.0f64, |m, &i| m.max(dense.fields.incident[i].first()));
     let shaded = floor.iter().filter(|&&i| dense.fields.incident[i].first() < 0.7 * most).count();
@@ -208,7 +207,7 @@ fn rays_follow_a_fixed_scattering_order() {
         o.scattering_orders = Some(sweeps);
         let scene = room(BLOCK).with_options(o.clone()).unwrap();
         let [dense, ours] =
-            [(Engine::Dense, 0.01), (Engine::Hierarchical, 0.15)].map(|(e, t)| solved(&scene, e, t, true));
+            [(Engine::Dense, 0.01), (Engine::Rays, 0.15)].map(|(e, t)| solved(&scene, e, t, true));
         let n = ours.zones.voxel_offset();
         for range in [0..n, n..ours.zones.len()] {
             let (l2, _) = errors(&ours, &dense, range.clone());
@@ -241,7 +240,7 @@ fn gathered_samples_that_meet_no_light_are_no_proof_of_darkness() {
     let scene = beside_a_hidden_lamp(small);
     let dense = solved(&scene, Engine::Dense, 0.001, false);
     for tolerance in [0.5, 0.2, 0.05] {
-        let ours = solved(&scene, Engine::Hierarchical, tolerance, false);
+        let ours = solved(&scene, Engine::Rays, tolerance, false);
         for i in 0..4 {
             let (h, e, t) = (
                 ours.fields.incident[i].first(),
@@ -253,7 +252,7 @@ fn gathered_samples_that_meet_no_light_are_no_proof_of_darkness() {
         }
     }
     // Nothing is visible: the error says so.
-    let ours = solved(&beside_a_hidden_lamp(""), Engine::Hierarchical, 0.05, false);
+    let ours = solved(&beside_a_hidden_lamp(""), Engine::Rays, 0.05, false);
     let floor = (0..4).map(|i| (ours.fields.incident[i].first(), ours.fields.error[i].first()));
     for (h, e) in floor {
         assert!(h == 0.0 && e > 0.0 && e < 0.5, "{h} ± {e}");
@@ -263,7 +262,7 @@ fn gathered_samples_that_meet_no_light_are_no_proof_of_darkness() {
 #[test]
 fn a_convex_body_in_the_open_has_no_field_and_no_error() {
     let body = "[solve]\npatch_size = 0.5\n[[surface]]\nname = 'body'\nbox = { min = [0,0,0], max = [1,1,1] }\nreflectance = 0.5\nemission = 3\n";
-    let s = solved(&read(body), Engine::Hierarchical, 0.05, false);
+    let s = solved(&read(body), Engine::Rays, 0.05, false);
     assert!(
         s.fields.incident.iter().chain(&s.fields.error).all(|h| h.first() == 0.0),
         "{:?}",

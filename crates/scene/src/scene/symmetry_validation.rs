@@ -1,4 +1,4 @@
-//! Validation of the boundary box: periodic axes and mirrors.
+//! Validation of the boundary box: periodic axes and symmetry planes.
 
 use crate::base::limits::MAX_COORDINATE;
 use crate::base::scene_error::{SceneError, invalid};
@@ -8,25 +8,25 @@ use crate::model::surface::Surface;
 use crate::scene::scene_parts::SceneParts;
 use zonal_math::Vec3;
 
-/// Deviation from a mirror plane that counts as rounding, in diagonals of the scene.
+/// Deviation from a symmetry plane that counts as rounding, in diagonals of the scene.
 const PLANE_TOLERANCE: f64 = 1e-9;
 /// Relative deviation of a wall from a strip along a period that counts as rounding.
 const STRIP_TOLERANCE: f64 = 1e-9;
 /// The names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Validates periodic axes, mirrors and the boundary box.
+/// Validates periodic axes, symmetry planes and the boundary box.
 pub(crate) fn check_boundary(parts: &SceneParts) -> Result<(), SceneError> {
     check_box(parts)?;
     check_periodic(parts)?;
-    let Some((axis, end)) = first_mirror(parts) else { return Ok(()) };
-    if let Some(k) = (0..3).find(|&k| parts.periodic[k] && parts.mirrors[k] != [false; 2]) {
-        return invalid(axis_key(k), "a periodic axis has no ends for mirrors; choose one of both");
+    let Some((axis, end)) = first_plane(parts) else { return Ok(()) };
+    if let Some(k) = (0..3).find(|&k| parts.periodic[k] && parts.symmetry_planes[k] != [false; 2]) {
+        return invalid(axis_key(k), "a periodic axis has no ends for symmetry planes; choose one of both");
     }
     let Some(bounds) = parts.boundary_box() else {
         return invalid(
-            mirror_key(parts, axis, end),
-            "mirrors are ends of the medium's extent; without a medium give their box: boundary.min and boundary.max",
+            plane_key(parts, axis, end),
+            "symmetry planes are ends of the medium's extent; without a medium give their box: boundary.min and boundary.max",
         );
     };
     check_suns(parts)?;
@@ -43,13 +43,13 @@ fn axis_key(axis: usize) -> String {
     format!("boundary.{}", AXES[axis])
 }
 
-/// The key of a mirror: that of its axis if both ends are mirrors.
-fn mirror_key(parts: &SceneParts, axis: usize, end: usize) -> String {
-    if parts.mirrors[axis] == [true; 2] { axis_key(axis) } else { format!("{}{end}", axis_key(axis)) }
+/// The key of a symmetry plane: that of its axis if both ends are symmetry planes.
+fn plane_key(parts: &SceneParts, axis: usize, end: usize) -> String {
+    if parts.symmetry_planes[axis] == [true; 2] { axis_key(axis) } else { format!("{}{end}", axis_key(axis)) }
 }
 
-fn first_mirror(parts: &SceneParts) -> Option<(usize, usize)> {
-    (0..3).flat_map(|k| [(k, 0), (k, 1)]).find(|&(k, e)| parts.mirrors[k][e])
+fn first_plane(parts: &SceneParts) -> Option<(usize, usize)> {
+    (0..3).flat_map(|k| [(k, 0), (k, 1)]).find(|&(k, e)| parts.symmetry_planes[k][e])
 }
 
 /// Validates the box of a scene without a medium.
@@ -64,8 +64,11 @@ fn check_box(parts: &SceneParts) -> Result<(), SceneError> {
     if parts.voxel_grid.is_some() {
         return invalid("boundary.min", "the boundary is the extent of the medium; remove min and max");
     }
-    if parts.mirrors == [[false; 2]; 3] && parts.periodic == [false; 3] {
-        return invalid("boundary.min", "no axis is periodic and no end is a mirror; remove min and max");
+    if parts.symmetry_planes == [[false; 2]; 3] && parts.periodic == [false; 3] {
+        return invalid(
+            "boundary.min",
+            "no axis is periodic and no end is a symmetry plane; remove min and max",
+        );
     }
     Ok(())
 }
@@ -74,13 +77,13 @@ fn check_box(parts: &SceneParts) -> Result<(), SceneError> {
 fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
     let endless = parts.endless_axes();
     let Some(axis) = (0..3).find(|&k| endless[k]) else { return Ok(()) };
-    // Two mirrors face each other where the axis is not periodic itself.
+    // Two symmetry planes face each other where the axis is not periodic itself.
     let [period, images, scene] = match parts.periodic[axis] {
         true => ["the period is the extent of the medium", "periodic images", "a periodic scene"],
         false => [
-            "between two mirrors the scene repeats with the extent of the medium",
-            "images between two mirrors",
-            "a scene between two mirrors",
+            "between two symmetry planes the scene repeats with the extent of the medium",
+            "images between two symmetry planes",
+            "a scene between two symmetry planes",
         ],
     };
     let Some(grid) = &parts.voxel_grid else {
@@ -99,7 +102,7 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
         };
     };
     if endless == [true; 3] {
-        let what = "no more than two axes can be periodic or between two mirrors: light has to end somewhere";
+        let what = "no more than two axes can be periodic or between two symmetry_planes: light has to end somewhere";
         return invalid(axis_key(2), what);
     }
     if let Some(l) = parts.lights.first() {
@@ -157,18 +160,20 @@ fn light_key(light: &Light) -> String {
     }
 }
 
-/// Refuses suns behind a mirror: a mirror plane has no end, and their light never arrives.
+/// Refuses suns behind a symmetry plane, which has no end, and their light never arrives.
 fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
     for light in &parts.lights {
         let Light::Sun { direction, .. } = light else { continue };
         // Light that travels upwards along an axis comes from its low end.
-        let behind =
-            |k: usize| parts.mirrors[k][0] && direction[k] > 0.0 || parts.mirrors[k][1] && direction[k] < 0.0;
+        let behind = |k: usize| {
+            parts.symmetry_planes[k][0] && direction[k] > 0.0
+                || parts.symmetry_planes[k][1] && direction[k] < 0.0
+        };
         if let Some(k) = (0..3).find(|&k| behind(k)) {
             let end = usize::from(direction[k] < 0.0);
             let what = format!(
-                "this sun stands behind the mirror {}; reverse the {} of its direction, which gives its mirror image",
-                mirror_key(parts, k, end),
+                "this sun stands behind the symmetry plane {}; reverse the {} of its direction, which gives its mirror image",
+                plane_key(parts, k, end),
                 AXES[k]
             );
             return invalid(light_key(light), what);
@@ -183,23 +188,23 @@ fn check_skies(parts: &SceneParts) -> Result<(), SceneError> {
     match parts.lights.iter().find(varies) {
         Some(light) => invalid(
             light_key(light),
-            "in a scene with mirrors a sky is uniform; remove the mirrors, or give kind = \"sky\"",
+            "in a scene with symmetry planes a sky is uniform; remove the symmetry planes, or give kind = \"sky\"",
         ),
         None => Ok(()),
     }
 }
 
-/// Refuses point lights behind or in a mirror plane: an image must be a light of its own.
+/// Refuses point lights behind or in a symmetry plane: an image must be a light of its own.
 fn check_point_lights(parts: &SceneParts, (bounds, slack): ((Vec3, Vec3), f64)) -> Result<(), SceneError> {
     for light in &parts.lights {
         let Light::Point { position, .. } = light else { continue };
         for k in 0..3 {
             for (end, plane) in [bounds.0[k], bounds.1[k]].into_iter().enumerate() {
                 let before = if end == 0 { position[k] - plane } else { plane - position[k] };
-                if parts.mirrors[k][end] && before <= slack {
+                if parts.symmetry_planes[k][end] && before <= slack {
                     let what = format!(
-                        "this light stands in or behind the mirror {}; move it in front of the plane",
-                        mirror_key(parts, k, end)
+                        "this light stands in or behind the symmetry plane {}; move it in front of the plane",
+                        plane_key(parts, k, end)
                     );
                     return invalid(light_key(light), what);
                 }
@@ -209,7 +214,7 @@ fn check_point_lights(parts: &SceneParts, (bounds, slack): ((Vec3, Vec3), f64)) 
     Ok(())
 }
 
-/// Refuses plates beyond a mirror plane, and plates in it unless they close a solid whose image continues behind the mirror.
+/// Refuses plates beyond a symmetry plane, and plates in it unless they close a solid whose image continues behind the symmetry plane.
 fn check_plate(
     parts: &SceneParts,
     plate: &Plate,
@@ -219,15 +224,15 @@ fn check_plate(
     let (lo, hi) = plate.bounds();
     for k in 0..3 {
         for (end, plane) in [bounds.0[k], bounds.1[k]].into_iter().enumerate() {
-            if !parts.mirrors[k][end] {
+            if !parts.symmetry_planes[k][end] {
                 continue;
             }
             let name = || surface.map_or_else(|| "a pane".to_string(), |s| format!("surface '{}'", s.name));
             let beyond = if end == 0 { plane - lo[k] } else { hi[k] - plane };
             if beyond > slack {
                 let what = format!(
-                    "it reaches beyond the mirror {}; cut it off at the plane",
-                    mirror_key(parts, k, end)
+                    "it reaches beyond the symmetry plane {}; cut it off at the plane",
+                    plane_key(parts, k, end)
                 );
                 return invalid(name(), what);
             }
@@ -236,8 +241,8 @@ fn check_plate(
             let closes_solid = surface.is_some_and(|s| s.solid) && outward > 0.0;
             if in_plane && !closes_solid {
                 let what = format!(
-                    "it lies in the mirror {}; leave it out (omit), or remove the mirror",
-                    mirror_key(parts, k, end)
+                    "it lies in the symmetry plane {}; leave it out (omit), or remove the symmetry plane",
+                    plane_key(parts, k, end)
                 );
                 return invalid(name(), what);
             }

@@ -1,13 +1,13 @@
-//! Scenes with mirrors through the command: files and pictures of the part, and of the whole that it stands for.
+//! Scenes with symmetry planes through the command: files and pictures of the part, and of the whole that it stands for.
 
 use crate::support;
 
 use support::{Folder, Program, refused};
 
-/// A roofless room of smoke with a lamp and suns, or its half beside the mirror x0.
+/// A roofless room of smoke with a lamp and suns, or its half beside the symmetry plane x0.
 fn room(is_half: bool) -> String {
     let low = if is_half { 0 } else { -1 };
-    let (mirror, omit) = if is_half { ("x0 = 'mirror'", ", 'x0'") } else { ("", "") };
+    let (plane, omit) = if is_half { ("x0 = 'symmetry'", ", 'x0'") } else { ("", "") };
     let cells = if is_half { 2 } else { 4 };
     let sun = |name: &str, x: f64| {
         format!("[[light]]\nkind = 'sun'\nname = '{name}'\ndirection = [{x}, 0.2, -1]\nirradiance = 3\n")
@@ -19,7 +19,7 @@ fn room(is_half: bool) -> String {
 patch_size = 0.5
 engine = 'dense'
 [boundary]
-{mirror}
+{plane}
 [[surface]]
 name = 'room'
 room = {{ min = [{low}, 0, 0], max = [1, 1, 1] }}
@@ -44,7 +44,7 @@ name = 'door'
 origin = [0.8, 0.1, 0.5]
 target = [-0.5, 0.8, 0.3]
 ",
-        // The lamp hangs over the half of the mirror plane.
+        // The lamp hangs over the half of the symmetry plane.
         if is_half { 0.5 } else { 1.5 }
     )
     .replace("origin = [-1, 0.4, 0.7]", "origin = [-0.5, 0.4, 0.7]")
@@ -85,9 +85,9 @@ fn files_hold_the_part_alone() {
     let f = Folder::new();
     f.put("half.toml", room(true));
     let told = f.done(&["solve", "half.toml", "-o", "half.npz"]);
-    assert!(told.contains("mirrors at x0"), "{told}");
+    assert!(told.contains("symmetry planes at x0"), "{told}");
     let told = f.done(&["check", "half.toml"]);
-    assert!(told.contains("mirrors at x0") && told.contains(" 8 voxel zones"), "{told}");
+    assert!(told.contains("symmetry planes at x0") && told.contains(" 8 voxel zones"), "{told}");
     for name in ["half.vtu", "half.vti", "half.csv"] {
         f.done(&["export", "half.npz", "-o", name]);
     }
@@ -96,6 +96,6 @@ fn files_hold_the_part_alone() {
     f.done(&["relight", "half.npz", "sun=2", "-o", "relit.npz"]);
     f.done(&["exchange", "half.toml", "--direct-only", "-o", "areas.npz"]);
     f.put("bad.toml", room(true).replace("omit = ['z1', 'x0']", "omit = ['z1']"));
-    refused(&f, Program, &["check", "bad.toml"], "lies in the mirror boundary.x0");
-    refused(&f, Program, &["solve", "half.toml", "--factors", "point", "-o", "x.npz"], "mirrors");
+    refused(&f, Program, &["check", "bad.toml"], "lies in the symmetry plane boundary.x0");
+    refused(&f, Program, &["solve", "half.toml", "--factors", "point", "-o", "x.npz"], "symmetry planes");
 }

@@ -1,4 +1,4 @@
-//! Scenes with mirrors: the zonal equations of the even extension ([`zonal_scene::EvenExtension`]), and the part of its solution on the scene.
+//! Scenes with symmetry_planes: the zonal equations of the even extension ([`zonal_scene::EvenExtension`]), and the part of its solution on the scene.
 //!
 //! All sources are even, and so is the solution. With g·i the images of zone i and |G| their number, a field of the scene and a power are
 //!
@@ -24,8 +24,8 @@ use zonal_scene::{
 use zonal_transport::Transport;
 use zonal_transport::zoning::excluded_parts;
 
-/// The even extension that stands for a scene with mirrors while its equations are solved.
-pub struct MirroredSolve {
+/// The even extension that stands for a scene with symmetry planes while its equations are solved.
+pub struct SymmetricSolve {
     /// The extension.
     pub extension: EvenExtension,
     /// Its zones.
@@ -34,15 +34,15 @@ pub struct MirroredSolve {
     pub images: ZoneImages,
 }
 
-impl MirroredSolve {
-    /// The extension of a scene and of its zones, with boundary conditions applied; `None` without mirrors.
+impl SymmetricSolve {
+    /// The extension of a scene and of its zones, with boundary conditions applied; `None` without symmetry planes.
     ///
     /// # Errors
     /// If the medium of the extension has too many cells.
-    pub fn of(scene: &Scene, zones: &Zones) -> Result<Option<MirroredSolve>, SceneError> {
+    pub fn of(scene: &Scene, zones: &Zones) -> Result<Option<SymmetricSolve>, SceneError> {
         Ok(EvenExtension::of(scene)?.map(|extension| {
             let (zones, images) = extension.extended_zones(zones);
-            MirroredSolve { extension, zones, images }
+            SymmetricSolve { extension, zones, images }
         }))
     }
 
@@ -163,12 +163,12 @@ impl MirroredSolve {
             }
         }
         out.counts.push(("zones with their mirror images".into(), self.zones.len() as u64));
-        out.warnings.insert(0, mirror_note(scene, self.images.image_count()));
+        out.warnings.insert(0, symmetry_note(scene, self.images.image_count()));
         out
     }
 }
 
-/// The parts of a scene that have no zones ([`excluded_parts`]); with mirrors those of the even extension, whose solids continue behind them.
+/// The parts of a scene that have no zones ([`excluded_parts`]); with symmetry planes those of the even extension, whose solids continue behind them.
 ///
 /// # Errors
 /// As [`excluded_parts`].
@@ -177,7 +177,7 @@ pub fn excluded_parts_of(
     transport: &Transport,
     zones: &Zones,
 ) -> Result<Vec<Diagnostic>, SceneError> {
-    match MirroredSolve::of(scene, zones)? {
+    match SymmetricSolve::of(scene, zones)? {
         Some(m) => excluded_parts(&m.extension.scene, &Transport::new(&m.extension.scene), &m.zones),
         None => excluded_parts(scene, transport, zones),
     }
@@ -188,25 +188,25 @@ pub(crate) fn check_settings(settings: &SolveSettings) -> Result<(), SceneError>
     match settings.pair_settings.volume_factors {
         Some(_) => Err(SceneError::new(
             "boundary",
-            "formulas of the paper have no images of a scene with mirrors; use --factors exact",
+            "formulas of the paper have no images of a scene with symmetry planes; use --factors exact",
         )),
         None => Ok(()),
     }
 }
 
-/// The error of an extension, in terms of the scene with mirrors: what is wrong with periodic axes concerns mirrors that face each other.
+/// The error of an extension, in terms of the scene with symmetry_planes: what is wrong with periodic axes concerns symmetry planes that face each other.
 pub(crate) fn explain(scene: &Scene, error: SceneError) -> SceneError {
-    let facing = scene.mirrors().contains(&[true; 2]);
+    let facing = scene.symmetry_planes().contains(&[true; 2]);
     if !facing || error.key() != "boundary" {
         return error;
     }
-    let what = format!("mirrors that face each other make the scene periodic: {}", error.message());
+    let what = format!("symmetry planes that face each other make the scene periodic: {}", error.message());
     SceneError::new("boundary", what)
 }
 
-/// The note that names the mirrors of a scene.
-pub fn mirror_note(scene: &Scene, images: usize) -> Diagnostic {
-    let name = |k: usize| match scene.mirrors()[k] {
+/// The note that names the symmetry planes of a scene.
+pub fn symmetry_note(scene: &Scene, images: usize) -> Diagnostic {
+    let name = |k: usize| match scene.symmetry_planes()[k] {
         [true, true] => Some(format!("{} (both ends)", AXES[k])),
         [true, false] => Some(format!("{}0", AXES[k])),
         [false, true] => Some(format!("{}1", AXES[k])),
@@ -214,10 +214,10 @@ pub fn mirror_note(scene: &Scene, images: usize) -> Diagnostic {
     };
     let names: Vec<String> = (0..3).filter_map(name).collect();
     let text = format!(
-        "mirrors at {}: the scene is the part of an even extension of {images} images; zones and powers are those of the part",
+        "symmetry planes at {}: the scene is the part of an even extension of {images} images; zones and powers are those of the part",
         names.join(", ")
     );
-    Diagnostic::note("mirrors", text)
+    Diagnostic::note("symmetry-planes", text)
 }
 
 const AXES: [&str; 3] = ["x", "y", "z"];

@@ -1,4 +1,4 @@
-//! Scenes with mirrors against the whole scenes of which they are parts.
+//! Scenes with symmetry planes against the whole scenes of which they are parts.
 
 use crate::common;
 
@@ -13,8 +13,8 @@ const CELLS: [usize; 3] = [6, 4, 3];
 
 /// A furnace: a box of hot and reflecting walls with a glowing, scattering gas, even about the middle of x and y.
 struct Furnace<'a> {
-    /// Mirrors as lines of `[boundary]`, one of `x0`, `x1` and one of `y0`, `y1`; none for the whole.
-    mirrors: &'a str,
+    /// Symmetry planes as lines of `[boundary]`, one of `x0`, `x1` and one of `y0`, `y1`; none for the whole.
+    symmetry_planes: &'a str,
     settings: &'a str,
     /// Keys of the walls and of the medium.
     walls: &'a str,
@@ -29,10 +29,10 @@ impl Furnace<'_> {
     fn bounds(&self) -> [[f64; 3]; 2] {
         let (mut lo, mut hi) = ([0.0; 3], SIZE);
         for (k, axis) in ["x", "y"].into_iter().enumerate() {
-            if self.mirrors.contains(&format!("{axis}0")) {
+            if self.symmetry_planes.contains(&format!("{axis}0")) {
                 lo[k] = 0.5 * SIZE[k];
             }
-            if self.mirrors.contains(&format!("{axis}1")) {
+            if self.symmetry_planes.contains(&format!("{axis}1")) {
                 hi[k] = 0.5 * SIZE[k];
             }
         }
@@ -45,14 +45,14 @@ impl Furnace<'_> {
             (0..3).map(|k| (CELLS[k] as f64 * (hi[k] - lo[k]) / SIZE[k]).round() as usize).collect();
         let omit: Vec<String> = ["x0", "x1", "y0", "y1"]
             .iter()
-            .filter(|f| self.mirrors.contains(**f))
+            .filter(|f| self.symmetry_planes.contains(**f))
             .map(|f| format!("{f:?}"))
             .collect();
         format!(
             "{}\n[boundary]\n{}\n[[surface]]\nname = \"f\"\nroom = {{ min = {lo:?}, max = {hi:?} }}\nomit = [{}]\n{}\n\
              [medium]\nmin = {lo:?}\nmax = {hi:?}\ncells = {cells:?}\n{}\n{}\n{}\n",
             self.settings,
-            self.mirrors,
+            self.symmetry_planes,
             omit.join(", "),
             self.walls,
             self.gas,
@@ -68,7 +68,7 @@ impl Furnace<'_> {
 
 /// A furnace in mode "light".
 const LIT_FURNACE: Furnace = Furnace {
-    mirrors: "",
+    symmetry_planes: "",
     settings: "[solve]\npatch_rule = \"voxels\"\nresidual = 1e-13\nengine = \"spectral\"\nzone_basis = \"constant\"",
     walls: "reflectance = [0.4, 0.7, 0.1]\nemission = [1, 2, 0]\nfaces.z0 = { emission = 3, reflectance = 0.2 }",
     gas: "extinction = [0.7, 2.0, 0.0]\nalbedo = [0.6, 0.9, 0.0]\nemission = 0.5",
@@ -85,10 +85,10 @@ const HEATED_FURNACE: Furnace = Furnace {
 };
 
 const CORNERS: [&str; 4] = [
-    "x0 = \"mirror\"\ny0 = \"mirror\"",
-    "x1 = \"mirror\"\ny1 = \"mirror\"",
-    "x1 = \"mirror\"",
-    "y0 = \"mirror\"",
+    "x0 = \"symmetry\"\ny0 = \"symmetry\"",
+    "x1 = \"symmetry\"\ny1 = \"symmetry\"",
+    "x1 = \"symmetry\"",
+    "y0 = \"symmetry\"",
 ];
 
 fn centre(zones: &Zones, i: usize) -> (Vec3, Vec3) {
@@ -173,13 +173,17 @@ fn parts_of_a_furnace_equal_the_whole_by_the_spectral_engine() {
         Furnace { walls: "reflectance = 0.4\nemission = 1\nfaces.z1 = { emission = 0 }", ..LIT_FURNACE };
     for furnace in [LIT_FURNACE, open] {
         let whole = furnace.solve();
-        for mirrors in CORNERS {
-            let part = Furnace { mirrors, ..furnace }.solve();
+        for symmetry_planes in CORNERS {
+            let part = Furnace { symmetry_planes, ..furnace }.solve();
             assert_eq!(part.report.engine, "spectral");
             let off = apart(&part, &whole);
-            assert!(off < 1e-10, "{mirrors}: {off:e}");
+            assert!(off < 1e-10, "{symmetry_planes}: {off:e}");
             assert_same_powers(&part, &whole, 1e-11);
-            assert!(part.report.warnings.iter().any(|w| w.code == "mirrors"), "{:?}", part.report.warnings);
+            assert!(
+                part.report.warnings.iter().any(|w| w.code == "symmetry-planes"),
+                "{:?}",
+                part.report.warnings
+            );
             assert_eq!(part.report.counts[0], ("zones".to_string(), part.zones.len() as u64));
         }
     }
@@ -194,12 +198,12 @@ fn parts_have_the_temperatures_of_the_whole() {
     };
     for (furnace, images_of_power) in [(HEATED_FURNACE, 1.0), (power, 4.0)] {
         let whole = furnace.solve();
-        for mirrors in [CORNERS[0], CORNERS[1]] {
+        for symmetry_planes in [CORNERS[0], CORNERS[1]] {
             let walls = furnace.walls.replace("3000", &format!("{}", 3000.0 / images_of_power));
-            let part = Furnace { mirrors, walls: &walls, ..furnace }.solve();
+            let part = Furnace { symmetry_planes, walls: &walls, ..furnace }.solve();
             let [a, b] = [&part, &whole].map(|s| s.fields.heat.as_ref().unwrap());
             for (i, j) in same_zones(&part, &whole).into_iter().enumerate() {
-                assert!((a.temperature[i] / b.temperature[j] - 1.0).abs() < 1e-10, "{mirrors} {i}");
+                assert!((a.temperature[i] / b.temperature[j] - 1.0).abs() < 1e-10, "{symmetry_planes} {i}");
             }
             let [p, w] = [&part, &whole].map(|s| s.report.heat.as_ref().unwrap());
             for (x, y) in p
@@ -230,7 +234,7 @@ fn parts_with_coupled_bands_have_the_temperatures_of_the_whole() {
         gas: "absorption = [0.3, 2.0, 0.0]\nheat_source = 0",
         ..HEATED_FURNACE
     };
-    let [part, whole] = [CORNERS[1], ""].map(|mirrors| Furnace { mirrors, ..gas }.solve());
+    let [part, whole] = [CORNERS[1], ""].map(|symmetry_planes| Furnace { symmetry_planes, ..gas }.solve());
     let [a, b] = [&part, &whole].map(|s| s.fields.heat.as_ref().unwrap());
     for (i, j) in same_zones(&part, &whole).into_iter().enumerate() {
         assert!((a.temperature[i] / b.temperature[j] - 1.0).abs() < 1e-9, "{i}");
@@ -245,7 +249,7 @@ fn linear_basis_keeps_the_symmetry() {
         gas: "extinction = [4.0, 9.0, 0.5]\nalbedo = 0.7\nemission = 0.5",
         ..LIT_FURNACE
     };
-    let [part, whole] = [CORNERS[1], ""].map(|mirrors| Furnace { mirrors, ..linear }.solve());
+    let [part, whole] = [CORNERS[1], ""].map(|symmetry_planes| Furnace { symmetry_planes, ..linear }.solve());
     let off = apart(&part, &whole);
     assert!(off < 1e-10, "{off:e}");
 }
@@ -256,31 +260,31 @@ fn parts_of_a_furnace_equal_the_whole_by_the_dense_engine() {
     let settings = LIT_FURNACE.settings.replace("spectral", "dense");
     let dense = Furnace { settings: &settings, ..LIT_FURNACE };
     let whole = dense.solve();
-    let spectral = Furnace { mirrors: CORNERS[1], ..LIT_FURNACE }.solve();
-    for mirrors in [CORNERS[0], CORNERS[1]] {
-        let part = Furnace { mirrors, ..dense }.solve();
+    let spectral = Furnace { symmetry_planes: CORNERS[1], ..LIT_FURNACE }.solve();
+    for symmetry_planes in [CORNERS[0], CORNERS[1]] {
+        let part = Furnace { symmetry_planes, ..dense }.solve();
         assert_eq!(part.report.engine, "dense");
         let off = apart(&part, &whole);
-        assert!(off < 1e-10, "{mirrors}: {off:e}");
+        assert!(off < 1e-10, "{symmetry_planes}: {off:e}");
         assert_same_powers(&part, &whole, 1e-10);
-        if mirrors == CORNERS[1] {
+        if symmetry_planes == CORNERS[1] {
             let off = apart(&part, &spectral);
             assert!(off < 1e-10, "{off:e}");
         }
     }
 }
 
-// Guards (numbers): the part of a scene between symmetry planes has the solution of the whole within the stated errors of the hierarchical engine.
-/// A block stands in the middle of the furnace, below a pane; the part has a quarter of both, which the mirrors cut.
+// Guards (numbers): the part of a scene between symmetry planes has the solution of the whole within the stated errors of the rays engine.
+/// A block stands in the middle of the furnace, below a pane; the part has a quarter of both, which the symmetry planes cut.
 #[test]
 fn parts_with_obstacles_equal_the_whole_within_the_stated_errors() {
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         let settings = format!("[solve]\npatch_size = 0.3\nengine = \"{engine}\"\ntolerance = 0.02");
         let block = |hi: [f64; 3]| {
             format!(
                 "[[surface]]\nname = \"block\"\nbox = {{ min = [0.45, 0.25, 0.1], max = {hi:?} }}\nreflectance = 0.3\nemission = 2\n\
                  [[pane]]\npolygon = [[0.3, 0.2, 0.45], [{x}, 0.2, 0.45], [{x}, {y}, 0.45], [0.3, {y}, 0.45]]\nthickness = 0.01\nextinction = 80\nemission = 1\n",
-                // The pane above the block ends at the mirrors too.
+                // The pane above the block ends at the symmetry planes too.
                 x = if hi[0] < 0.7 { 0.6 } else { 0.9 },
                 y = if hi[1] < 0.5 { 0.4 } else { 0.6 },
             )
@@ -288,7 +292,7 @@ fn parts_with_obstacles_equal_the_whole_within_the_stated_errors() {
         let [quarter, all] = [block([0.6, 0.4, 0.35]), block([0.75, 0.55, 0.35])];
         let furnace = Furnace { settings: &settings, ..LIT_FURNACE };
         let whole = Furnace { rest: &all, ..furnace }.solve();
-        let part = Furnace { rest: &quarter, mirrors: CORNERS[1], ..furnace }.solve();
+        let part = Furnace { rest: &quarter, symmetry_planes: CORNERS[1], ..furnace }.solve();
         assert_eq!(part.report.engine, engine);
         let block = |s: &Solution| {
             let k = s.scene.surfaces().iter().position(|x| x.name == "block").unwrap();
@@ -327,9 +331,9 @@ fn direct_light_has_mirror_images() {
         format!("[[light]]\nkind = \"sun\"\nname = \"sun{k}\"\ndirection = {d:?}\nirradiance = 2\n")
     };
     let sky = "[[light]]\nkind = \"sky\"\nname = \"sky\"\nradiance = 0.3\n";
-    // The roof is missing; a sun stands in the plane of the mirror y1, so that it has two images.
+    // The roof is missing; a sun stands in the plane of the symmetry plane y1, so that it has two images.
     let suns: String = (0..2).map(|k| sun(k, [[0.4, -0.4][k], 0.0, -1.0])).collect();
-    for engine in ["dense", "hierarchical"] {
+    for engine in ["dense", "rays"] {
         let settings = format!("[solve]\npatch_size = 0.2\nengine = \"{engine}\"\ntolerance = 0.02");
         let open = Furnace {
             settings: &settings,
@@ -345,7 +349,7 @@ fn direct_light_has_mirror_images() {
             solve(read(&text))
         };
         let whole = roofless(Furnace { rest: &all, ..open });
-        let part = roofless(Furnace { rest: &own, mirrors: CORNERS[1], ..open });
+        let part = roofless(Furnace { rest: &own, symmetry_planes: CORNERS[1], ..open });
         let [off, stated] = differs_by(&part, &whole);
         assert!(off <= stated && stated < 0.1, "{engine}: {off:e} {stated:e}");
         let tolerance = 0.02;
@@ -359,12 +363,12 @@ fn direct_light_has_mirror_images() {
 /// Uniform emission makes the radiation in a closed part uniform; rows of exchange areas close and are symmetric by construction.
 #[test]
 fn isothermal_parts_are_uniform() {
-    let both = "x = \"mirror\"\ny0 = \"mirror\"";
+    let both = "x = \"symmetry\"\ny0 = \"symmetry\"";
     for engine in ["spectral", "dense"] {
-        for mirrors in [CORNERS[0], CORNERS[1], both] {
+        for symmetry_planes in [CORNERS[0], CORNERS[1], both] {
             let settings = LIT_FURNACE.settings.replace("spectral", engine);
             let text = Furnace {
-                mirrors,
+                symmetry_planes,
                 settings: &settings,
                 walls: "reflectance = 0.5\nemission = 1",
                 gas: "extinction = [0.0, 0.3, 4.0]\nalbedo = 0.6\nemission = 2",
@@ -376,15 +380,15 @@ fn isothermal_parts_are_uniform() {
             let s = solve(read(&text));
             let off = unlevels(&s, 2.0).iter().fold(0.0f64, |m, x| m.max(*x));
             let limit = if engine == "spectral" { 1e-12 } else { 1e-10 };
-            assert!(off < limit, "{engine} {mirrors}: {off:e}");
+            assert!(off < limit, "{engine} {symmetry_planes}: {off:e}");
             assert!(s.report.closure.worst.iter().all(|d| *d < limit), "{:?}", s.report.closure);
         }
     }
 }
 
-/// A slab between two pairs of mirrors is a slab of infinite extent, as the periodic one.
+/// A slab between two pairs of symmetry planes is a slab of infinite extent, as the periodic one.
 #[test]
-fn mirrors_at_both_ends_equal_a_period_of_twice_the_extent() {
+fn symmetry_planes_at_both_ends_equal_a_period_of_twice_the_extent() {
     let room = |engine: &str, boundary: &str, length: f64, cells: usize| {
         read(&format!(
             "[solve]\npatch_rule = \"voxels\"\nresidual = 1e-13\nengine = \"{engine}\"\nzone_basis = \"constant\"\n[boundary]\nx = \"{boundary}\"\n\
@@ -401,19 +405,18 @@ fn mirrors_at_both_ends_equal_a_period_of_twice_the_extent() {
     };
     let whole = solve(room("spectral", "periodic", 2.2, 22));
     for engine in ["spectral", "dense"] {
-        let part = solve(room(engine, "mirror", 1.1, 11));
+        let part = solve(room(engine, "symmetry", 1.1, 11));
         let off = apart(&part, &whole);
         assert!(off < 1e-10, "{engine}: {off:e}");
     }
-    let refused =
-        zonal_solve::solve(room("hierarchical", "mirror", 1.1, 11), 4 << 30, &NoProgress).unwrap_err();
+    let refused = zonal_solve::solve(room("rays", "symmetry", 1.1, 11), 4 << 30, &NoProgress).unwrap_err();
     assert_eq!(refused.key(), "boundary");
-    assert!(refused.message().contains("mirrors that face each other"), "{refused}");
+    assert!(refused.message().contains("symmetry_planes that face each other"), "{refused}");
 }
 
 #[test]
 fn checkpoints_and_threads_keep_the_bits() {
-    let furnace = Furnace { mirrors: CORNERS[0], ..LIT_FURNACE };
+    let furnace = Furnace { symmetry_planes: CORNERS[0], ..LIT_FURNACE };
     let scene: Scene = read(&furnace.text());
     let [(a, _), (b, _)] = [1, 3].map(|n| common::on_threads(&scene, n));
     assert_eq!(a, b);
@@ -424,24 +427,24 @@ fn refusal(text: &str) -> String {
 }
 
 #[test]
-fn invalid_mirrors_are_refused() {
+fn invalid_symmetry_planes_are_refused() {
     let plate = |x: f64| {
         format!(
             "[[surface]]\nname = \"p\"\nrectangle = {{ origin = [{x},0,0], edge1 = [0,1,0], edge2 = [0,0,1] }}\n"
         )
     };
-    let boundary = "[boundary]\nx0 = \"mirror\"\n";
+    let boundary = "[boundary]\nx0 = \"symmetry\"\n";
     let vacuum = "min = [0,0,0]\nmax = [1,1,1]\n";
     for (text, want) in [
         (format!("{boundary}{}", plate(0.5)), "boundary.min"),
-        (format!("{boundary}{vacuum}{}", plate(-0.5)), "reaches beyond the mirror"),
-        (format!("{boundary}{vacuum}{}", plate(0.0)), "lies in the mirror"),
+        (format!("{boundary}{vacuum}{}", plate(-0.5)), "reaches beyond the symmetry plane"),
+        (format!("{boundary}{vacuum}{}", plate(0.0)), "lies in the symmetry plane"),
         (format!("{boundary}x = \"periodic\"\n{vacuum}{}", plate(0.5)), "add a [medium]"),
-        (format!("[boundary]\nx = \"mirror\"\n{vacuum}{}", plate(0.5)), "between two mirrors"),
-        (format!("[boundary]\n{vacuum}{}", plate(0.5)), "no end is a mirror"),
-        (format!("[boundary]\nx0 = \"mirror\"\nmin = [0,0,0]\n{}", plate(0.5)), "both corners"),
+        (format!("[boundary]\nx = \"symmetry\"\n{vacuum}{}", plate(0.5)), "between two symmetry planes"),
+        (format!("[boundary]\n{vacuum}{}", plate(0.5)), "no end is a symmetry plane"),
+        (format!("[boundary]\nx0 = \"symmetry\"\nmin = [0,0,0]\n{}", plate(0.5)), "both corners"),
         (
-            format!("[boundary]\nx0 = \"mirror\"\nmin = [0,0,0]\nmax = [0,1,1]\n{}", plate(0.5)),
+            format!("[boundary]\nx0 = \"symmetry\"\nmin = [0,0,0]\nmax = [0,1,1]\n{}", plate(0.5)),
             "min below max",
         ),
         (
@@ -449,9 +452,9 @@ fn invalid_mirrors_are_refused() {
                 "{boundary}{vacuum}{}[[light]]\nkind = \"sun\"\nname = \"s\"\ndirection = [1, 0, -1]\nirradiance = 1\n",
                 plate(0.5)
             ),
-            "behind the mirror",
+            "behind the symmetry plane",
         ),
-        (format!("[boundary]\nx0 = \"miror\"\n{}", plate(0.5)), "mirror"),
+        (format!("[boundary]\nx0 = \"miror\"\n{}", plate(0.5)), "symmetry"),
     ] {
         let got = refusal(&text);
         assert!(got.contains(want) && got.contains("test.toml"), "{text}\n{got}");
