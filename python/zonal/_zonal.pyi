@@ -138,13 +138,13 @@ class Solution:
         """
         Notes and warnings of the solve and of its discretization error: severity, code, part and text.
         """
-    def draw(self, /, arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> Path:
+    def draw(self, /, settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> None:
         """
-        Writes a picture or frames with the arguments of `zonal render`; returns the path.
+        Writes a picture, or the frames of an animation.
         """
-    def export(self, /, arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> list[Path]:
+    def export(self, /, settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> list[Path]:
         """
-        Writes the solution for other programs, with the arguments of `zonal export`; returns the paths of the files.
+        Writes the solution for other programs; returns the paths of the files.
         """
     def face_table(self, /) -> dict[str, typing.Any]:
         """
@@ -286,9 +286,9 @@ def exchange(scene: Scene, settings: Any, progress: Any | None = None, threads: 
     Computes the exchange areas of a scene.
     """
 
-def gas(arguments: SupportsGetItem[int, str]) -> str:
+def gas(model: str | None, settings: Any) -> str:
     """
-    What `zonal gas --json` reports, as JSON.
+    What `zonal gas --json` reports, as JSON; without a model the models.
     """
 
 def keys() -> list[tuple[str, str, str, str, str]]:
@@ -341,9 +341,9 @@ def view_factors(mesh: Any, obstacles: SupportsGetItem[int, Any], settings: Any,
     The view factors of the faces of a mesh: arrays by name.
     """
 
-def write_dataset(arguments: SupportsGetItem[int, str], progress: Any | None = None, threads: SupportsIndex | None = None) -> list[str]:
+def write_dataset(settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> list[str]:
     """
-    Writes the file of `zonal dataset` with its arguments; returns the notes on samples.
+    Writes the file of `zonal dataset`; returns the notes on samples.
     """
 
 def write_view_factors(factors: dict[str, typing.Any], path: str | PathLike[str], settings: Any, threads: SupportsIndex | None = None) -> None:

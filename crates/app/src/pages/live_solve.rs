@@ -97,7 +97,6 @@ impl LiveInput<'_> {
     }
 
     /// The scene of the input, and the files that it was read from, each as it was before the reading.
-    #[must_use]
     pub fn read(&self) -> (Result<Scene, Failure>, FilesRead) {
         let record = FileRecord::default();
         let scene = if self.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
