@@ -33,10 +33,7 @@ pub(super) fn write(
             named("named_error_radius", vec![m, k, k], radii),
         ]);
     }
-    let mut about = json!({
-        "names": areas.names, "name_of_zone": areas.name_of_zone, "unit": "m2",
-        "order_of_zones": "patches, then voxel zones, then pane zones",
-    });
+    let mut about = header(areas);
     let Some(data) = state else {
         return output::write_arrays(path, Some(&about.to_string()), &arrays);
     };
@@ -61,6 +58,14 @@ pub(super) fn write(
         arrays.push(named("zone_fractions", vec![n], &kinds));
     }
     output::write_arrays(path, Some(&about.to_string()), &arrays)
+}
+
+/// Names and units.
+fn header(areas: &ExchangeAreas) -> Value {
+    json!({
+        "names": areas.names, "name_of_zone": areas.name_of_zone, "unit": "m2",
+        "order_of_zones": "patches, then voxel zones, then pane zones",
+    })
 }
 
 /// The arrays of direct light; none without lights.
