@@ -3,7 +3,7 @@
 use crate::Size;
 
 /// The scene file, with `PATCH` in the place of the largest edge of a patch in m and `CELLS` in that of the voxels along each axis.
-pub const CHAPEL_TEMPLATE: &str = include_str!("chapel.toml.in");
+const CHAPEL_TEMPLATE: &str = include_str!("chapel.toml.in");
 
 /// The chapel as a scene file.
 pub fn chapel_text(size: Size) -> String {

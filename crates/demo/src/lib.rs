@@ -3,7 +3,7 @@
 mod chapel;
 pub mod church;
 
-pub use chapel::{CHAPEL_TEMPLATE, chapel_text};
+pub use chapel::chapel_text;
 
 /// Resolution of a scene of the demo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

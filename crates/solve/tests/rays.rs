@@ -68,7 +68,6 @@ fn assert_tolerance_holds(name: &str, scene: &Scene, reference: &Solution, toler
 }
 
 // Guards (numbers): errors of the rays engine stay below tolerance and estimate, against the dense and the spectral engine.
-/// A sample of the campaign `cargo run --release -p zonal-validation --example against_dense`.
 #[test]
 fn errors_stay_below_tolerance_and_estimate() {
     let cases = [("block", BLOCK), ("pane", PANE), ("free", ""), ("smoke", SMOKE), ("slanted", SLANTED)];
