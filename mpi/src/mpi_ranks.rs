@@ -150,9 +150,10 @@ fn all_gather(world: &impl CommunicatorCollectives, own: &[u8]) -> Parts {
         let mut buffer = placed(vec![0u8; received.iter().sum()]);
         let mut target = PartitionMut::new(&mut buffer[..], counts, displacements);
         let sent = part_of_round(own, round, limit);
-        match sent.is_empty() {
-            true => world.all_gather_varcount_into(&placed(Vec::new())[..], &mut target),
-            false => world.all_gather_varcount_into(sent, &mut target),
+        if sent.is_empty() {
+            world.all_gather_varcount_into(&placed(Vec::new())[..], &mut target)
+        } else {
+            world.all_gather_varcount_into(sent, &mut target)
         }
         append(&mut out, &buffer, &received);
     }

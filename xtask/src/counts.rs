@@ -18,11 +18,11 @@ const MAX_LONG_FUNCTIONS: usize = 20;
 /// Most parameters of a function, `self` counted.
 const MAX_PARAMETERS: usize = 7;
 /// Most parameters that are tuples.
-const MAX_TUPLE_PARAMETERS: usize = 172;
+const MAX_TUPLE_PARAMETERS: usize = 88;
 /// Most matches on booleans.
-const MAX_BOOL_MATCHES: usize = 145;
+const MAX_BOOL_MATCHES: usize = 0;
 /// Most uses of thread-local state.
-const MAX_THREAD_LOCALS: usize = 1;
+const MAX_THREAD_LOCALS: usize = 0;
 /// Most calls that return the first index of a range of zones.
 const MAX_ZONE_RANGE_STARTS: usize = 185;
 /// Most items, methods included, that can be named from the library `zonal`.

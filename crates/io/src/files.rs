@@ -78,9 +78,8 @@ impl<'a> FileSource<'a> {
 /// refused before they are opened.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), String> {
     let failed = |e: std::io::Error| unreadable(&e);
-    let check_regular = |m: &std::fs::Metadata| match m.is_file() {
-        true => Ok(()),
-        false => Err("this is not a file; give the path of one".to_string()),
+    let check_regular = |m: &std::fs::Metadata| {
+        if m.is_file() { Ok(()) } else { Err("this is not a file; give the path of one".to_string()) }
     };
     check_regular(&std::fs::metadata(path).map_err(failed)?)?;
     let file = File::open(path).map_err(failed)?;

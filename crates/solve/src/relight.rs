@@ -86,7 +86,7 @@ fn relight_block(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solut
     let sky =
         groups.iter().position(|g| matches!(g.kind, LightGroupKind::Surroundings | LightGroupKind::All));
     let sky = sky.map_or(Bands::ONE, |k| factors[k]);
-    let mut fields = sum_of_groups(&zones, &groups, &old, (known, sky));
+    let mut fields = sum_of_groups(&zones, &groups, &old, known, sky);
     report.discretization_error = None;
     report.energy = Default::default();
     groups.iter().for_each(|g| report.energy.add(&g.energy));
@@ -97,11 +97,10 @@ fn relight_block(solution: Solution, wanted: &[(String, Bands)]) -> Result<Solut
         });
     report.estimate = error_estimate(SharedZones::alone(&zones), &fields, report.estimate.grade);
     report.warnings.extend(wanted.iter().map(|(name, f)| {
-        let text = match f.is_grey() {
-            true => format!("relit: {name} × {}", f.first()),
-            false => {
-                format!("relit: {name} × {}", f.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
-            }
+        let text = if f.is_grey() {
+            format!("relit: {name} × {}", f.first())
+        } else {
+            format!("relit: {name} × {}", f.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))
         };
         Diagnostic::note("relit", text)
     }));
@@ -193,7 +192,8 @@ fn sum_of_groups(
     zones: &Zones,
     groups: &[LightGroup],
     old: &Fields,
-    (known, sky): (Option<Vec<Bands>>, Bands),
+    known: Option<Vec<Bands>>,
+    sky: Bands,
 ) -> Fields {
     let n = zones.len();
     let added = |pick: fn(&LightGroup) -> (&ZoneValues, Bands)| {

@@ -254,11 +254,8 @@ fn parse_pair<'t>(cell: &impl Fn(usize) -> &'t str) -> Result<CuboidPair, CellEr
         let reason = format!("the extinction is {kappa:e}; it must not be above {MAX_EXTINCTION:e}");
         return Err(CellError::new("kappa", reason));
     }
-    let kind = match (a.normal.is_some(), b.normal.is_some()) {
-        (false, false) => "vv",
-        (true, true) => "ss",
-        _ => "sv",
-    };
+    let surfaces = usize::from(a.normal.is_some()) + usize::from(b.normal.is_some());
+    let kind = ["vv", "sv", "ss"][surfaces];
     if cell(0) != kind {
         let reason = format!("'{}' does not agree with the normals, which make it '{kind}'", cell(0));
         return Err(CellError::new("kind", reason));

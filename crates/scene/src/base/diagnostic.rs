@@ -71,9 +71,10 @@ impl Diagnostic {
 impl fmt::Display for Diagnostic {
     /// `LOCATION: TEXT`, or the text alone.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self.location.is_empty() {
-            true => write!(f, "{}", self.text),
-            false => write!(f, "{}: {}", self.location, self.text),
+        if self.location.is_empty() {
+            write!(f, "{}", self.text)
+        } else {
+            write!(f, "{}: {}", self.location, self.text)
         }
     }
 }

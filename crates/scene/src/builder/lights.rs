@@ -227,9 +227,10 @@ pub(super) fn to_sunlight(light: &mut Light, bands: &BandSet) {
 
 /// An emission that is the same in all bands, in the band of sunlight of a thermal scene; the emission itself in other scenes.
 pub(super) fn emission_of_light(emission: Bands, bands: &BandSet) -> Bands {
-    match bands.has_solar_band() && emission.is_grey() {
-        true => bands.in_solar_band(0, emission.first()),
-        false => emission,
+    if bands.has_solar_band() && emission.is_grey() {
+        bands.in_solar_band(0, emission.first())
+    } else {
+        emission
     }
 }
 

@@ -311,9 +311,10 @@ fn add_sunlight(parts: &mut SceneParts, fractions: Option<&BandFractions>) -> Re
 
 /// The band fractions of a scene without given ones: grey in the infrared.
 fn default_fractions(bands: &BandSet) -> BandFractions {
-    match bands.has_solar_band() {
-        true => BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
-        false => BandFractions::default(),
+    if bands.has_solar_band() {
+        BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0]))
+    } else {
+        BandFractions::default()
     }
 }
 

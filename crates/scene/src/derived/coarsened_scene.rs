@@ -161,24 +161,20 @@ fn merged_condition(cells: &[MergedCell]) -> Option<ThermalCondition> {
             }
         }
     }
-    match (temperature_weight > 0.0, heat_weight > 0.0) {
-        // Cells that do not absorb have no weight.
-        (true, true) if absorbed > 0.0 => None,
-        (true, _) => {
-            let kelvin = cells.iter().filter_map(|c| match c.0 {
-                ThermalCondition::Temperature(t) if weight(c) > 0.0 => Some(t),
-                _ => None,
-            });
-            Some(ThermalCondition::Temperature(clamp_to_terms(
-                (fourth_powers / temperature_weight).sqrt().sqrt(),
-                kelvin,
-            )))
-        }
-        (false, _) => {
-            let heat = cells.iter().map(|c| c.0.prescribed_power());
-            Some(ThermalCondition::Flux(clamp_to_terms(heat_source, heat)))
-        }
+    if temperature_weight <= 0.0 {
+        let heat = cells.iter().map(|c| c.0.prescribed_power());
+        return Some(ThermalCondition::Flux(clamp_to_terms(heat_source, heat)));
     }
+    // Cells that do not absorb have no weight.
+    if heat_weight > 0.0 && absorbed > 0.0 {
+        return None;
+    }
+    let kelvin = cells.iter().filter_map(|c| match c.0 {
+        ThermalCondition::Temperature(t) if weight(c) > 0.0 => Some(t),
+        _ => None,
+    });
+    let mean = (fourth_powers / temperature_weight).sqrt().sqrt();
+    Some(ThermalCondition::Temperature(clamp_to_terms(mean, kelvin)))
 }
 
 impl VoxelGrid {

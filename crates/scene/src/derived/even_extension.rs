@@ -327,7 +327,7 @@ impl EvenExtension {
                 of_zone.push(i);
             }
         }
-        out.voxels = VoxelZones::with_properties_of(geometry, places, (&all.voxels, &of_zone));
+        out.voxels = VoxelZones::with_properties_of(geometry, places, &all.voxels, &of_zone);
         out
     }
 
@@ -368,10 +368,14 @@ impl EvenExtension {
             let c = grid.coordinates(cell);
             // The cell of the scene, and the axes across which it is reflected.
             let reflected = [0, 1, 2].map(|k| c[k] < before[k] || c[k] >= before[k] + dims[k]);
-            let at = [0, 1, 2].map(|k| match reflected[k] {
-                true if before[k] > 0 => before[k] - 1 - c[k],
-                true => 2 * dims[k] - 1 - c[k],
-                false => c[k] - before[k],
+            let at = [0, 1, 2].map(|k| {
+                if !reflected[k] {
+                    c[k] - before[k]
+                } else if before[k] > 0 {
+                    before[k] - 1 - c[k]
+                } else {
+                    2 * dims[k] - 1 - c[k]
+                }
             });
             let r = self.reflections.iter().find(|r| r.axes() == reflected).unwrap_or(&self.reflections[0]);
             let from = zones.voxel_zones_of_cell((at[0] * dims[1] + at[1]) * dims[2] + at[2]);
@@ -384,7 +388,7 @@ impl EvenExtension {
             }
         }
         base.extend(of_zone.iter().map(|z| (zones.voxel_offset() + z) as u32));
-        out.voxels = VoxelZones::with_properties_of(*grid.geometry(), places, (&zones.voxels, &of_zone));
+        out.voxels = VoxelZones::with_properties_of(*grid.geometry(), places, &zones.voxels, &of_zone);
     }
 
     /// Number of distinct images of a light: of a sun, those with distinct directions; of a point light all; of a sky and of emitting surfaces 1,

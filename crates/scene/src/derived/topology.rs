@@ -74,10 +74,7 @@ impl std::fmt::Display for DefectPlace {
             write!(f, " and face {}", other + 1)?;
         }
         write!(f, " at ({})", point(self.ends[0]))?;
-        match self.ends[0] == self.ends[1] {
-            true => Ok(()),
-            false => write!(f, " to ({})", point(self.ends[1])),
-        }
+        if self.ends[0] == self.ends[1] { Ok(()) } else { write!(f, " to ({})", point(self.ends[1])) }
     }
 }
 

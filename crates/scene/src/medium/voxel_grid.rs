@@ -275,11 +275,15 @@ impl VoxelGrid {
         extended: &VoxelGrid,
     ) -> Vec<usize> {
         let old = self.geometry.dims;
-        let from = |k: usize, c: usize| match (axes[k], low[k]) {
-            (true, true) if c < old[k] => old[k] - 1 - c,
-            (true, true) => c - old[k],
-            _ if c >= old[k] => 2 * old[k] - 1 - c,
-            _ => c,
+        let from = |k: usize, c: usize| {
+            let precedes = axes[k] && low[k];
+            if precedes {
+                if c < old[k] { old[k] - 1 - c } else { c - old[k] }
+            } else if c >= old[k] {
+                2 * old[k] - 1 - c
+            } else {
+                c
+            }
         };
         let image = |i: usize| {
             let c = extended.coordinates(i);

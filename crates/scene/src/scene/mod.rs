@@ -125,7 +125,8 @@ impl Scene {
     ) -> Option<ShadedPoint> {
         let corners = self.geometry.shading.of_facet(facet)?;
         Some(self.point_above(
-            (facet, front),
+            facet,
+            front,
             curved_point(&self.geometry.facets[facet], &corners, front, uv),
             lift,
         ))
@@ -145,10 +146,10 @@ impl Scene {
         let at = curved_point(f, &corners, front, uv);
         let texture = (&self.own().textures[map.texture], map.scale);
         let normal = mapped_normal(f, at.normal, f.uv_at(uv[0], uv[1]), texture);
-        Some(self.point_above((facet, front), ShadedPoint { normal, ..at }, lift))
+        Some(self.point_above(facet, front, ShadedPoint { normal, ..at }, lift))
     }
     /// A point of the front of a facet as its front or back, raised by `lift` metres.
-    fn point_above(&self, (facet, front): (usize, bool), at: ShadedPoint, lift: f64) -> ShadedPoint {
+    fn point_above(&self, facet: usize, front: bool, at: ShadedPoint, lift: f64) -> ShadedPoint {
         let side = if front { 1.0 } else { -1.0 };
         let up = self.geometry.facets[facet].plate.normal() * side;
         ShadedPoint { point: at.point + up * lift, normal: at.normal * side }

@@ -33,10 +33,10 @@ pub(crate) fn check_boundary(parts: &SceneParts) -> Result<(), SceneError> {
     check_skies(parts)?;
     let (lo, hi) = parts.bounds();
     let slack = PLANE_TOLERANCE * (hi.max(bounds.1) - lo.min(bounds.0)).length();
-    check_point_lights(parts, (bounds, slack))?;
+    check_point_lights(parts, bounds, slack)?;
     let walls = parts.facets.iter().map(|f| (&f.plate, parts.surfaces.get(f.surface)));
     let panes = parts.panes.iter().flat_map(|p| p.plates.iter().map(|q| (q, None)));
-    walls.chain(panes).try_for_each(|(plate, surface)| check_plate(parts, plate, surface, (bounds, slack)))
+    walls.chain(panes).try_for_each(|(plate, surface)| check_plate(parts, plate, surface, bounds, slack))
 }
 
 fn axis_key(axis: usize) -> String {
@@ -78,13 +78,14 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
     let endless = parts.endless_axes();
     let Some(axis) = (0..3).find(|&k| endless[k]) else { return Ok(()) };
     // Two symmetry planes face each other where the axis is not periodic itself.
-    let [period, images, scene] = match parts.periodic[axis] {
-        true => ["the period is the extent of the medium", "periodic images", "a periodic scene"],
-        false => [
+    let [period, images, scene] = if parts.periodic[axis] {
+        ["the period is the extent of the medium", "periodic images", "a periodic scene"]
+    } else {
+        [
             "between two symmetry planes the scene repeats with the extent of the medium",
             "images between two symmetry planes",
             "a scene between two symmetry planes",
-        ],
+        ]
     };
     let Some(grid) = &parts.voxel_grid else {
         return match (endless.iter().filter(|e| **e).count(), parts.periodic[axis], parts.boundary_box) {
@@ -195,7 +196,7 @@ fn check_skies(parts: &SceneParts) -> Result<(), SceneError> {
 }
 
 /// Refuses point lights behind or in a symmetry plane: an image must be a light of its own.
-fn check_point_lights(parts: &SceneParts, (bounds, slack): ((Vec3, Vec3), f64)) -> Result<(), SceneError> {
+fn check_point_lights(parts: &SceneParts, bounds: (Vec3, Vec3), slack: f64) -> Result<(), SceneError> {
     for light in &parts.lights {
         let Light::Point { position, .. } = light else { continue };
         for k in 0..3 {
@@ -219,7 +220,8 @@ fn check_plate(
     parts: &SceneParts,
     plate: &Plate,
     surface: Option<&Surface>,
-    (bounds, slack): ((Vec3, Vec3), f64),
+    bounds: (Vec3, Vec3),
+    slack: f64,
 ) -> Result<(), SceneError> {
     let (lo, hi) = plate.bounds();
     for k in 0..3 {

@@ -137,9 +137,10 @@ fn check_power_has_faces(parts: &SceneParts) -> Result<(), SceneError> {
     let lacks_face = |k: usize| {
         matches!(faces.values[k].condition, Some(ThermalCondition::Power(_))) && faces.face_of(k).is_none()
     };
-    match (0..faces.values.len()).any(lacks_face) {
-        true => invalid("mesh", "a facet without a face has the power of a face; give a heat flux"),
-        false => Ok(()),
+    if (0..faces.values.len()).any(lacks_face) {
+        invalid("mesh", "a facet without a face has the power of a face; give a heat flux")
+    } else {
+        Ok(())
     }
 }
 

@@ -81,11 +81,14 @@ impl Default for ErrorEstimate {
 
 /// `error`/`value` of numbers from 0: 0 for 0/0, infinite for a positive error of 0 and for NaN.
 fn relative_error(error: f64, value: f64) -> f64 {
-    match () {
-        () if error.is_nan() || value.is_nan() => f64::INFINITY,
-        () if value > 0.0 => error / value,
-        () if error == 0.0 => 0.0,
-        () => f64::INFINITY,
+    if error.is_nan() || value.is_nan() {
+        f64::INFINITY
+    } else if value > 0.0 {
+        error / value
+    } else if error == 0.0 {
+        0.0
+    } else {
+        f64::INFINITY
     }
 }
 

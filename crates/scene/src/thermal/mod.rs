@@ -246,9 +246,8 @@ impl BandFractions {
         if let Some(all) = all_bands {
             let positive = all.iter().map(|c| value_and_slope(c, t)).filter(|x| x[0] > 0.0);
             let [sum, sum_slope] = positive.fold([0.0; 2], |s, x| [s[0] + x[0], s[1] + x[1]]);
-            slope = Bands::from_fn(|b| match value[b] > 0.0 {
-                true => (slope[b] - value[b] * sum_slope / sum) / sum,
-                false => 0.0,
+            slope = Bands::from_fn(|b| {
+                if value[b] > 0.0 { (slope[b] - value[b] * sum_slope / sum) / sum } else { 0.0 }
             });
             value = value.map(|a| a.max(0.0) / sum);
         }

@@ -194,7 +194,8 @@ impl VoxelZones {
     pub(crate) fn with_properties_of(
         geometry: GridGeometry,
         places: impl IntoIterator<Item = VoxelPlace>,
-        (others, of_zone): (&VoxelZones, &[usize]),
+        others: &VoxelZones,
+        of_zone: &[usize],
     ) -> VoxelZones {
         let list = ZoneList::new(&geometry, places);
         let list = (!list.is_all_cells(&geometry)).then(|| Arc::new(list));

@@ -202,12 +202,16 @@ impl RowSystem {
                 let (t, total) = (targets[i], surroundings.total_of(i));
                 let sampled = surroundings.loss_error(i, t).map(|e| e * e);
                 let open = !surroundings.is_closed();
-                Bands::from_fn(|b| match is_exact(variance[i][b], t) {
-                    // The row alone gives the loss.
-                    true if open => t * t,
-                    // Samples of other factors say nothing about a loss that no ray found.
-                    _ if total[b] > 0.0 => sampled[b],
-                    _ => 0.0,
+                Bands::from_fn(|b| {
+                    if open && is_exact(variance[i][b], t) {
+                        // The row alone gives the loss.
+                        t * t
+                    } else if total[b] > 0.0 {
+                        sampled[b]
+                    } else {
+                        // Samples of other factors say nothing about a loss that no ray found.
+                        0.0
+                    }
                 })
             })
             .collect();
@@ -304,10 +308,12 @@ impl RowSystem {
             Bands::from_fn(|b| {
                 let v = self.variance[i][b];
                 let rest = v.sqrt() * count + ROUNDING_OF_ROW * t;
-                match is_exact(v, t) {
-                    _ if backs[b] > 0.0 => sampled[b],
-                    true => rest,
-                    false => (sampled[b].max(change[b]) * rest / rest.hypot(sampled[b])).min(sampled[b]),
+                if backs[b] > 0.0 {
+                    sampled[b]
+                } else if is_exact(v, t) {
+                    rest
+                } else {
+                    (sampled[b].max(change[b]) * rest / rest.hypot(sampled[b])).min(sampled[b])
                 }
             })
         };

@@ -112,7 +112,8 @@ impl<'a> SumOrder<'a> {
     /// Copies the planes `common` of a vector `from` over the planes `part` to a vector `to` over the planes of this process, and what has no planes.
     pub(crate) fn copy_planes<T: Copy>(
         &self,
-        (to, from): (&mut [T], &[T]),
+        to: &mut [T],
+        from: &[T],
         part: &Range<usize>,
         common: &Range<usize>,
     ) {

@@ -78,9 +78,10 @@ fn restore_if_requested(
     surroundings: &mut SurroundingsExchange,
     measured: RowClosure,
 ) -> RowClosure {
-    match scene.restores_closure() {
-        true => closure::restore(operator, zones, surroundings, measured),
-        false => measured,
+    if scene.restores_closure() {
+        closure::restore(operator, zones, surroundings, measured)
+    } else {
+        measured
     }
 }
 
@@ -198,18 +199,15 @@ fn close_dense_rows(
         *surroundings = exact_rows::complete(operator, place, pilot, &settings);
     }
     let mut measured = closure::measure(operator, context.shared_zones(), surroundings);
-    match exact_rows::are_restored(scene, &context.settings.pair_settings) {
-        true => {
-            let restore = match scene.options().restore_closure {
-                Some(_) => least_squares_closure::restore_fully,
-                None => least_squares_closure::restore,
-            };
-            restore(operator, context.shared_zones(), surroundings, measured)
-        }
-        false => {
-            least_squares_closure::state_row_errors(operator, zones, surroundings, &mut measured);
-            measured
-        }
+    if exact_rows::are_restored(scene, &context.settings.pair_settings) {
+        let restore = match scene.options().restore_closure {
+            Some(_) => least_squares_closure::restore_fully,
+            None => least_squares_closure::restore,
+        };
+        restore(operator, context.shared_zones(), surroundings, measured)
+    } else {
+        least_squares_closure::state_row_errors(operator, zones, surroundings, &mut measured);
+        measured
     }
 }
 

@@ -74,11 +74,8 @@ impl CostForecast {
     pub(crate) fn new(scene: &Scene, zones: &Zones, size: &ProblemSize) -> CostForecast {
         let tolerance = scene.options().tolerance;
         let aligned = zones.patches.par_iter().all(|p| is_aligned([p.plate.e1, p.plate.e2]));
-        let kind = match () {
-            () if !aligned || size.cut > 0 || size.panes > 0 => 2,
-            () if size.occluders > 0 => 1,
-            () => 0,
-        };
+        let kind =
+            if !aligned || size.cut > 0 || size.panes > 0 { 2 } else { usize::from(size.occluders > 0) };
         let varies = scene.voxel_grid().is_some_and(|g| g.uniform_extinction().is_none());
         let factor = if varies { VARYING_MEDIUM_FACTOR } else { 1.0 };
         let share = if kind == 2 { share_of_facing_pairs(zones) } else { 1.0 };

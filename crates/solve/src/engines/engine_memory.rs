@@ -24,7 +24,8 @@ pub(crate) fn spectral_solve_bytes(
     scene: &Scene,
     zones: &Zones,
     size: &ProblemSize,
-    (enclosure, order): (&BoxEnclosure, BasisOrder),
+    enclosure: &BoxEnclosure,
+    order: BasisOrder,
     ranks: usize,
 ) -> u64 {
     let kappa = enclosure.extinction_groups().1.len();

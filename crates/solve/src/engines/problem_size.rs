@@ -193,9 +193,10 @@ pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
         return (0..zones.len()).step_by(step).any(|i| strips.losses(i) != [0.0; 2]);
     }
     if scene.is_periodic() {
-        return match needs_layers(scene) {
-            true => LayerStack::find(scene, zones).is_ok_and(|s| s.is_open()),
-            false => BoxEnclosure::find(scene, zones).is_ok_and(|e| e.is_open()),
+        return if needs_layers(scene) {
+            LayerStack::find(scene, zones).is_ok_and(|s| s.is_open())
+        } else {
+            BoxEnclosure::find(scene, zones).is_ok_and(|e| e.is_open())
         };
     }
     let step = zones.len().div_ceil(OPENNESS_ZONES).max(1);

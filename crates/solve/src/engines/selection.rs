@@ -145,24 +145,26 @@ impl<'a> EngineSelection<'a> {
 
     /// Refuses sources in voxels without extinction for an engine whose rays end where the medium absorbs.
     fn check_transparent_sources(&self, engine: Engine) -> Result<(), SceneError> {
-        match engine == Engine::Rays && self.zones.has_transparent_sources() {
-            true => refuse(
+        if engine == Engine::Rays && self.zones.has_transparent_sources() {
+            refuse(
                 "medium.source",
                 "some cells with a source have no extinction, where the rays of the rays engine do not find it; use larger patches and voxels with engine = \"dense\"",
-            ),
-            false => Ok(()),
+            )
+        } else {
+            Ok(())
         }
     }
 
     /// Refuses a linear basis for engines without one.
     fn check_basis(&self) -> Result<(), SceneError> {
         let other = self.uses_paper_formulas || !matches!(self.requested, Engine::Auto | Engine::Spectral);
-        match self.basis == ZoneBasis::Linear && other {
-            true => refuse(
+        if self.basis == ZoneBasis::Linear && other {
+            refuse(
                 "solve.zone_basis",
                 "slopes inside zones are for the spectral engine; use that, or \"constant\"",
-            ),
-            false => Ok(()),
+            )
+        } else {
+            Ok(())
         }
     }
 
@@ -260,9 +262,10 @@ impl<'a> EngineSelection<'a> {
                 Ok((Engine::Spectral, why))
             }
             found if self.exceeds_dense => {
-                let why = match self.size.zones_by_pairs() > MAX_DENSE_ZONES {
-                    true => format!("{n} zones are more than {MAX_DENSE_ZONES}"),
-                    false => "every pair would need more memory than allowed".to_string(),
+                let why = if self.size.zones_by_pairs() > MAX_DENSE_ZONES {
+                    format!("{n} zones are more than {MAX_DENSE_ZONES}")
+                } else {
+                    "every pair would need more memory than allowed".to_string()
                 };
                 let not = match found {
                     Some(Err(why)) => format!("; spectral does not apply: {why}"),
@@ -316,7 +319,7 @@ impl<'a> EngineSelection<'a> {
 
     /// Bytes of a solve by the spectral engine.
     fn spectral_bytes(&self, found: &BoxEnclosure, order: BasisOrder) -> u64 {
-        spectral_solve_bytes(self.scene, self.zones, self.size, (found, order), self.ranks)
+        spectral_solve_bytes(self.scene, self.zones, self.size, found, order, self.ranks)
     }
 
     /// Refuses an engine that exceeds the memory limit.
@@ -352,11 +355,10 @@ impl<'a> EngineSelection<'a> {
 
 /// The reason why a periodic scene is refused that is no box on the grid of its medium.
 fn no_box(why: &str) -> String {
-    let remedy = match why == "there are panes" {
-        true => {
-            ": with periods or facing symmetry planes along two axes panes across the third are solved; along one, end the scene by walls, or give one end a symmetry plane"
-        }
-        false => "",
+    let remedy = if why == "there are panes" {
+        ": with periods or facing symmetry planes along two axes panes across the third are solved; along one, end the scene by walls, or give one end a symmetry plane"
+    } else {
+        ""
     };
     format!("a periodic scene must be a box on the grid of its medium, but {why}{remedy}")
 }

@@ -50,9 +50,10 @@ enum DefectExplanation<'a> {
 
 impl<'a> DefectExplanation<'a> {
     fn of(zones: &'a Zones, closure: &RowClosure, surroundings: &'a SurroundingsExchange) -> Self {
-        match closure.summary.restored {
-            true => DefectExplanation::Nothing,
-            false => DefectExplanation::EscapingPower(zones, surroundings),
+        if closure.summary.restored {
+            DefectExplanation::Nothing
+        } else {
+            DefectExplanation::EscapingPower(zones, surroundings)
         }
     }
 
@@ -76,10 +77,12 @@ pub(crate) fn error_of_fraction(fraction: f64, h: f64) -> f64 {
 
 /// The error of a row relative to the power that it holds, for a relative closure defect (negative if the row falls short).
 pub(crate) fn missing_fraction(defect: f64) -> f64 {
-    match defect < 0.0 {
-        true if defect <= -1.0 + EMPTY_ROW => f64::INFINITY,
-        true => -defect / (1.0 + defect),
-        false => defect,
+    if defect <= -1.0 + EMPTY_ROW {
+        f64::INFINITY
+    } else if defect < 0.0 {
+        -defect / (1.0 + defect)
+    } else {
+        defect
     }
 }
 

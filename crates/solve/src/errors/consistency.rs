@@ -56,9 +56,8 @@ pub(crate) fn widen_by_residual(zones: SharedZones, groups: &[LightGroup], field
         let h = |i: usize| (g.incident.at(i) * g.incident_scale).abs();
         let patches = zones.voxel_offset();
         let sizes = [patches, zones.total() - patches].map(|n| n.max(1) as f64);
-        let means: [Bands; 2] = zones.sum(|i| match i < patches {
-            true => [h(i) / sizes[0], Bands::ZERO],
-            false => [Bands::ZERO, h(i) / sizes[1]],
+        let means: [Bands; 2] = zones.sum(|i| {
+            if i < patches { [h(i) / sizes[0], Bands::ZERO] } else { [Bands::ZERO, h(i) / sizes[1]] }
         });
         for (kind, mean) in [0..patches, patches..zones.len()].into_iter().zip(means) {
             for i in kind {
@@ -84,13 +83,17 @@ pub(crate) fn widen_by_balance(zones: SharedZones, energy: &EnergyBalance, lost:
     let fraction = Bands::from_fn(|b| {
         let given = energy.emitted[b] + energy.incoming[b];
         let excess = missing[b] - explained[b] - lost[b];
-        match () {
+        if !missing[b].is_finite() {
             // Also if it is not a number.
-            () if !missing[b].is_finite() => f64::INFINITY,
-            () if excess <= ROUNDING_OF_BALANCE * given || explained[b].is_infinite() => 0.0,
-            () if absorbed[b] > 0.0 => excess / absorbed[b],
-            () if excess <= MAX_SHARE_OF_LEAVING * leaving[b] => excess / leaving[b],
-            () => f64::INFINITY,
+            f64::INFINITY
+        } else if excess <= ROUNDING_OF_BALANCE * given || explained[b].is_infinite() {
+            0.0
+        } else if absorbed[b] > 0.0 {
+            excess / absorbed[b]
+        } else if excess <= MAX_SHARE_OF_LEAVING * leaving[b] {
+            excess / leaving[b]
+        } else {
+            f64::INFINITY
         }
     });
     distribute(fraction, fields);

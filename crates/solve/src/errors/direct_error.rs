@@ -42,10 +42,7 @@ fn combined_error(lights: &[&LightField], zones: usize) -> Vec<Bands> {
     let error = |i: usize| {
         let (mut square, mut sum) = (Bands::ZERO, Bands::ZERO);
         for l in lights {
-            match l.by_exchange {
-                true => sum += l.error[i],
-                false => square += l.error[i].map(|e| e.powi(2)),
-            }
+            if l.by_exchange { sum += l.error[i] } else { square += l.error[i].map(|e| e.powi(2)) }
         }
         sum + square.sqrt()
     };
@@ -111,7 +108,8 @@ pub(crate) enum ErrorSum {
 /// Adds the errors of reflected light caused by direct light to the errors of all light and of each group.
 pub(crate) fn propagate_to_groups(
     context: &SolveContext,
-    (operator, sum): (&dyn ExchangeOperator, ErrorSum),
+    operator: &dyn ExchangeOperator,
+    sum: ErrorSum,
     fields: &mut Fields,
     groups: &mut [LightGroup],
 ) {
@@ -156,9 +154,10 @@ fn absorbed_power_errors(zones: &Zones, direct: &DirectLight, i: usize) -> [Band
     let a = absorption_area(zones, i);
     for l in &direct.lights {
         let own = a * l.error[i];
-        match l.by_exchange {
-            true => sum += own,
-            false => square += own * own,
+        if l.by_exchange {
+            sum += own
+        } else {
+            square += own * own
         }
         sum += a * l.common_error * l.fields[i].abs();
     }

@@ -82,10 +82,7 @@ impl EmptyRows {
 
     /// The error of the field of zone `i` that its closure defect causes, at most `error`.
     pub(crate) fn limited(&self, zones: &Zones, i: usize, h: Bands, error: Bands) -> Bands {
-        match self.missing(i) == Bands::ZERO {
-            true => error,
-            false => error.zip_map(self.bound(zones, i, h), f64::min),
-        }
+        if self.missing(i) == Bands::ZERO { error } else { error.zip_map(self.bound(zones, i, h), f64::min) }
     }
 
     /// 1 in the bands in which most of the row of zone `i` is missing.

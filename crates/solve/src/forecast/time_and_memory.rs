@@ -184,7 +184,7 @@ impl CostEstimate {
             "fields".into(),
             input.zones.len() as f64 * 0.2 * FIELD_MICROSECONDS * columns * 1e-6 / threads,
         ));
-        self.bytes = [spectral_solve_bytes(input.scene, input.zones, input.size, (e, *order), input.ranks)
+        self.bytes = [spectral_solve_bytes(input.scene, input.zones, input.size, e, *order, input.ranks)
             + PROGRAM_BYTES; 2];
         0.0
     }

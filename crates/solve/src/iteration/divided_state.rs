@@ -45,7 +45,7 @@ pub(crate) fn load<E: VectorEntry, S>(
     (sums, n): (SumOrder, usize),
     decode: impl Fn(&[u8], usize) -> Option<PartialState<E, S>>,
 ) -> Option<PartialState<E, S>> {
-    let found = load_own(store, stage, (sums, n), decode);
+    let found = load_own(store, stage, sums, n, decode);
     // All processes go on from one iteration, or none.
     let next = found.as_ref().map_or(0, |state| state.next as u64);
     let [least, most] = sums.over_processes([next, next], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
@@ -55,7 +55,8 @@ pub(crate) fn load<E: VectorEntry, S>(
 fn load_own<E: VectorEntry, S>(
     store: &dyn CheckpointStore,
     stage: &str,
-    (sums, n): (SumOrder, usize),
+    sums: SumOrder,
+    n: usize,
     decode: impl Fn(&[u8], usize) -> Option<PartialState<E, S>>,
 ) -> Option<PartialState<E, S>> {
     let whole = || if sums.is_divided() { None } else { store.load(stage) };
@@ -85,7 +86,7 @@ fn load_own<E: VectorEntry, S>(
             return None;
         }
         for (to, from) in target.vectors.iter_mut().zip(&found.vectors) {
-            sums.copy_planes((to, from), &planes, &common);
+            sums.copy_planes(to, from, &planes, &common);
         }
     }
     state

@@ -94,9 +94,10 @@ impl EmittedPower {
             (Bands::ZERO, Bands::ZERO, Bands::ZERO, Bands::ZERO);
         for (j, p) in own {
             strengths[j] = emission;
-            let error = match surroundings.rays > 0 {
-                true => surroundings.escape_fraction_error(j, closure_target(zones, j)),
-                false => Bands::ZERO,
+            let error = if surroundings.rays > 0 {
+                surroundings.escape_fraction_error(j, closure_target(zones, j))
+            } else {
+                Bands::ZERO
             };
             emitted += emission * p.area;
             escaped += emission * surroundings.sky_of(j);
@@ -121,7 +122,8 @@ impl PatchExchange<'_> {
     /// Direct light of light number `l`, the emitter `surface`, from the exchange areas, or by `shadow_rays` if these are needed and their error is smaller.
     pub(crate) fn light_of_emitter(
         &self,
-        (l, surface): (usize, usize),
+        l: usize,
+        surface: usize,
         shadow_rays: impl FnOnce() -> Result<LightField, SceneError>,
     ) -> Result<LightField, SceneError> {
         let light = self.light_from_areas(l, surface);
@@ -202,9 +204,10 @@ pub(crate) fn complete(
     let mut lights = context.direct.lights.clone();
     for (l, light) in lights.iter_mut().enumerate() {
         if let Some(surface) = emitters.surface(l) {
-            *light = match emitters.is_exact {
-                true => exchange.light_from_areas(l, surface),
-                false => exchange.light_of_emitter((l, surface), || shadow_rays(l))?,
+            *light = if emitters.is_exact {
+                exchange.light_from_areas(l, surface)
+            } else {
+                exchange.light_of_emitter(l, surface, || shadow_rays(l))?
             };
         }
     }

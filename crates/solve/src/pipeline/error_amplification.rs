@@ -135,10 +135,11 @@ fn reflected(
     };
     let [most, field] = [largest(&|i| finite(own[i])), largest(&|i| incident(i).abs())];
     let reflectance = largest(&|i| reflected_fraction(zones, i));
-    let bound = most.zip_map(reflectance, |e, rho| match e == 0.0 || rho == 0.0 {
-        true => 0.0,
-        false => e * rho / (1.0 - rho).max(0.0),
-    });
+    let bound =
+        most.zip_map(
+            reflectance,
+            |e, rho| if e == 0.0 || rho == 0.0 { 0.0 } else { e * rho / (1.0 - rho).max(0.0) },
+        );
     if Band::all().all(|b| bound[b] <= ROUNDING_ERROR * field[b]) {
         return ReflectedErrors::Everywhere(bound);
     }

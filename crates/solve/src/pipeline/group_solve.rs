@@ -81,10 +81,9 @@ pub(crate) fn respond(
     let Some(sum) = series.into_iter().next() else { return Vec::new() };
     let whole = Bands::from_fn(|b| whole_over_sum(&sum.residuals[b]));
     let of_zone = |i: usize| {
-        Bands::from_fn(|b| match has_converged(b) {
-            true => result.strengths[i][b],
-            false => sum.strengths[i][b] * whole[b],
-        })
+        Bands::from_fn(
+            |b| if has_converged(b) { result.strengths[i][b] } else { sum.strengths[i][b] * whole[b] },
+        )
     };
     (0..result.strengths.len()).map(of_zone).collect()
 }
@@ -104,9 +103,10 @@ fn whole_over_sum(orders: &[f64]) -> f64 {
         return 1.0;
     }
     let ratio = (last / before).powf(1.0 / RATIO_ORDERS as f64);
-    match ratio < MAX_RATIO {
-        true => 1.0 + last * ratio / (1.0 - ratio) / (1.0 + orders.iter().sum::<f64>()),
-        false => f64::INFINITY,
+    if ratio < MAX_RATIO {
+        1.0 + last * ratio / (1.0 - ratio) / (1.0 + orders.iter().sum::<f64>())
+    } else {
+        f64::INFINITY
     }
 }
 

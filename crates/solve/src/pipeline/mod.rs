@@ -480,8 +480,7 @@ pub(crate) fn illuminate_stage(
         return Ok(light);
     }
     let normalization = illumination::PowerNormalization::of(scene);
-    let light =
-        illumination::illuminate_by(scene, zones, transport, (l, normalization), settings.execution());
+    let light = illumination::illuminate_by(scene, zones, transport, l, normalization, settings.execution());
     if settings.checkpoints.keeps() {
         settings.checkpoints.save(&stage, &light.encode());
     }

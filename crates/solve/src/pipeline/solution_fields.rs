@@ -80,12 +80,7 @@ pub(crate) fn assemble(
     if !contain_sources {
         error_amplification::widen_by_reflection(context, built.operator.as_ref(), &mut fields, &mut groups);
     }
-    direct_error::propagate_to_groups(
-        context,
-        (built.operator.as_ref(), error_sum),
-        &mut fields,
-        &mut groups,
-    );
+    direct_error::propagate_to_groups(context, built.operator.as_ref(), error_sum, &mut fields, &mut groups);
     consistency::widen_by_closure(&fractions, &mut fields);
     let mut empty_rows = EmptyRows::of(context, &fractions);
     fields.radiosity = radiosity(zones, &fields, fractions);

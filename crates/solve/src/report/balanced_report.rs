@@ -38,7 +38,7 @@ pub(crate) fn balance_and_report(
     if scene.thermal().is_none() && scene.options().scattering_orders.is_none() {
         consistency::widen_by_balance(shared, &energy, lost, fields);
     }
-    let mut report = summary::summarize(context, built, exterior, (fields, energy), results, thickness);
+    let mut report = summary::summarize(context, built, exterior, fields, energy, results, thickness);
     if scene.thermal().is_none() {
         let status = results.iter().flat_map(|e| e.status);
         report.warnings.extend(diagnostics::light_balance(&report.energy, explained, scene, status));

@@ -36,10 +36,12 @@ fn not_converged(
         is_spent |= s == SolveStatus::MaxIterations;
         is_stalled |= s == SolveStatus::Stalled;
     }
-    let (what, advice) = match (is_spent, is_stalled && is_unexplained) {
-        (true, _) => ("reached the maximum number of iterations", "increase max_iterations"),
-        (_, true) => ("stalled", "lower a reflectance or the albedo, or use the engine dense or spectral"),
-        _ => return None,
+    let [what, advice] = if is_spent {
+        ["reached the maximum number of iterations", "increase max_iterations"]
+    } else if is_stalled && is_unexplained {
+        ["stalled", "lower a reflectance or the albedo, or use the engine dense or spectral"]
+    } else {
+        return None;
     };
     let imbalance = imbalance.map_or_else(String::new, |text| format!(", and {text}"));
     let text = format!(
@@ -50,9 +52,10 @@ fn not_converged(
 
 /// The advice for factors that lose or create power.
 fn closure_advice(restores_closure: bool) -> &'static str {
-    match restores_closure {
-        true => "use a smaller tolerance or smaller patches",
-        false => "restore closure, or use a smaller tolerance or smaller patches",
+    if restores_closure {
+        "use a smaller tolerance or smaller patches"
+    } else {
+        "restore closure, or use a smaller tolerance or smaller patches"
     }
 }
 

@@ -30,7 +30,8 @@ pub(crate) fn summarize(
     context: &SolveContext,
     built: &BuiltEngine,
     surroundings: &SurroundingsExchange,
-    (fields, energy): (&Fields, EnergyBalance),
+    fields: &Fields,
+    energy: EnergyBalance,
     results: &[IterationResult],
     thickness: f64,
 ) -> Report {

@@ -129,11 +129,11 @@ impl Assembly<'_> {
         }
         let excess = state.balance(d).abs() - explained - lost;
         // An excess that is not a number gives an unknown error.
-        let fraction = match excess <= ROUNDING_OF_BALANCE * exchanged {
-            true => return false,
-            false if absorbed > 0.0 && excess.is_finite() => excess / absorbed,
-            false => f64::INFINITY,
-        };
+        if excess <= ROUNDING_OF_BALANCE * exchanged {
+            return false;
+        }
+        let is_known = absorbed > 0.0 && excess.is_finite();
+        let fraction = if is_known { excess / absorbed } else { f64::INFINITY };
         for s in states {
             s.error.iter_mut().zip(&s.incident).for_each(|(e, h)| *e += error_of_fraction(fraction, *h));
         }

@@ -54,14 +54,10 @@ impl BlockData {
         let mut exterior = rays.surroundings(&operator, settings)?;
         check_interrupted(settings.progress)?;
         let measured = closure::measure(&operator, SharedZones::alone(zones), &exterior);
-        let rows = match scene.restores_rows() {
-            true => least_squares_closure::restore(
-                &mut operator,
-                SharedZones::alone(zones),
-                &mut exterior,
-                measured,
-            ),
-            false => measured,
+        let rows = if scene.restores_rows() {
+            least_squares_closure::restore(&mut operator, SharedZones::alone(zones), &mut exterior, measured)
+        } else {
+            measured
         };
         let fractions = unexplained_fractions(zones, &rows, &exterior);
         // Light the zones.
@@ -78,7 +74,7 @@ impl BlockData {
             light.append(&direct_light(&rays, &exchange, settings)?, sizes);
         }
         let matrices = areas.matrices.saturating_sub(block * Band::count()).min(Band::count());
-        let surroundings = surroundings_rows(zones, (&exterior, &operator), &fractions, matrices);
+        let surroundings = surroundings_rows(zones, &exterior, &operator, &fractions, matrices);
         let entries = operator.entries();
         let adjusted = operator.adjusted.take().map(|areas| (entries, areas));
         Ok(BlockData { properties: ZoneProperties::of(scene, zones), surroundings, light, adjusted })
@@ -88,7 +84,8 @@ impl BlockData {
 /// Rows of the first `matrices` bands of a block, in the unit of c B.
 fn surroundings_rows(
     zones: &Zones,
-    (exterior, operator): (&SurroundingsExchange, &AreaOperator),
+    exterior: &SurroundingsExchange,
+    operator: &AreaOperator,
     fractions: &[Bands],
     matrices: usize,
 ) -> SurroundingsData {

@@ -107,7 +107,7 @@ impl Cholesky {
             // The rows of the diagonal block, one after the other.
             for i in from..to {
                 let (above, row) = done.split_at_mut(i * n);
-                eliminate(&mut row[..n], above, (from, i.min(to)), n);
+                eliminate(&mut row[..n], above, from, i.min(to), n);
                 let x = row[i] - dot(&row[..i], &row[..i]);
                 if x.is_nan() || x <= 0.0 {
                     return None;
@@ -115,7 +115,7 @@ impl Cholesky {
                 row[i] = x.sqrt();
             }
             // All rows below.
-            rest.par_chunks_mut(n).for_each(|row| eliminate(row, done, (from, to), n));
+            rest.par_chunks_mut(n).for_each(|row| eliminate(row, done, from, to, n));
         }
         Some(Cholesky { n, l: m })
     }
@@ -135,7 +135,7 @@ impl Cholesky {
 }
 
 /// Replaces columns `from..to` of a row by those of L; `above` holds the rows of L before `to`.
-fn eliminate(row: &mut [f64], above: &[f64], (from, to): (usize, usize), n: usize) {
+fn eliminate(row: &mut [f64], above: &[f64], from: usize, to: usize, n: usize) {
     for first in (from..to).step_by(COLUMNS) {
         let others: [&[f64]; COLUMNS] = std::array::from_fn(|c| &above[(first + c).min(to - 1) * n..][..n]);
         let sums = run(DotProducts { row: &row[..first], others });

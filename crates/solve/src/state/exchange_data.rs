@@ -193,9 +193,10 @@ impl ExchangeData {
         if self.face_of_zone.len() != n || self.face_of_zone.iter().flatten().any(|f| *f >= faces) {
             return wrong("zone_face");
         }
-        match self.name_of_zone.len() == n && self.name_of_zone.iter().all(|k| *k < self.names.len()) {
-            true => self.band_fractions.check(n, self.bands),
-            false => wrong("name_of_zone"),
+        if self.name_of_zone.len() == n && self.name_of_zone.iter().all(|k| *k < self.names.len()) {
+            self.band_fractions.check(n, self.bands)
+        } else {
+            wrong("name_of_zone")
         }
     }
 

@@ -68,7 +68,7 @@ pub(super) fn direct_light(
 ) -> Result<DirectLight, SceneError> {
     let emitters = EmitterExchange::of(rays.scene, rays.zones, Engine::Dense, settings.pair_settings);
     let one = |l: usize| match emitters.surface(l) {
-        Some(surface) => exchange.light_of_emitter((l, surface), || rays.light(l, settings)),
+        Some(surface) => exchange.light_of_emitter(l, surface, || rays.light(l, settings)),
         None => rays.light(l, settings),
     };
     Ok(DirectLight { lights: (0..rays.scene.lights().len()).map(one).collect::<Result<_, _>>()? })

@@ -295,9 +295,12 @@ impl StateSolver {
     /// w and dw/dE of each zone in every band; zeros where E is not known.
     fn emissive_powers(&self, e: &[f64]) -> Vec<Vec<[f64; 2]>> {
         let d = &self.data;
-        let of_zone = |(i, e): (usize, &f64)| match e.is_nan() {
-            true => vec![[0.0; 2]; d.bands],
-            false => d.band_fractions.emissive_powers(d.band_fractions.kind(i), *e, d.bands),
+        let of_zone = |(i, e): (usize, &f64)| {
+            if e.is_nan() {
+                vec![[0.0; 2]; d.bands]
+            } else {
+                d.band_fractions.emissive_powers(d.band_fractions.kind(i), *e, d.bands)
+            }
         };
         e.par_iter().enumerate().map(of_zone).collect()
     }

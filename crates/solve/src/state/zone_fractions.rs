@@ -26,9 +26,10 @@ impl ZoneFractions {
         let count = thermal.first().map_or(0, |t| t.all_fractions().count());
         let kind = |k: usize| thermal.iter().filter_map(|t| t.all_fractions().nth(k).cloned()).collect();
         let is_uniform = kind_of_zone.iter().all(|k| *k == 0);
-        match is_uniform {
-            true => ZoneFractions { kinds: vec![kind(0)], kind_of_zone: Vec::new() },
-            false => ZoneFractions { kinds: (0..count).map(kind).collect(), kind_of_zone },
+        if is_uniform {
+            ZoneFractions { kinds: vec![kind(0)], kind_of_zone: Vec::new() }
+        } else {
+            ZoneFractions { kinds: (0..count).map(kind).collect(), kind_of_zone }
         }
     }
 

@@ -306,9 +306,12 @@ mod tests {
         let mut phases = [0; 2];
         for turn in [false, true] {
             let reflect = |u: &[Bands]| -> Vec<Bands> {
-                let of = |i: usize| match turn {
-                    true => 0.9 * to_next_band(u[(i + n - 1) % n]),
-                    false => 0.4995 * (to_next_band(u[(i + n - 1) % n]) + u[(i + 1) % n]),
+                let of = |i: usize| {
+                    if turn {
+                        0.9 * to_next_band(u[(i + n - 1) % n])
+                    } else {
+                        0.4995 * (to_next_band(u[(i + n - 1) % n]) + u[(i + 1) % n])
+                    }
                 };
                 (0..n).map(of).collect()
             };

@@ -222,9 +222,10 @@ impl ReflectanceStep {
 
 /// Widens the errors of temperatures and powers by a factor, and by what the last step leaves.
 fn widen(solved: &mut [ZonalSolution], factor: f64, step: &ReflectanceStep) {
-    let [of_power, of_temperature] = match factor.is_finite() {
-        true => [factor * step.change * step.emitted, 0.25 * factor * step.relative_change],
-        false => [f64::INFINITY; 2],
+    let [of_power, of_temperature] = if factor.is_finite() {
+        [factor * step.change * step.emitted, 0.25 * factor * step.relative_change]
+    } else {
+        [f64::INFINITY; 2]
     };
     let area: f64 = solved[0].zones.patches.iter().map(|p| p.area).sum();
     let widened = |error: f64, more: f64| if more.is_infinite() { more } else { factor * error + more };

@@ -27,9 +27,10 @@ impl TemperatureSolve {
     /// of the powers that zones send out.
     pub(crate) fn to_propagate(scene: &Scene, contain_sources: bool) -> Option<TemperatureSolve> {
         scene.thermal()?;
-        match scene.couples_bands() {
-            true => Some(TemperatureSolve::Newton),
-            false => (!contain_sources).then_some(TemperatureSolve::Direct),
+        if scene.couples_bands() {
+            Some(TemperatureSolve::Newton)
+        } else {
+            (!contain_sources).then_some(TemperatureSolve::Direct)
         }
     }
 }

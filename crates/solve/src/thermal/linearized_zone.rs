@@ -199,12 +199,11 @@ impl PowerScaling {
     /// h of every unknown by the exchange between the zones.
     pub(super) fn incident_flux(&self, operator: &dyn ExchangeOperator, u: &[Bands]) -> Vec<Bands> {
         let s = self.strengths(u);
-        let mut p: Vec<Bands> = match self.one_band {
-            true => {
-                let first: Vec<[f64; 1]> = s.par_iter().map(|s| [s.first()]).collect();
-                operator.apply_band(&first).par_iter().map(|p| Bands::splat(p[0])).collect()
-            }
-            false => operator.apply(&s),
+        let mut p: Vec<Bands> = if self.one_band {
+            let first: Vec<[f64; 1]> = s.par_iter().map(|s| [s.first()]).collect();
+            operator.apply_band(&first).par_iter().map(|p| Bands::splat(p[0])).collect()
+        } else {
+            operator.apply(&s)
         };
         p.par_iter_mut().zip(&self.flux_over_power).for_each(|(p, o)| *p *= *o);
         p

@@ -233,9 +233,8 @@ fn check_memory(context: &SolveContext, unknowns: usize) -> Result<(), SceneErro
 fn outside_flux(blocks: &[BlockEngine], balances: &SpectralBalances, scaling: &CoupledScaling) -> Vec<Bands> {
     let surroundings: Vec<&SurroundingsExchange> = blocks.iter().map(|t| &t.surroundings).collect();
     let sky: Vec<Bands> = blocks.iter().map(|t| t.context.scene.surroundings().radiosity()).collect();
-    let direct = blocks.iter().map(|t| match t.context.direct.lights.is_empty() {
-        true => Vec::new(),
-        false => t.context.direct.fields(balances.len()),
+    let direct = blocks.iter().map(|t| {
+        if t.context.direct.lights.is_empty() { Vec::new() } else { t.context.direct.fields(balances.len()) }
     });
     let direct: Vec<Vec<Bands>> = direct.collect();
     let one = |k: usize| {

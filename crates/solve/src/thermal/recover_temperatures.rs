@@ -94,9 +94,10 @@ fn absorbed_sunlight(balances: &SpectralBalances, blocks: &[ZonalSolution]) -> V
         };
         (0..blocks.len()).map(|t| absorbed(t).sum()).sum()
     };
-    match bands.has_solar_band() {
-        true => (0..balances.len()).map(of_zone).collect(),
-        false => vec![0.0; balances.len()],
+    if bands.has_solar_band() {
+        (0..balances.len()).map(of_zone).collect()
+    } else {
+        vec![0.0; balances.len()]
     }
 }
 
@@ -264,11 +265,11 @@ fn widen_by_heat_balance(
         let net = |i: usize| balances.first(i).measure * found[i].1.abs();
         let exchanged: f64 = (0..balances.len()).map(|i| absorbed(i) + net(i)).sum();
         // An excess that is NaN gives an unknown error.
-        match excess <= ROUNDING_OF_BALANCE * exchanged {
-            true => return explained,
-            false if all > 0.0 && excess.is_finite() => (excess / all, explained),
-            false => (f64::INFINITY, explained),
+        if excess <= ROUNDING_OF_BALANCE * exchanged {
+            return explained;
         }
+        let is_known = all > 0.0 && excess.is_finite();
+        (if is_known { excess / all } else { f64::INFINITY }, explained)
     };
     blocks.iter_mut().for_each(|t| consistency::distribute(Bands::splat(fraction), &mut t.fields));
     explained

@@ -259,14 +259,11 @@ fn add_zones(pack: &mut Pack, s: &Solution) {
     let whole = [LightGroup::default()];
     let groups = if s.groups.is_empty() { &whole[..] } else { &s.groups };
     for (g, group) in groups.iter().enumerate() {
-        let of = |i: usize, direct: bool| match (s.groups.is_empty(), direct) {
-            (true, false) => s.fields.incident[i],
-            (true, true) => s.fields.direct_light(i),
-            (false, false) => group.incident_at(i),
-            (false, true) => group.direct_at(i),
-        };
-        pack.f32(&format!("zoneIndirect{g}"), &list(&|i| of(i, false)));
-        pack.f32(&format!("zoneDirect{g}"), &list(&|i| of(i, true)));
+        let is_whole = s.groups.is_empty();
+        let incident = |i: usize| if is_whole { s.fields.incident[i] } else { group.incident_at(i) };
+        let direct = |i: usize| if is_whole { s.fields.direct_light(i) } else { group.direct_at(i) };
+        pack.f32(&format!("zoneIndirect{g}"), &list(&incident));
+        pack.f32(&format!("zoneDirect{g}"), &list(&direct));
     }
     pack.f32("zoneError", &list(&|i| s.fields.total_error(i)));
     pack.f32("zoneReflectance", &list(&|i| s.zones.patches[i].reflectance));

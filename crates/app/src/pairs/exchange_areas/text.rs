@@ -39,16 +39,18 @@ pub(super) fn write_mtx(path: &Path, areas: &ExchangeAreas) -> Result<Vec<PathBu
 /// The lines of the header.
 fn comments(areas: &ExchangeAreas, radii: bool, band: usize) -> Vec<String> {
     let is_total = areas.total.is_some();
-    let what = match (is_total, radii) {
-        (true, false) => {
-            "Total exchange areas T_ij, all reflections and scattering included: zone i gives zone j the net power T_ij sigma (T_i^4 - T_j^4)."
-        }
-        (true, true) => "Error radii of total exchange areas T_ij.",
-        (false, false) => {
-            "Direct exchange areas F_ij, without reflection and scattering: F_ij B_j is the power from zone j that arrives at zone i."
-        }
-        (false, true) => "Error radii of direct exchange areas F_ij.",
+    let [values, of_radii] = if is_total {
+        [
+            "Total exchange areas T_ij, all reflections and scattering included: zone i gives zone j the net power T_ij sigma (T_i^4 - T_j^4).",
+            "Error radii of total exchange areas T_ij.",
+        ]
+    } else {
+        [
+            "Direct exchange areas F_ij, without reflection and scattering: F_ij B_j is the power from zone j that arrives at zone i.",
+            "Error radii of direct exchange areas F_ij.",
+        ]
     };
+    let what = if radii { of_radii } else { values };
     let mut out = vec![
         what.to_string(),
         "Unit: m2. Symmetric: the lower half is listed; pairs that are not listed exchange nothing.".into(),

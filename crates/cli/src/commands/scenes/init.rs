@@ -166,10 +166,12 @@ fn print_text(args: &Args, p: &SceneProposal, output: &Path) -> Result<(), Failu
     print_materials(p)?;
     print_patches(p)?;
     let cameras: Vec<&str> = p.scene.cameras().iter().map(|c| c.name.as_str()).collect();
-    let of = match (survey.cameras.is_empty(), p.has_inside) {
-        (false, _) => "of the file",
-        (true, true) => "inside",
-        (true, false) => "outside",
+    let of = if !survey.cameras.is_empty() {
+        "of the file"
+    } else if p.has_inside {
+        "inside"
+    } else {
+        "outside"
     };
     say(&format!("  cameras {of}: {}", cameras.join(", ")))?;
     say(&format!("  light: {}", p.light))?;
@@ -209,12 +211,16 @@ fn print_materials(p: &SceneProposal) -> Result<(), Failure> {
     let metres2 = p.placement.unit.metres.powi(2);
     for m in materials.iter().take(MAX_LISTED_MATERIALS) {
         let [r, g, b] = m.reflectance.unwrap_or(zonal_scene::DEFAULT_REFLECTANCE).to_rgb();
-        let kind = match (m.is_glass, m.emission != Bands::ZERO) {
-            (true, _) => "glass".to_string(),
-            (false, true) => format!("emits {:.0} W/m2", m.emission.max_element()),
-            (false, false) if m.reflectance.is_none() => "reflectance 0.5, not in the file".to_string(),
-            (false, false) if m.is_textured => "texture".to_string(),
-            (false, false) => format!("reflectance {r:.2}, {g:.2}, {b:.2}"),
+        let kind = if m.is_glass {
+            "glass".to_string()
+        } else if m.emission != Bands::ZERO {
+            format!("emits {:.0} W/m2", m.emission.max_element())
+        } else if m.reflectance.is_none() {
+            "reflectance 0.5, not in the file".to_string()
+        } else if m.is_textured {
+            "texture".to_string()
+        } else {
+            format!("reflectance {r:.2}, {g:.2}, {b:.2}")
         };
         let name = if m.name.is_empty() { "(without a name)" } else { &m.name };
         say(&format!("  material {name}: {:.4} m2, {kind}", m.area * metres2))?;

@@ -32,11 +32,15 @@ pub struct Args {
 /// If both formats are requested, or standard output cannot be written.
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let keys = scene_key_reference();
-    match (args.markdown, context.json) {
-        (true, true) => Err(Failure::new("--markdown: cannot be combined with --json; give one of them")),
-        (true, false) => say(markdown(&keys).trim_end()),
-        (false, true) => say(&format!("{:#}", json(&keys))),
-        (false, false) => say(text(&keys).trim_end()),
+    if args.markdown && context.json {
+        return Err(Failure::new("--markdown: cannot be combined with --json; give one of them"));
+    }
+    if args.markdown {
+        say(markdown(&keys).trim_end())
+    } else if context.json {
+        say(&format!("{:#}", json(&keys)))
+    } else {
+        say(text(&keys).trim_end())
     }
 }
 

@@ -180,9 +180,10 @@ fn camera_error(t: &TomlTable<'_>, e: &SceneError) -> InputError {
 fn read_lights(node: &TomlNode<'_>, mut all: Vec<Bands>, groups: &[&str]) -> Result<Vec<Bands>, InputError> {
     for (name, factor) in node.any_table()?.entries() {
         let Some(k) = groups.iter().position(|g| *g == name) else {
-            let hint = match groups.is_empty() {
-                true => "it keeps none; solve the scene again".to_string(),
-                false => suggest(name, groups),
+            let hint = if groups.is_empty() {
+                "it keeps none; solve the scene again".to_string()
+            } else {
+                suggest(name, groups)
             };
             return Err(factor.error(format!("the solution has no light group '{name}'; {hint}")));
         };

@@ -57,7 +57,7 @@ pub(crate) fn parse(
             "the file's box has no volume; give min and max in a file with a sound box".into(),
         ));
     }
-    let channel = |c: usize| read_channel(file, data, shape, (c, channels as usize), noun);
+    let channel = |c: usize| read_channel(file, data, shape, c, channels as usize, noun);
     let arrays = (0..channels as usize).map(channel).collect::<Result<Vec<_>, _>>()?;
     Ok((arrays, (min, max)))
 }
@@ -67,7 +67,8 @@ fn read_channel(
     file: &str,
     data: &[u8],
     shape: [usize; 3],
-    (channel, channels): (usize, usize),
+    channel: usize,
+    channels: usize,
     noun: &str,
 ) -> Result<ScalarArray<'static>, FileFault> {
     let [nx, ny, nz] = shape;

@@ -152,9 +152,10 @@ fn wrapped_ranges(lo: f64, hi: f64, count: usize) -> [Option<[usize; 2]>; 2] {
         return [Some([0, count]), None];
     }
     let (first, length) = (wrapped(lo, count), length as usize);
-    match first + length <= count {
-        true => [Some([first, first + length]), None],
-        false => [Some([first, count]), Some([0, first + length - count])],
+    if first + length <= count {
+        [Some([first, first + length]), None]
+    } else {
+        [Some([first, count]), Some([0, first + length - count])]
     }
 }
 

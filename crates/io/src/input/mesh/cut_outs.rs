@@ -111,9 +111,10 @@ pub(crate) fn cut(
     let whole =
         Plate { origin: Vec3::ZERO, e1: vec3(1.0, 0.0, 0.0), e2: vec3(0.0, 1.0, 0.0), kind: face.plate.kind };
     cutter.visit(&whole, halvings);
-    let pieces = match cutter.is_over() {
-        true => Err(cutter.done / whole.area()),
-        false => Ok(cutter.pieces.iter().map(|(part, class)| face.piece(part, *class)).collect()),
+    let pieces = if cutter.is_over() {
+        Err(cutter.done / whole.area())
+    } else {
+        Ok(cutter.pieces.iter().map(|(part, class)| face.piece(part, *class)).collect())
     };
     CutFace { pieces, work: cutter.work }
 }
@@ -184,9 +185,10 @@ impl Cutter<'_> {
         let top = self.classes.top();
         let of_corners = triangle.map(|p| self.classes.class(self.face.uv_at(p)));
         let spans_all = of_corners.contains(&0) && of_corners.contains(&top);
-        let levels: Vec<[usize; 3]> = match spans_all {
-            true => vec![[top.div_ceil(2), 0, top]],
-            false => (1..=top).map(|k| [k, k - 1, k]).collect(),
+        let levels: Vec<[usize; 3]> = if spans_all {
+            vec![[top.div_ceil(2), 0, top]]
+        } else {
+            (1..=top).map(|k| [k, k - 1, k]).collect()
         };
         let mut remaining = vec![triangle];
         let mut class_above = 0;

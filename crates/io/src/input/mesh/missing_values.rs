@@ -58,13 +58,15 @@ pub(crate) fn refuse_missing(
         }
     }
     let lacks = |value: MissingValue| missing.iter().any(|(_, v)| *v == value);
-    let shared = match lacks(MissingValue::Condition) || lacks(MissingValue::Emissivity) {
-        true => ", or what is the same for all surfaces in this table",
-        false => "",
+    let shared = if lacks(MissingValue::Condition) || lacks(MissingValue::Emissivity) {
+        ", or what is the same for all surfaces in this table"
+    } else {
+        ""
     };
-    let opaque = match lacks(MissingValue::Thickness) || lacks(MissingValue::Extinction) {
-        true => "; pane = false makes a glass an opaque surface",
-        false => "",
+    let opaque = if lacks(MissingValue::Thickness) || lacks(MissingValue::Extinction) {
+        "; pane = false makes a glass an opaque surface"
+    } else {
+        ""
     };
     Err(table.error(format!(
         "these values of materials are missing: {}; write {} in materials.\"{first}\" and so on{shared}{opaque}",

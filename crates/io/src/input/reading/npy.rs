@@ -122,11 +122,10 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray<
     if data.is_empty() {
         return Err(fault(format!("the shape ({nx}, {ny}, {nz}) has no elements; save an array with some")));
     }
-    let fortran = match (text.contains("'fortran_order':True"), text.contains("'fortran_order':False")) {
-        (true, _) => true,
-        (_, true) => false,
-        _ => return Err(fault("fortran_order is neither True nor False; save it with numpy.save".into())),
-    };
+    let fortran = text.contains("'fortran_order':True");
+    if !fortran && !text.contains("'fortran_order':False") {
+        return Err(fault("fortran_order is neither True nor False; save it with numpy.save".into()));
+    }
     // Read the values in C order.
     let size = element.size;
     let value_at = |i: usize| {
@@ -140,9 +139,10 @@ pub(crate) fn parse(file: &str, bytes: &[u8], noun: &str) -> Result<ScalarArray<
         Ok(value)
     };
     let indices = 0..data.len() / size;
-    let values = match element.is_exact_in_single_precision() {
-        true => ArrayValues::Owned(indices.map(|i| Ok(value_at(i)? as f32)).collect::<Result<_, _>>()?),
-        false => ArrayValues::OwnedDouble(indices.map(value_at).collect::<Result<_, _>>()?),
+    let values = if element.is_exact_in_single_precision() {
+        ArrayValues::Owned(indices.map(|i| Ok(value_at(i)? as f32)).collect::<Result<_, _>>()?)
+    } else {
+        ArrayValues::OwnedDouble(indices.map(value_at).collect::<Result<_, _>>()?)
     };
     Ok(ScalarArray::of_valid(shape, values))
 }

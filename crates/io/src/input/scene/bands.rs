@@ -28,21 +28,20 @@ fn read_own_bands(root: &TomlTable<'_>) -> Result<(BandSet, Option<SceneGas>), I
             BandSet::numbered(gas.bands()).map_err(|e| root.error(e.message().to_string()))?
         }
         (Some(node), None) => {
-            let set = match node.is_list() {
-                true => BandSet::by_wavelength(read_wavelengths(&node)?),
-                false => BandSet::numbered(node.count()?),
+            let set = if node.is_list() {
+                BandSet::by_wavelength(read_wavelengths(&node)?)
+            } else {
+                BandSet::numbered(node.count()?)
             };
             set.map_err(|e| node.error(e.message().to_string()))?
         }
         (Some(node), Some(gas)) => {
             let (name, count) = (gas.model.name(), gas.bands());
-            match node.is_list() || node.count()? != count {
-                true => {
-                    return Err(node.error(format!(
-                        "{name} has {count} grey gases, which are the bands; remove this key"
-                    )));
-                }
-                false => BandSet::numbered(count).map_err(|e| node.error(e.message().to_string()))?,
+            if node.is_list() || node.count()? != count {
+                return Err(node
+                    .error(format!("{name} has {count} grey gases, which are the bands; remove this key")));
+            } else {
+                BandSet::numbered(count).map_err(|e| node.error(e.message().to_string()))?
             }
         }
     };

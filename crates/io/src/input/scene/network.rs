@@ -71,9 +71,10 @@ fn index_of(name: &TomlNode<'_>, nodes: &[ThermalNode]) -> Result<usize, InputEr
     let text = name.text()?;
     nodes.iter().position(|n| n.name == text).ok_or_else(|| {
         let known: Vec<&str> = nodes.iter().map(|n| n.name.as_str()).collect();
-        match known.is_empty() {
-            true => name.error(format!("there is no node '{text}'; add [[node]] with name = \"{text}\"")),
-            false => name.error(format!("there is no node '{text}'; the nodes are: {}", known.join(", "))),
+        if known.is_empty() {
+            name.error(format!("there is no node '{text}'; add [[node]] with name = \"{text}\""))
+        } else {
+            name.error(format!("there is no node '{text}'; the nodes are: {}", known.join(", ")))
         }
     })
 }

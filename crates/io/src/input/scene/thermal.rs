@@ -37,9 +37,10 @@ pub(crate) fn check_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), Input
 /// As [`check_mode`] for a surface: with sunlight in thermal mode its emission is light, and a number.
 pub(crate) fn check_surface_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), InputError> {
     let emission = t.get("emission").filter(|n| !n.is_value_file() && mode == SceneMode::Thermal);
-    match emission.is_some_and(|n| n.solar_band().is_some()) {
-        true => check_keys(t, mode, &LIGHT_MODE_KEYS[1..]),
-        false => check_keys(t, mode, &LIGHT_MODE_KEYS),
+    if emission.is_some_and(|n| n.solar_band().is_some()) {
+        check_keys(t, mode, &LIGHT_MODE_KEYS[1..])
+    } else {
+        check_keys(t, mode, &LIGHT_MODE_KEYS)
     }
 }
 

@@ -263,9 +263,8 @@ impl<'a> TomlNode<'a> {
                     "this scene is a text without a folder and cannot refer to files; save it as a file",
                 ));
             };
-            let column = t.get("column").map(|n| match n.is_text() {
-                true => n.text().map(String::from),
-                false => n.count().map(|k| k.to_string()),
+            let column = t.get("column").map(|n| {
+                if n.is_text() { n.text().map(String::from) } else { n.count().map(|k| k.to_string()) }
             });
             let column = column.transpose()?.unwrap_or_else(|| "2".into());
             let path = folder.join(file.text()?);
@@ -326,13 +325,13 @@ impl<'a> TomlNode<'a> {
     pub(crate) fn block_of_bands<T: Clone>(&self, values: &[T], also: &str) -> Result<[T; 3], InputError> {
         let bands = self.source.bands();
         bands.of_block(self.source.block(), values).ok_or_else(|| {
-            let wanted = match bands.is_rgb() {
-                true => "[red, green, blue]".to_string(),
-                false if bands.count() == 1 => "a list of one; the scene has one band".to_string(),
-                false if bands.has_solar_band() => {
-                    format!("a list of {} values, one for each band, the last for sunlight", bands.count())
-                }
-                false => format!("a list of {} values, one for each band", bands.count()),
+            let wanted = if bands.is_rgb() {
+                "[red, green, blue]".to_string()
+            } else if bands.count() == 1 {
+                "a list of one; the scene has one band".to_string()
+            } else {
+                let last = if bands.has_solar_band() { ", the last for sunlight" } else { "" };
+                format!("a list of {} values, one for each band{last}", bands.count())
             };
             self.error(format!("this list has {} values; give {also}{wanted}", values.len()))
         })

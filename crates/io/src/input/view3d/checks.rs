@@ -104,12 +104,10 @@ fn check_base(number: usize, s: &NumberedSurface, surfaces: &[NumberedSurface]) 
     use View3dSurfaceKind::{Mask, Null, Obstruction};
     let covers = matches!(s.surface.kind, Mask | Null);
     if s.base == 0 {
-        return match covers {
-            true => {
-                Err("a mask or null surface has a base; write the number of the surface that it covers"
-                    .into())
-            }
-            false => Ok(()),
+        return if covers {
+            Err("a mask or null surface has a base; write the number of the surface that it covers".into())
+        } else {
+            Ok(())
         };
     }
     let Some(base) = surfaces.get(s.base - 1) else {

@@ -113,9 +113,10 @@ impl ArrayEntry {
             }
         };
         let check = |bytes: usize| check_bytes(bytes, number.size, wanted);
-        let bytes = match encoding.compressed {
-            true => unpack(source, encoding, &check)?,
-            false => plain(source, encoding, &check)?,
+        let bytes = if encoding.compressed {
+            unpack(source, encoding, &check)?
+        } else {
+            plain(source, encoding, &check)?
         };
         check(bytes.len())?;
         let values: Vec<f64> = bytes.chunks_exact(number.size).map(|c| number.value(c)).collect();
@@ -143,11 +144,10 @@ fn check_count(values: Vec<f64>, wanted: usize) -> Result<Vec<f64>, String> {
 }
 
 fn wrong_count(found: usize, wanted: usize) -> Result<(), String> {
-    match found == wanted {
-        true => Ok(()),
-        false => {
-            Err(format!("the array has {found} values where {wanted} are declared; save the file again"))
-        }
+    if found == wanted {
+        Ok(())
+    } else {
+        Err(format!("the array has {found} values where {wanted} are declared; save the file again"))
     }
 }
 

@@ -85,7 +85,7 @@ pub fn encode_png_bytes(
     let path = Path::new("picture");
     check_size(path, width, height, bytes.len() / 3)?;
     let mut out = Vec::new();
-    encode(&mut out, (width, height), bytes, notes).map_err(|e| FileError::new(path, "", e.to_string()))?;
+    encode(&mut out, width, height, bytes, notes).map_err(|e| FileError::new(path, "", e.to_string()))?;
     Ok(out)
 }
 
@@ -122,13 +122,14 @@ pub fn write_png_bytes(
     notes: &[(&str, &str)],
 ) -> Result<(), FileError> {
     check_size(path, width, height, bytes.len() / 3)?;
-    write_atomic(path, |out| encode(out, (width, height), bytes, notes))
+    write_atomic(path, |out| encode(out, width, height, bytes, notes))
 }
 
 /// Writes a PNG of three bytes for each pixel with text chunks.
 fn encode(
     out: impl Write,
-    (width, height): (usize, usize),
+    width: usize,
+    height: usize,
     bytes: &[u8],
     notes: &[(&str, &str)],
 ) -> io::Result<()> {

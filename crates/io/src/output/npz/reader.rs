@@ -234,10 +234,15 @@ impl<'a> NpzReader<'a> {
     pub(crate) fn json(&mut self, name: &str) -> Result<serde_json::Value, FileError> {
         let index = self.zip.index_for_name(&format!("{name}.npy"));
         let length = index.and_then(|i| self.zip.by_index_raw(i).ok()).map_or(0, |entry| entry.size());
-        let check = |npz: &NpzReader<'_>, noun: &str, count: u64, limit: u64| match count <= limit {
-            true => Ok(()),
-            false => Err(npz
-                .error(name, format!("has {count} {noun}, more than the {limit} that are read; {DAMAGED}"))),
+        let check = |npz: &NpzReader<'_>, noun: &str, count: u64, limit: u64| {
+            if count <= limit {
+                Ok(())
+            } else {
+                Err(npz.error(
+                    name,
+                    format!("has {count} {noun}, more than the {limit} that are read; {DAMAGED}"),
+                ))
+            }
         };
         check(self, "bytes", length, BASE_JSON_BYTES.saturating_add(JSON_BYTES_PER_FILE_BYTE * self.size))?;
         let bytes = self.bytes(name, None)?;
@@ -319,9 +324,10 @@ impl<'a> NpzReader<'a> {
     ) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
         self.check_shape(name, &shape, &[count])?;
-        match data.iter().all(|x| x.is_nan() || is_valid(*x)) {
-            true => Ok(data),
-            false => Err(self.error(name, format!("a value is out of range; {DAMAGED}"))),
+        if data.iter().all(|x| x.is_nan() || is_valid(*x)) {
+            Ok(data)
+        } else {
+            Err(self.error(name, format!("a value is out of range; {DAMAGED}")))
         }
     }
 
@@ -404,9 +410,10 @@ impl<'a> NpzReader<'a> {
     pub(crate) fn error_list(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
         self.check_shape(name, &shape, &[count])?;
-        match data.iter().all(|x| is_error(*x)) {
-            true => Ok(data),
-            false => Err(self.error(name, format!("{INVALID_ERROR}; {DAMAGED}"))),
+        if data.iter().all(|x| is_error(*x)) {
+            Ok(data)
+        } else {
+            Err(self.error(name, format!("{INVALID_ERROR}; {DAMAGED}")))
         }
     }
 

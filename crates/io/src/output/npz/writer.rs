@@ -298,9 +298,10 @@ impl<S: ArraySink> ArrayWriter<S> {
         let kind = if is_single { ElementType::F32 } else { ElementType::F64 };
         self.begin(name, kind, &[zones, self.band_count()])?;
         let value = |t: usize, i: usize| blocks[t].at(i);
-        match is_single {
-            true => self.stream_bands(zones, value, |x| (x as f32).to_le_bytes()),
-            false => self.stream_bands(zones, value, f64::to_le_bytes),
+        if is_single {
+            self.stream_bands(zones, value, |x| (x as f32).to_le_bytes())
+        } else {
+            self.stream_bands(zones, value, f64::to_le_bytes)
         }
     }
 

@@ -171,7 +171,7 @@ fn read_scene(
     let parts = SceneParts {
         name: header.name,
         faces: read_faces(npz, header.meshes, facets.len())?,
-        shading: read_shading(npz, (facets.len(), header.surfaces.len(), header.textures))?,
+        shading: read_shading(npz, facets.len(), header.surfaces.len(), header.textures)?,
         facets,
         surfaces: header.surfaces,
         textures: (0..header.textures).map(|i| read_texture(npz, block, i)).collect::<Result<_, _>>()?,
@@ -296,9 +296,12 @@ fn read_voxel_grid(npz: &mut NpzReader<'_>, h: &VoxelGridHeader) -> Result<Voxel
     }
     if npz.has("voxmap_heat") {
         // Rows of (1, temperature, 0) or (0, 0, heat source).
-        let condition = |[is_temperature, temperature, flux]: [f64; 3]| match is_temperature > 0.0 {
-            true => ThermalCondition::Temperature(temperature),
-            false => ThermalCondition::Flux(flux),
+        let condition = |[is_temperature, temperature, flux]: [f64; 3]| {
+            if is_temperature > 0.0 {
+                ThermalCondition::Temperature(temperature)
+            } else {
+                ThermalCondition::Flux(flux)
+            }
         };
         match npz.same_or_each("voxmap_heat", &dims)? {
             ZoneRows::Same(x) => voxel_grid.fill_heat(condition(x)),

@@ -35,7 +35,9 @@ pub(super) fn write_shading<S: ArraySink>(
 /// Reads the normals of `facets` facets; the constructor of the scene checks them.
 pub(super) fn read_shading(
     npz: &mut NpzReader<'_>,
-    (facets, surfaces, textures): (usize, usize, usize),
+    facets: usize,
+    surfaces: usize,
+    textures: usize,
 ) -> Result<ShadingNormals, FileError> {
     let mut out = ShadingNormals::default();
     if npz.has("shading_facet") {

@@ -83,9 +83,12 @@ fn six_digits(x: f64) -> String {
     let scientific = format!("{x:.*e}", AREA_DIGITS as usize - 1);
     let Some((mantissa, exponent)) = scientific.split_once('e') else { return scientific };
     let exponent: i32 = exponent.parse().unwrap_or_default();
-    let without_zeros = |text: &str| match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-        false => text.to_string(),
+    let without_zeros = |text: &str| {
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_string()
+        } else {
+            text.to_string()
+        }
     };
     if (-4..AREA_DIGITS).contains(&exponent) {
         return without_zeros(&format!("{x:.*}", (AREA_DIGITS - 1 - exponent) as usize));

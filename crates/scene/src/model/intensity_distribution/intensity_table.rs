@@ -109,9 +109,10 @@ impl IntensityTable {
         let (planes, values) = unfolded(planes, gammas.len(), values, symmetry);
         let gammas = gammas.iter().map(|g| g.clamp(0.0, 180.0).to_radians()).collect();
         let out = IntensityTable::with_sums(planes, gammas, values);
-        match out.solid_angle_integral() > 0.0 {
-            true => Ok(out),
-            false => Err("all intensities are zero; give a table of a lamp that emits".into()),
+        if out.solid_angle_integral() > 0.0 {
+            Ok(out)
+        } else {
+            Err("all intensities are zero; give a table of a lamp that emits".into())
         }
     }
 
@@ -293,9 +294,10 @@ fn interval_integral([lo, hi]: [f64; 2], [a, b]: [f64; 2]) -> f64 {
     }
     let s0 = 2.0 * m.sin() * y.sin();
     let y2 = y * y;
-    let over_y = match y < SERIES_HALF_WIDTH {
-        true => y2 * (1.0 / 3.0 - y2 * (1.0 / 30.0 - y2 * (1.0 / 840.0 - y2 / 45360.0))),
-        false => y.sin() / y - y.cos(),
+    let over_y = if y < SERIES_HALF_WIDTH {
+        y2 * (1.0 / 3.0 - y2 * (1.0 / 30.0 - y2 * (1.0 / 840.0 - y2 / 45360.0)))
+    } else {
+        y.sin() / y - y.cos()
     };
     (a * s0 + (b - a) * (0.5 * s0 + m.cos() * over_y)).max(0.0)
 }

@@ -21,12 +21,11 @@ impl LuminaireFrame {
     pub(super) fn new(aim: Vec3, rotation: f64) -> LuminaireFrame {
         // The smallest rotation from straight down to the aim, applied to the x axis (Rodrigues).
         let (down, x) = (vec3(0.0, 0.0, -1.0), vec3(1.0, 0.0, 0.0));
-        let c0 = match aim.z < STRAIGHT_UP_COSINE {
-            true => {
-                let (cos, axis) = (down.dot(aim), down.cross(aim));
-                x * cos + axis.cross(x) + axis * (axis.dot(x) / (1.0 + cos))
-            }
-            false => x,
+        let c0 = if aim.z < STRAIGHT_UP_COSINE {
+            let (cos, axis) = (down.dot(aim), down.cross(aim));
+            x * cos + axis.cross(x) + axis * (axis.dot(x) / (1.0 + cos))
+        } else {
+            x
         };
         let c90 = c0.cross(aim);
         let (sin, cos) = rotation.sin_cos();

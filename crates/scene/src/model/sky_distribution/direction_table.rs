@@ -68,9 +68,8 @@ impl DirectionTable {
 
     /// Edges of `rows` rows of equal angle from the axis; that of an even number of rows in the middle is exactly 0.
     pub(super) fn edges_of_equal_angles(rows: usize) -> Vec<f64> {
-        let edge = |r: usize| match 2 * r == rows {
-            true => 0.0,
-            false => (std::f64::consts::PI * r as f64 / rows as f64).cos(),
+        let edge = |r: usize| {
+            if 2 * r == rows { 0.0 } else { (std::f64::consts::PI * r as f64 / rows as f64).cos() }
         };
         (0..=rows).map(edge).collect()
     }
@@ -154,10 +153,12 @@ impl DirectionTable {
 
 /// Half the extent in turns of the directions of a row's edge that are above the plane of a vector: the solutions of height + across cos t > 0.
 fn half_width((height, across): (f64, f64)) -> f64 {
-    match () {
-        () if height >= across => 0.5,
-        () if height <= -across => 0.0,
-        () => (-height / across).acos() / std::f64::consts::TAU,
+    if height >= across {
+        0.5
+    } else if height <= -across {
+        0.0
+    } else {
+        (-height / across).acos() / std::f64::consts::TAU
     }
 }
 

@@ -22,12 +22,11 @@ impl SkyFrame {
     /// counterclockwise as seen from above.
     pub(super) fn new(up: Vec3, rotation: f64) -> SkyFrame {
         let (z, x) = (vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0));
-        let first = match up.z > STRAIGHT_DOWN_COSINE {
-            true => {
-                let (cos, axis) = (z.dot(up), z.cross(up));
-                x * cos + axis.cross(x) + axis * (axis.dot(x) / (1.0 + cos))
-            }
-            false => x,
+        let first = if up.z > STRAIGHT_DOWN_COSINE {
+            let (cos, axis) = (z.dot(up), z.cross(up));
+            x * cos + axis.cross(x) + axis * (axis.dot(x) / (1.0 + cos))
+        } else {
+            x
         };
         let side = up.cross(first);
         let (sin, cos) = rotation.sin_cos();
@@ -38,9 +37,10 @@ impl SkyFrame {
     pub(super) fn towards(up: Vec3, towards: Vec3) -> SkyFrame {
         let across = towards - up * towards.dot(up);
         let forward = across.normalized();
-        match across.length() > AXIS_TOLERANCE {
-            true => SkyFrame { up, forward, left: up.cross(forward) },
-            false => SkyFrame::new(up, 0.0),
+        if across.length() > AXIS_TOLERANCE {
+            SkyFrame { up, forward, left: up.cross(forward) }
+        } else {
+            SkyFrame::new(up, 0.0)
         }
     }
 

@@ -43,9 +43,10 @@ impl SkyImage {
         }
         let edges = DirectionTable::edges_of_equal_angles(h);
         let table = DirectionTable::new(edges, w, |r, c| value(&pixels[r * w + c]).mean());
-        match table.total() > 0.0 {
-            true => Ok(SkyImage { frame, picture, table }),
-            false => Err("this picture is black; give a sky that shines".into()),
+        if table.total() > 0.0 {
+            Ok(SkyImage { frame, picture, table })
+        } else {
+            Err("this picture is black; give a sky that shines".into())
         }
     }
 

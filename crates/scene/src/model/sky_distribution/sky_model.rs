@@ -196,7 +196,8 @@ impl SkyModel {
         SkyModel::of_frame(
             SkyFrame::towards(up, sun),
             sun,
-            (gradation, indicatrix),
+            gradation,
+            indicatrix,
             placement.ground_reflectance,
         )
         .ok_or_else(|| "this sky is dark; give other irradiances".into())
@@ -206,7 +207,8 @@ impl SkyModel {
     fn of_frame(
         frame: SkyFrame,
         sun: Vec3,
-        (gradation, indicatrix): ([f64; 2], [f64; 4]),
+        gradation: [f64; 2],
+        indicatrix: [f64; 4],
         ground: f64,
     ) -> Option<SkyModel> {
         let table = DirectionTable::new(vec![1.0, -1.0], 1, |_, _| 1.0);
@@ -325,7 +327,7 @@ impl SkyModel {
             && b <= 0.0
             && (0.0..=1.0).contains(&ground)
             && (sun.length() - 1.0).abs() < 1e-6;
-        valid.then(|| SkyModel::of_frame(frame, sun, ([a, b], [k, c, d, e]), ground)).flatten()
+        valid.then(|| SkyModel::of_frame(frame, sun, [a, b], [k, c, d, e], ground)).flatten()
     }
 }
 

@@ -270,10 +270,7 @@ impl RowAssembler<'_> {
 
     /// A chunk of rows in memory of its own.
     fn computed_chunk(&self, rows: Range<usize>, count: usize) -> ComputedChunk {
-        let of_row = |i: usize| match i < self.shared {
-            true => vec![vec![0.0; i + 1]; count],
-            false => Vec::new(),
-        };
+        let of_row = |i: usize| if i < self.shared { vec![vec![0.0; i + 1]; count] } else { Vec::new() };
         let mut entries: Vec<Vec<Vec<f64>>> = rows.clone().map(of_row).collect();
         let mut slots: Vec<Vec<&mut [f64]>> =
             entries.iter_mut().map(|row| row.iter_mut().map(Vec::as_mut_slice).collect()).collect();

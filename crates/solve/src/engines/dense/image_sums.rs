@@ -41,9 +41,10 @@ impl ImageSums<'_> {
         let Some(images) = self.images else { return self.exchange.pair_in_row(&row.row, j, counts) };
         let mut sum = PairFactor::default();
         for k in images.of(j).iter().map(|k| *k as usize) {
-            let f = match k <= row.zone {
-                true => self.exchange.pair_in_row(&row.row, k, counts),
-                false => self.exchange.pair(row.zone, k, counts),
+            let f = if k <= row.zone {
+                self.exchange.pair_in_row(&row.row, k, counts)
+            } else {
+                self.exchange.pair(row.zone, k, counts)
             };
             sum = PairFactor { value: sum.value + f.value, radius: sum.radius + f.radius };
         }

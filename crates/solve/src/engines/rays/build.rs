@@ -73,7 +73,7 @@ pub(crate) fn build<'a>(
         operator.gather_incident(&strengths, &|| stored.clone(), noise, (&known, gathered_sky), observers);
     check_interrupted(context.settings.progress)?;
     if !gathered.sky.is_empty() {
-        surroundings.set_incident((&gathered.sky, sky), |i| zones.response(i).1, traced + gathered.rays());
+        surroundings.set_incident(&gathered.sky, sky, |i| zones.response(i).1, traced + gathered.rays());
         known.iter_mut().zip(&gathered.sky).for_each(|(k, sky)| k[0] = *sky);
     }
     operator.solve_pane_self_exchange(&stored, &mut gathered);
@@ -94,9 +94,12 @@ fn known_radiation(
     is_gathered: bool,
 ) -> Vec<[Bands; 2]> {
     let (zones, sky) = (context.zones, context.scene.surroundings().radiosity());
-    let known = |i: usize| match is_gathered {
-        true => [Bands::ZERO; 2],
-        false => surroundings.incoming(i, sky).map(|v| v / zones.response(i).1),
+    let known = |i: usize| {
+        if is_gathered {
+            [Bands::ZERO; 2]
+        } else {
+            surroundings.incoming(i, sky).map(|v| v / zones.response(i).1)
+        }
     };
     (0..zones.len()).map(known).collect()
 }
@@ -259,9 +262,10 @@ fn tolerance_missed(estimate: f64, tolerance: f64, reported: &[Diagnostic]) -> D
         );
     }
     let is_memory = reported.iter().any(|d| d.code == "memory");
-    let advice = match is_memory {
-        true => tolerance_advice(Engine::Rays, reported),
-        false => "rays or samples are at their maximum; use a larger tolerance, a smaller one has no effect",
+    let advice = if is_memory {
+        tolerance_advice(Engine::Rays, reported)
+    } else {
+        "rays or samples are at their maximum; use a larger tolerance, a smaller one has no effect"
     };
     let text = format!("the estimated error, {estimate:.1e}, is above the tolerance {tolerance}: {advice}");
     Diagnostic::warning("tolerance", text)

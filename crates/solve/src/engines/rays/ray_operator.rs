@@ -296,9 +296,10 @@ impl RayOperator<'_> {
     fn standard_error(&self, b: &[PaddedBands], source: &VertexSource) -> Vec<Bands> {
         let extent =
             if self.sources.is_empty() { PathExtent::FirstZone } else { PathExtent::WithSource(source) };
-        let sky = match rays_measure_escape(self.scene, self.zones) {
-            true => padded(self.scene.surroundings().radiosity()),
-            false => [0.0; LANES],
+        let sky = if rays_measure_escape(self.scene, self.zones) {
+            padded(self.scene.surroundings().radiosity())
+        } else {
+            [0.0; LANES]
         };
         self.table.standard_error(b, sky, extent)
     }

@@ -148,13 +148,13 @@ impl<'a> ComparisonZones<'a> {
         let error = |a: f64, b: f64| difference(a, b) * factor;
         let of_block = |(t, (report, other)): (usize, (&&Report, &Report))| {
             let floor = ErrorFloor::new(report, other, &error);
-            let mut heat = heat_errors(scene, report, other, &growth, (&error, &floor));
+            let mut heat = heat_errors(scene, report, other, &growth, &error, &floor);
             let mut energy = report.energy.zip_map(&other.energy, error);
             floor.widen(&mut energy, &report.energy);
             growth.unchanged.widen(&mut energy);
             if let Some(divided) = third.as_ref().map(|t3| &t3[t]) {
                 let more = |a: f64, b: f64| SMALLER_ZONES_FACTOR * difference(a, b);
-                add_differences(&mut heat, (other, divided), &more);
+                add_differences(&mut heat, other, divided, &more);
                 let more = other.energy.zip_map(&divided.energy, more);
                 energy = energy.zip_map(&more, |a, b| a + b);
             }
@@ -168,7 +168,7 @@ impl<'a> ComparisonZones<'a> {
 }
 
 /// Adds the differences of two solves to errors of temperature (K) and net power (W) of each row; an error of 0 of a temperature that is the same in both stays 0.
-fn add_differences(heat: &mut [[f64; 2]], (a, b): (&Report, &Report), more: &dyn Fn(f64, f64) -> f64) {
+fn add_differences(heat: &mut [[f64; 2]], a: &Report, b: &Report, more: &dyn Fn(f64, f64) -> f64) {
     let tables = a.heat.iter().zip(&b.heat);
     let rows = tables.flat_map(|(a, b)| a.rows.iter().zip(&b.rows));
     for (error, (a, b)) in heat.iter_mut().zip(rows) {
@@ -185,7 +185,8 @@ fn heat_errors(
     report: &Report,
     other: &Report,
     growth: &ZoneGrowth,
-    (error, floor): (&dyn Fn(f64, f64) -> f64, &ErrorFloor),
+    error: &dyn Fn(f64, f64) -> f64,
+    floor: &ErrorFloor,
 ) -> Vec<[f64; 2]> {
     let or_unknown = |is_unknown: bool, error: f64| if is_unknown { f64::INFINITY } else { error };
     let tables = report.heat.iter().zip(&other.heat);

@@ -181,7 +181,7 @@ impl ZoneGrowth {
         };
         let ratio = [cells, sheets.ratio].into_iter().flatten().min_by(f64::total_cmp).ok_or_else(none);
         // Judge the reliability of the estimate.
-        let why = unreliable_zones((scene, zones), (other, others), &sheets, basis, second);
+        let why = unreliable_zones(scene, zones, other, others, &sheets, basis, second);
         let why = why.or((few_groups_share > MAX_FEW_GROUPS_SHARE).then_some(FEW_ZONES));
         let why = why.or_else(|| wide_patches(zones, transport));
         let safety_factor = match (why, second) {
@@ -202,8 +202,10 @@ impl ZoneGrowth {
 
 /// The reason if the larger of the two sets of zones, or the smaller one for a second solve on smaller zones, are few or thick.
 fn unreliable_zones(
-    (scene, zones): (&Scene, &Zones),
-    (other, others): (&Scene, &Zones),
+    scene: &Scene,
+    zones: &Zones,
+    other: &Scene,
+    others: &Zones,
     sheets: &SheetGrowth,
     basis: ZoneBasis,
     second: SecondZones,

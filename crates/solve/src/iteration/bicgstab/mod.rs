@@ -254,10 +254,14 @@ impl<'a> BicgstabColumn<'a> {
     fn finish(self) -> IterationResult {
         let (met, sound) = (self.has_converged(RESIDUAL_DRIFT), self.is_physical());
         let is_spent = self.is_spent(PRODUCTS_OF_ITERATION);
-        let status = met.zip_map(sound, |met, sound| match (met, sound) {
-            (true, true) => SolveStatus::Converged,
-            (false, true) if is_spent => SolveStatus::MaxIterations,
-            _ => SolveStatus::Stalled,
+        let status = met.zip_map(sound, |met, sound| {
+            if met && sound {
+                SolveStatus::Converged
+            } else if sound && is_spent {
+                SolveStatus::MaxIterations
+            } else {
+                SolveStatus::Stalled
+            }
         });
         IterationResult { strengths: self.strengths, status, residuals: self.residuals, power: self.power }
     }

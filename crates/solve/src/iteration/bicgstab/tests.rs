@@ -21,9 +21,8 @@ impl ExchangeOperator for RowOperator {
 /// columns, like sampled rays.
 fn cavities(absorbed: &[f64], noise: f64) -> (RowOperator, Vec<Bands>) {
     let n = 4 * absorbed.len();
-    let coupling = |i: usize, j: usize| match i / 4 == j / 4 {
-        true => 1.0 + noise * ((7 * i + 3 * j) % 5) as f64 / 4.0,
-        false => 1e-5,
+    let coupling = |i: usize, j: usize| {
+        if i / 4 == j / 4 { 1.0 + noise * ((7 * i + 3 * j) % 5) as f64 / 4.0 } else { 1e-5 }
     };
     let mut rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| coupling(i, j)).collect()).collect();
     for row in &mut rows {

@@ -172,9 +172,10 @@ pub(crate) fn solve(
     let one_band =
         system.operator.has_identical_bands() && is_grey(system.weights) && all().all(|v| is_grey(v));
     let one_band = system.sums.over_processes(one_band, |a, b| a && b);
-    match one_band {
-        true => solve_bands::<[f64; 1], 1>(system, sources, initial, stop, checkpoints, progress),
-        false => solve_bands::<Bands, 3>(system, sources, initial, stop, checkpoints, progress),
+    if one_band {
+        solve_bands::<[f64; 1], 1>(system, sources, initial, stop, checkpoints, progress)
+    } else {
+        solve_bands::<Bands, 3>(system, sources, initial, stop, checkpoints, progress)
     }
 }
 
@@ -193,7 +194,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     let kept = divided_state::load(checkpoints, STAGE, (system.sums, root.len()), decode).map(columns_of);
     // √w p of the active columns, replaced by their products.
     let mut products: Vec<Vec<E>> = Vec::new();
-    let start = |products: &mut _| (start_columns(system, &norm, (&sources, initial), stop, products), 1);
+    let start = |products: &mut _| (start_columns(system, &norm, &sources, initial, stop, products), 1);
     let (mut all, first) = kept.unwrap_or_else(|| start(&mut products));
     progress.advance(first as u64 - 1);
     for iteration in first..=stop.max_iterations {
@@ -253,7 +254,8 @@ impl<E: VectorEntry> ResidualNorm<'_, E> {
 fn start_columns<E: BandEntry<N>, const N: usize>(
     system: &LinearSystem,
     norm: &ResidualNorm<E>,
-    (sources, initial): (&[Vec<Bands>], Option<&[Vec<Bands>]>),
+    sources: &[Vec<Bands>],
+    initial: Option<&[Vec<Bands>]>,
     stop: StoppingCriterion,
     products: &mut Vec<Vec<E>>,
 ) -> Vec<CgColumn<E, N>> {

@@ -51,7 +51,7 @@ pub fn illuminate(
     normalization: PowerNormalization,
     execution: Execution,
 ) -> DirectLight {
-    let one = |l: usize| illuminate_by(scene, zones, transport, (l, normalization), execution);
+    let one = |l: usize| illuminate_by(scene, zones, transport, l, normalization, execution);
     DirectLight { lights: (0..scene.lights().len()).map(one).collect() }
 }
 
@@ -60,7 +60,8 @@ pub(crate) fn illuminate_by(
     scene: &Scene,
     zones: &Zones,
     transport: &Transport,
-    (index, normalization): (usize, PowerNormalization),
+    index: usize,
+    normalization: PowerNormalization,
     execution: Execution,
 ) -> LightField {
     let light = &scene.lights()[index];

@@ -182,7 +182,7 @@ impl LightRays<'_> {
     /// The share of a ray that is lost, and whether a side without zones absorbs it.
     fn lost(&self, origin: Vec3, dir: Vec3) -> (Bands, bool) {
         let is_without_zones = |h: &Hit| self.patches.locate(h.side(), [h.u, h.v]).is_none();
-        lost_transmittance((self.scene, self.transport), (origin, dir), &is_without_zones)
+        lost_transmittance(self.scene, self.transport, origin, dir, &is_without_zones)
     }
 
     /// Adds a ray from outside if it meets a medium, a pane or a surface; a ray that ends on a side without zones has met nothing.

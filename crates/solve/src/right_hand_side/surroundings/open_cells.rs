@@ -44,11 +44,11 @@ impl OpenCells {
         let first = per_zone.min(FIRST_MARKING_RAYS_PER_ZONE);
         divisions.iter().find_map(|&along| {
             let sides = BoxSides::of(traced.scene, along);
-            let mut hits = count_hits(traced, sides, (group, 0..first));
+            let mut hits = count_hits(traced, sides, group, 0..first);
             if hits.iter().filter(|h| **h > 0).count() > MAX_OPEN_CELLS {
                 return None;
             }
-            let further = count_hits(traced, sides, (group, first..per_zone));
+            let further = count_hits(traced, sides, group, first..per_zone);
             hits.iter_mut().zip(further).for_each(|(h, f)| *h = add_hits(*h, f));
             OpenCells::of_hits(sides, &hits, group.len() * per_zone)
         })
@@ -71,7 +71,7 @@ fn add_hits(a: u8, b: u8) -> u8 {
 }
 
 /// Pilot rays of the zones of `list` that leave through each cell of the box, at most 2.
-fn count_hits(traced: TracedScene, sides: BoxSides, (list, rays): (&[usize], Range<usize>)) -> Vec<u8> {
+fn count_hits(traced: TracedScene, sides: BoxSides, list: &[usize], rays: Range<usize>) -> Vec<u8> {
     // Pilot rays come from another sample than the rays of the estimate.
     let seed = low_discrepancy::split_mix64(traced.seed ^ u64::MAX);
     let exit_cell = |i: usize, k: usize| {

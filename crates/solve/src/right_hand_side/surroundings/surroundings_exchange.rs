@@ -242,7 +242,8 @@ impl SurroundingsExchange {
     /// `response` gives area or volume of each zone. The error of the result is that of the incident radiation, which contains it.
     pub(crate) fn set_incident(
         &mut self,
-        (incident, sky): (&[Bands], Bands),
+        incident: &[Bands],
+        sky: Bands,
         response: impl Fn(usize) -> f64 + Sync,
         rays: u64,
     ) {
@@ -268,15 +269,16 @@ impl SurroundingsExchange {
     pub(crate) fn expected_rays(&self, scene: &Scene, zones: usize) -> u64 {
         let (each, pilot) = ray_counts(scene, zones, escape_rays_per_zone(scene));
         let limit = max_rays(scene, zones);
-        let each = match scene.surroundings().has_radiance() {
-            _ if self.is_closed() => pilot,
-            true if uses_openings(scene, zones) => {
-                let finer = (PARAMS.expected_opening_tolerance / scene.options().tolerance)
-                    .powf(RAYS_OVER_ERROR_EXPONENT);
-                (PARAMS.expected_opening_rays * (2.0 + finer)).min(limit as f64) as usize
-            }
-            true => each * PARAMS.expected_growth.min(limit / each.max(1)).max(1),
-            false => each,
+        let each = if self.is_closed() {
+            pilot
+        } else if !scene.surroundings().has_radiance() {
+            each
+        } else if uses_openings(scene, zones) {
+            let finer = (PARAMS.expected_opening_tolerance / scene.options().tolerance)
+                .powf(RAYS_OVER_ERROR_EXPONENT);
+            (PARAMS.expected_opening_rays * (2.0 + finer)).min(limit as f64) as usize
+        } else {
+            each * PARAMS.expected_growth.min(limit / each.max(1)).max(1)
         };
         (zones * each) as u64
     }

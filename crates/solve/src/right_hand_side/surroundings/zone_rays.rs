@@ -25,13 +25,15 @@ pub(crate) fn escape_transmittance(
 ) -> (Bands, bool) {
     let is_black_back =
         |hit: &Hit| !hit.front && scene.surfaces()[scene.facets()[hit.facet].surface].sides == Sides::Front;
-    lost_transmittance((scene, transport), (origin, dir), &is_black_back)
+    lost_transmittance(scene, transport, origin, dir, &is_black_back)
 }
 
 /// Transmittance of a ray out of the scene, or up to a facet side without zones, for which the second value is `true`; 0 for a ray that ends in a zone.
 pub(crate) fn lost_transmittance(
-    (scene, transport): (&Scene, &Transport),
-    (origin, dir): (Vec3, Vec3),
+    scene: &Scene,
+    transport: &Transport,
+    origin: Vec3,
+    dir: Vec3,
     is_without_zones: &dyn Fn(&Hit) -> bool,
 ) -> (Bands, bool) {
     let reach = 2.0 * scene.diagonal() + (origin - scene.bounds().0).length();
@@ -46,12 +48,7 @@ pub(crate) fn lost_transmittance(
 }
 
 /// The `k`-th ray of zone `i`.
-pub(crate) fn zone_ray(
-    zones: &Zones,
-    transport: &Transport,
-    (i, seed): (usize, u64),
-    k: usize,
-) -> WeightedRay {
+pub(crate) fn zone_ray(zones: &Zones, transport: &Transport, i: usize, seed: u64, k: usize) -> WeightedRay {
     let (p, d) = sample_point(zones, (i, seed), k);
     ray_from_sample(zones, transport, i, p, d)
 }

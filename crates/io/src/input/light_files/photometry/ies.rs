@@ -74,14 +74,18 @@ fn symmetry_of(planes: &[f64]) -> Result<PlaneSymmetry, String> {
         [] => return Err("there are no horizontal angles; give at least one".into()),
     };
     let is = |x: f64, wanted: f64| (x - wanted).abs() <= END_ROUNDING;
-    match () {
-        () if is(first, 0.0) && is(last, 90.0) => Ok(PlaneSymmetry::Quadrants),
-        () if is(first, 0.0) && is(last, 180.0) => Ok(PlaneSymmetry::AboutC0),
-        () if is(first, 90.0) && is(last, 270.0) => Ok(PlaneSymmetry::AboutC90),
-        () if is(first, 0.0) && last > 180.0 && last <= 360.0 + END_ROUNDING => Ok(PlaneSymmetry::None),
-        () => Err(format!(
+    if is(first, 0.0) && is(last, 90.0) {
+        Ok(PlaneSymmetry::Quadrants)
+    } else if is(first, 0.0) && is(last, 180.0) {
+        Ok(PlaneSymmetry::AboutC0)
+    } else if is(first, 90.0) && is(last, 270.0) {
+        Ok(PlaneSymmetry::AboutC90)
+    } else if is(first, 0.0) && last > 180.0 && last <= 360.0 + END_ROUNDING {
+        Ok(PlaneSymmetry::None)
+    } else {
+        Err(format!(
             "horizontal angles from {first} to {last} degrees have no meaning in type C; give 0, or 0 to 90, 180 or 360, or 90 to 270"
-        )),
+        ))
     }
 }
 

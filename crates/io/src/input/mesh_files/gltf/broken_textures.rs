@@ -34,9 +34,9 @@ pub(super) fn repair(root: &mut Value) -> Vec<String> {
     let mut textures = take_list(root, "textures");
     let mut samplers = take_list(root, "samplers");
     samplers.iter_mut().enumerate().for_each(|(i, s)| repair_sampler(i, s, &mut defects));
-    images.iter_mut().enumerate().for_each(|(i, image)| repair_image((i, image), view_count, &mut defects));
+    images.iter_mut().enumerate().for_each(|(i, image)| repair_image(i, image, view_count, &mut defects));
     for (i, texture) in textures.iter_mut().enumerate() {
-        repair_texture((i, texture), samplers.len(), &mut images, &mut defects);
+        repair_texture(i, texture, samplers.len(), &mut images, &mut defects);
     }
     let own_count = textures.len();
     let mut missing = MissingTextures { own_count, images, textures, defects };
@@ -84,7 +84,7 @@ fn repair_sampler(index: usize, sampler: &mut Value, defects: &mut Vec<String>) 
     }
 }
 
-fn repair_image((index, image): (usize, &mut Value), view_count: usize, defects: &mut Vec<String>) {
+fn repair_image(index: usize, image: &mut Value, view_count: usize, defects: &mut Vec<String>) {
     let defect = match image.as_object() {
         None => "is no table",
         Some(own) => match (own.get("bufferView"), own.get("uri")) {
@@ -100,7 +100,8 @@ fn repair_image((index, image): (usize, &mut Value), view_count: usize, defects:
 }
 
 fn repair_texture(
-    (index, texture): (usize, &mut Value),
+    index: usize,
+    texture: &mut Value,
     sampler_count: usize,
     images: &mut Vec<Value>,
     defects: &mut Vec<String>,

@@ -77,7 +77,8 @@ impl MaterialTable {
 pub(super) fn read_materials(
     document: &Document,
     instances: &[NodeInstance],
-    (files, path): (FileSource<'_>, &Path),
+    files: FileSource<'_>,
+    path: &Path,
     buffers: &Buffers<'_>,
     mesh: &mut MeshData,
 ) -> Result<MaterialTable, FileFault> {
@@ -248,8 +249,8 @@ impl ImageReader<'_> {
             out.emission = emissive.map(|x| x * strength * PI);
             self.read_emissive_texture(m, &place, &mut mapping, &mut out, notes)?;
         }
-        self.read_transparency(m, (base, alpha), &place, (&mut out, &mut mapping), notes)?;
-        self.read_normal_map(m, &place, (&mut out, &mut mapping), notes);
+        self.read_transparency(m, base, alpha, &place, &mut out, &mut mapping, notes)?;
+        self.read_normal_map(m, &place, &mut out, &mut mapping, notes);
         Ok((out, mapping))
     }
 
@@ -257,9 +258,11 @@ impl ImageReader<'_> {
     fn read_transparency(
         &mut self,
         m: &gltf::Material<'_>,
-        (base, alpha): (Bands, f64),
+        base: Bands,
+        alpha: f64,
         place: &str,
-        (out, mapping): (&mut MeshMaterial, &mut TextureMapping),
+        out: &mut MeshMaterial,
+        mapping: &mut TextureMapping,
         notes: &mut Vec<String>,
     ) -> Result<(), FileFault> {
         let base_texture = out.texture.clone();
@@ -309,7 +312,8 @@ impl ImageReader<'_> {
         &mut self,
         m: &gltf::Material<'_>,
         place: &str,
-        (out, mapping): (&mut MeshMaterial, &mut TextureMapping),
+        out: &mut MeshMaterial,
+        mapping: &mut TextureMapping,
         notes: &mut Vec<String>,
     ) {
         let Some(info) = m.normal_texture() else { return };

@@ -49,7 +49,7 @@ pub(crate) fn read_mesh_file(files: FileSource<'_>, path: &Path, file: &str) -> 
     mesh.notes.extend(container::trailing_note(file, &bytes));
     mesh.notes.extend(document::unread_extensions(file, &document));
     let instances = nodes::node_instances(file, &document)?;
-    let materials = materials::read_materials(&document, &instances, (files, path), &buffers, &mut mesh)?;
+    let materials = materials::read_materials(&document, &instances, files, path, &buffers, &mut mesh)?;
     let mut reader = PrimitiveReader {
         buffers: &buffers,
         materials,

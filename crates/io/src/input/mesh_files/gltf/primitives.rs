@@ -123,9 +123,10 @@ impl PrimitiveReader<'_> {
         if unit != 1.0 {
             values.iter_mut().flatten().for_each(|x| *x = (*x / unit).max(-1.0));
         }
-        match values.iter().flatten().all(|x| x.is_finite()) {
-            true => Ok(values),
-            false => Err(fault(format!("a value of {name} is not a finite number; export the file again"))),
+        if values.iter().flatten().all(|x| x.is_finite()) {
+            Ok(values)
+        } else {
+            Err(fault(format!("a value of {name} is not a finite number; export the file again")))
         }
     }
 

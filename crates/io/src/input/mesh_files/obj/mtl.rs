@@ -107,10 +107,7 @@ impl MtlOptics {
             m.glass = Some(GlassProperties {
                 thickness: Some(PANE_THICKNESS),
                 attenuation: GlassAttenuation::Transmittance(transmittance.map(|t| t.max(MIN_TRANSMITTANCE))),
-                albedo: match self.is_glass() {
-                    true => Bands::ZERO,
-                    false => m.reflectance.unwrap_or_default(),
-                },
+                albedo: if self.is_glass() { Bands::ZERO } else { m.reflectance.unwrap_or_default() },
             });
         }
         if (3..=9).contains(&self.model) && self.specular.any(|s| s >= MIN_SPECULAR) {
@@ -137,9 +134,10 @@ impl MtlLine<'_> {
     /// The path of the picture that the line names; its name where there is none.
     fn picture(&self) -> Result<PathBuf, &str> {
         // Skip options; a name without options may hold spaces.
-        let name = match self.rest.starts_with('-') {
-            true => self.rest.split_whitespace().last().unwrap_or(self.rest),
-            false => self.rest,
+        let name = if self.rest.starts_with('-') {
+            self.rest.split_whitespace().last().unwrap_or(self.rest)
+        } else {
+            self.rest
         };
         let image = self.folder.join(name.replace('\\', "/"));
         if self.files.contains(&image) { Ok(image) } else { Err(name) }

@@ -62,13 +62,14 @@ impl PlyHeader {
             let words: Vec<&str> = text.split_whitespace().collect();
             if words == ["end_header"] {
                 header.end = lines.at;
-                return match has_format {
-                    true => Ok(header),
-                    false => Err(FileFault::new(
+                return if has_format {
+                    Ok(header)
+                } else {
+                    Err(FileFault::new(
                         file,
                         lines.number,
                         "the line format is missing; export the mesh again",
-                    )),
+                    ))
                 };
             }
             has_format |= words.first() == Some(&"format");

@@ -137,10 +137,12 @@ fn find_emitter(node: &TomlNode<'_>, surfaces: &[Surface]) -> Result<usize, Inpu
         let names: Vec<&str> = surfaces.iter().map(|s| s.name.as_str()).collect();
         let is_part = |s: &&&str| s.strip_prefix(wanted).is_some_and(|rest| rest.starts_with(['.', '/']));
         let parts: Vec<&str> = names.iter().filter(is_part).take(MAX_LISTED_PARTS).copied().collect();
-        let hint = match parts.is_empty() {
-            false => format!("name one of its parts: {}", parts.join(", ")),
-            true if names.is_empty() => "add a [[surface]] with this name".to_string(),
-            true => suggest(wanted, &names[..names.len().min(MAX_LISTED_SURFACES)]),
+        let hint = if !parts.is_empty() {
+            format!("name one of its parts: {}", parts.join(", "))
+        } else if names.is_empty() {
+            "add a [[surface]] with this name".to_string()
+        } else {
+            suggest(wanted, &names[..names.len().min(MAX_LISTED_SURFACES)])
         };
         return Err(node.error(format!("no surface has the name '{wanted}'; {hint}")));
     };

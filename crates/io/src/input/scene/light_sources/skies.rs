@@ -29,9 +29,10 @@ pub(crate) fn read_cie_sky(t: &TomlTable<'_>, name: String) -> Result<Light, Inp
         k => return Err(kind.error(format!("{k} is out of range; give a type from 1 to 15"))),
     };
     let up = read_up(t)?;
-    let sun = match SunPlace::is_missing(t) && TYPES_WITHOUT_SUN.contains(&number) {
-        true => SunPlace { towards: up, up, distance: 1.0 },
-        false => SunPlace::read(t)?,
+    let sun = if SunPlace::is_missing(t) && TYPES_WITHOUT_SUN.contains(&number) {
+        SunPlace { towards: up, up, distance: 1.0 }
+    } else {
+        SunPlace::read(t)?
     };
     let placement = read_placement(t, &sun)?;
     let distribution = SkyDistribution::cie(number, placement).map_err(|e| t.error(e))?;
@@ -83,9 +84,10 @@ pub(crate) fn read_image_sky(t: &TomlTable<'_>, name: String) -> Result<Light, I
     let distribution = SkyDistribution::picture(picture, up, rotation).map_err(|e| node.error(e))?;
     let keys = [["radiance", "luminance"]];
     let is_scaled = ["radiance", "luminance", "tint", "efficacy"].iter().any(|k| t.get(k).is_some());
-    let radiance = match is_scaled {
-        true => read_quantity(t, &keys, "radiance = 1 (W/(m2 sr) of the pixel value 1)")?.1,
-        false => in_solar_band(t, 1.0).unwrap_or(Bands::ONE),
+    let radiance = if is_scaled {
+        read_quantity(t, &keys, "radiance = 1 (W/(m2 sr) of the pixel value 1)")?.1
+    } else {
+        in_solar_band(t, 1.0).unwrap_or(Bands::ONE)
     };
     Ok(Light::Sky { name, radiance, distribution })
 }

@@ -169,9 +169,10 @@ fn check_channels(count: usize, field: &VoxelField<'_>, reader: &SceneReader<'_>
         return Err(format!("three channels are no {}; save the volume with one channel", field.noun));
     }
     // Three numbered bands take one channel each.
-    match bands.from_rgb(reader.source.block(), [1.0, 0.5, 0.0]).is_some() || bands.count() == count {
-        true => Ok(()),
-        false => Err("its channels are red, green and blue, which have no meaning in bands without wavelengths; save the volume with one channel, or give bands = [[from, to], …] in nm".into()),
+    if bands.from_rgb(reader.source.block(), [1.0, 0.5, 0.0]).is_some() || bands.count() == count {
+        Ok(())
+    } else {
+        Err("its channels are red, green and blue, which have no meaning in bands without wavelengths; save the volume with one channel, or give bands = [[from, to], …] in nm".into())
     }
 }
 
@@ -199,8 +200,8 @@ impl ArrayFill<'_> {
             off.abs().max((step - 1.0).abs() * array.shape[axis] as f64) < SAME_CELLS_TOLERANCE
         };
         let hats = self.interpolated && !(0..3).all(is_same);
-        let overlaps = [0, 1, 2]
-            .map(|axis| axis_overlaps(grid, axis, (min[axis], max[axis]), (array.shape[axis], hats)));
+        let overlaps =
+            [0, 1, 2].map(|axis| axis_overlaps(grid, axis, min[axis], max[axis], array.shape[axis], hats));
         let [nx, ny, nz] = [0, 1, 2].map(|axis| overlaps[axis].len());
         for x in &overlaps[0] {
             for y in &overlaps[1] {
@@ -241,8 +242,10 @@ struct AxisOverlap {
 fn axis_overlaps(
     grid: &VoxelGridBuilder,
     axis: usize,
-    (lo, hi): (f64, f64),
-    (n, hats): (usize, bool),
+    lo: f64,
+    hi: f64,
+    n: usize,
+    hats: bool,
 ) -> Vec<AxisOverlap> {
     let step = (hi - lo) / n as f64;
     let cells = grid.overlaps(axis, lo, hi).into_iter().map(|(cell, _)| {
@@ -275,10 +278,7 @@ fn hat_integral(x: f64, i: usize, n: usize) -> f64 {
         0 => (d + 0.5).clamp(0.0, 0.5),
         _ => 0.5 * (d + 1.0).clamp(0.0, 1.0).powi(2),
     };
-    let above = match i + 1 == n {
-        true => d.clamp(0.0, 0.5),
-        false => 0.5 - 0.5 * (1.0 - d).clamp(0.0, 1.0).powi(2),
-    };
+    let above = if i + 1 == n { d.clamp(0.0, 0.5) } else { 0.5 - 0.5 * (1.0 - d).clamp(0.0, 1.0).powi(2) };
     if d <= 0.0 { below } else { below + above }
 }
 

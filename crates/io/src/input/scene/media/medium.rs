@@ -22,7 +22,7 @@ pub(crate) fn read_medium(
 ) -> Result<VoxelGrid, InputError> {
     let t = node.table(MEDIUM)?;
     let (min, max) = shapes::read_bounds(&t)?;
-    let mut builder = read_grid(&t, (min, max), reader)?;
+    let mut builder = read_grid(&t, min, max, reader)?;
     // Fill the background.
     let background = MediumProperties::read(&t, reader.mode())?;
     let regions = t.list("region")?;
@@ -62,7 +62,8 @@ pub(crate) fn read_medium(
 /// The empty voxel grid between two corners.
 fn read_grid(
     t: &TomlTable<'_>,
-    (min, max): (Vec3, Vec3),
+    min: Vec3,
+    max: Vec3,
     reader: &SceneReader<'_>,
 ) -> Result<VoxelGridBuilder, InputError> {
     let dims = read_dims(t, max - min)?;
@@ -91,9 +92,10 @@ fn set_missing_conditions(map: &mut VoxelGrid) -> Result<(), SceneError> {
             );
             return Err(SceneError::new("medium.temperature", message));
         }
-        match map.is_uniform() {
-            true => map.fill_heat(ThermalCondition::Flux(0.0)),
-            false => map.set_heat(i, ThermalCondition::Flux(0.0), NO_CONDITION),
+        if map.is_uniform() {
+            map.fill_heat(ThermalCondition::Flux(0.0))
+        } else {
+            map.set_heat(i, ThermalCondition::Flux(0.0), NO_CONDITION)
         }
     }
     Ok(())

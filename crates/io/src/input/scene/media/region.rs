@@ -30,7 +30,7 @@ pub(crate) fn read_region(
             grid.fill_box(bounds.0, bounds.1, &properties)
         }
         (None, Some(n), None) => {
-            let (mut mesh, _) = placement::load_placed((&n, MESH), reader)?;
+            let (mut mesh, _) = placement::load_placed(&n, MESH, reader)?;
             let kinds = vec![Some(0); mesh.materials.len()];
             drop_repeated_faces(&mut mesh, &kinds, "medium.region", reader);
             let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).collect();

@@ -150,13 +150,17 @@ impl VoxelQuantity {
         field: &VoxelField<'_>,
     ) -> Result<VoxelQuantity, &'static str> {
         let [a, b, c] = grid.transform.axes;
-        match (grid.level_set, placement.level_set) {
-            (false, false) => Ok(VoxelQuantity::Density(field.averaged)),
-            (true, true) => Ok(VoxelQuantity::LevelSet(a.cross(b).dot(c).abs().cbrt())),
-            (true, false) => Err("this is a level set (distances to a surface), not a density; \
-                                  write level_set = true for the density 1 inside it, or convert it to fog"),
-            (false, true) => Err("this is no level set; remove level_set"),
+        if placement.level_set && !grid.level_set {
+            return Err("this is no level set; remove level_set");
         }
+        if placement.level_set {
+            return Ok(VoxelQuantity::LevelSet(a.cross(b).dot(c).abs().cbrt()));
+        }
+        if grid.level_set {
+            return Err("this is a level set (distances to a surface), not a density; \
+                        write level_set = true for the density 1 inside it, or convert it to fog");
+        }
+        Ok(VoxelQuantity::Density(field.averaged))
     }
     /// The filled fraction of a voxel, and the density there; none of an empty voxel.
     fn filled(&self, value: f64, active: bool) -> Option<(f64, f64)> {

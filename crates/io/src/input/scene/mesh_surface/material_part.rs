@@ -58,9 +58,10 @@ impl MaterialPart<'_, '_> {
             _ => "temperature",
         };
         let inside = format!("put {pane_key} into materials.\"{name}\".pane = {{ … }}");
-        let opaque = match self.over.region {
-            true => String::new(),
-            false => format!(", or write materials.\"{name}\".pane = false for an opaque surface"),
+        let opaque = if self.over.region {
+            String::new()
+        } else {
+            format!(", or write materials.\"{name}\".pane = false for an opaque surface")
         };
         let (reason, remedy) = match key.name {
             "emissivity" if mode == SceneMode::Thermal => {
@@ -142,9 +143,10 @@ impl MaterialPart<'_, '_> {
             let name = surface.name.clone();
             let surface = reader.add_surface(surface, &properties)?;
             self.add_normal_map(surface, reader);
-            let of_kind = match sides == Sides::Both && self.values.is_empty() {
-                true => without_opposite_faces(of_kind, &name, reader),
-                false => of_kind,
+            let of_kind = if sides == Sides::Both && self.values.is_empty() {
+                without_opposite_faces(of_kind, &name, reader)
+            } else {
+                of_kind
             };
             for f in of_kind {
                 wrong += self.add_facet(f, surface, &properties, reader);
@@ -215,10 +217,8 @@ impl MaterialPart<'_, '_> {
         let light_mode = reader.mode() == SceneMode::Light;
         // A reflectance or texture of the scene file replaces the material's texture; thermal mode has no textures.
         let own_texture = properties.reflectance.is_none() && properties.texture.is_none() && light_mode;
-        let reflectance_texture = match own_texture {
-            true => self.texture(&m.texture, reader)?,
-            false => properties.texture,
-        };
+        let reflectance_texture =
+            if own_texture { self.texture(&m.texture, reader)? } else { properties.texture };
         let has_limited_texture = own_texture && reflectance_texture.is_some_and(|t| reader.is_limited(t));
         if light_mode && properties.reflectance.is_none() && (m.is_limited || has_limited_texture) {
             self.note_limited_reflectance(reader);

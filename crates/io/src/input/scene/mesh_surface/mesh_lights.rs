@@ -38,12 +38,11 @@ pub(crate) fn add_lights(
 /// The light in the bands of the scene; its mean where colours are unknown.
 fn scene_light(light: &MeshLight, surface: &str, reader: &SceneReader<'_>) -> Light {
     let (bands, rgb) = (reader.source.bands(), light.intensity / MAX_EFFICACY);
-    let power = match bands.is_rgb() {
-        true => rgb,
-        false => {
-            let mean = Bands::splat(rgb.sum() / 3.0);
-            bands.from_rgb(reader.source.block(), rgb.to_rgb()).unwrap_or(mean)
-        }
+    let power = if bands.is_rgb() {
+        rgb
+    } else {
+        let mean = Bands::splat(rgb.sum() / 3.0);
+        bands.from_rgb(reader.source.block(), rgb.to_rgb()).unwrap_or(mean)
     };
     let name = format!("{surface}/{}", light.name);
     let point = |distribution| Light::Point {

@@ -60,7 +60,7 @@ pub(crate) fn read_mesh_surface(
     properties: SurfaceProperties,
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
-    let (mut mesh, scale) = load_placed((node, SURFACE_MESH), reader)?;
+    let (mut mesh, scale) = load_placed(node, SURFACE_MESH, reader)?;
     add_lights(table, &mesh, name, reader)?;
     let overrides = material_overrides::read_overrides(table, &mesh, reader)?;
     let values = read_face_values(table, &mesh, reader)?;
@@ -68,12 +68,11 @@ pub(crate) fn read_mesh_surface(
     reader.parts.faces.meshes.push(FaceMesh { name: name.to_string(), faces: mesh.face_count });
     let kinds = MaterialUse::new(&mesh, &overrides).kinds();
     drop_repeated_faces(&mut mesh, &kinds, name, reader);
-    cut_transparent_materials(&mut mesh, (scale, properties.patch_size), &overrides, reader)
+    cut_transparent_materials(&mut mesh, scale, properties.patch_size, &overrides, reader)
         .map_err(|f| node.error(f.to_string()))?;
     let materials = MaterialUse::new(&mesh, &overrides);
     let open_sides = read_open_sides(table, properties.sides)?;
-    let shell_of_face =
-        find_shells_of_faces((table, name), &materials, (properties.sides, open_sides), reader)?;
+    let shell_of_face = find_shells_of_faces(table, name, &materials, properties.sides, open_sides, reader)?;
     // Collect the materials in use.
     let overs: Vec<MaterialOverride> = (0..mesh.materials.len()).map(|m| materials.override_of(m)).collect();
     let several = materials.faces.iter().filter(|f| !f.is_empty()).count() > 1;
@@ -171,9 +170,11 @@ fn read_open_sides(table: &TomlTable<'_>, sides: Option<Sides>) -> Result<OpenSi
 /// The kind of shell of each face, found by part of the mesh among the opaque faces; `solid = false` makes all parts open. Parts that are turned inside
 /// out are open where open parts exchange on both sides.
 fn find_shells_of_faces(
-    (table, name): (&TomlTable<'_>, &str),
+    table: &TomlTable<'_>,
+    name: &str,
     materials: &MaterialUse<'_>,
-    (sides, open_sides): (Option<Sides>, OpenSides),
+    sides: Option<Sides>,
+    open_sides: OpenSides,
     reader: &mut SceneReader<'_>,
 ) -> Result<Vec<ShellKind>, InputError> {
     let all = &materials.mesh.faces;
@@ -229,10 +230,12 @@ impl<'a> MaterialUse<'a> {
     fn used(&self) -> impl Iterator<Item = (usize, MaterialKind)> + '_ {
         let is_used = |m: &usize| !self.faces[*m].is_empty() && !self.override_of(*m).omit;
         (0..self.faces.len()).filter(is_used).map(|m| {
-            let kind = match (self.override_of(m).region, self.is_pane(m)) {
-                (true, _) => MaterialKind::Region,
-                (false, true) => MaterialKind::Pane,
-                (false, false) => MaterialKind::Opaque,
+            let kind = if self.override_of(m).region {
+                MaterialKind::Region
+            } else if self.is_pane(m) {
+                MaterialKind::Pane
+            } else {
+                MaterialKind::Opaque
             };
             (m, kind)
         })

@@ -64,7 +64,8 @@ impl MeshPlacement {
 /// Reads `{ file, scale, translate, rotate_degrees }`, of the keys `keys`: the mesh in scene coordinates, and the factor of lengths.
 /// Faces without area are dropped and counted in the notes.
 pub(crate) fn load_placed(
-    (node, keys): (&TomlNode<'_>, KeyGroups),
+    node: &TomlNode<'_>,
+    keys: KeyGroups,
     reader: &mut SceneReader<'_>,
 ) -> Result<(MeshData, f64), InputError> {
     let t = node.table(keys)?;

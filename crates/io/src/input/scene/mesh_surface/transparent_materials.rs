@@ -47,7 +47,8 @@ const MAX_PANE_ALPHA: f64 = 1.0 - 1e-6;
 /// file, `surface_patch_size` the patch size of the whole mesh, m.
 pub(crate) fn cut_transparent_materials(
     mesh: &mut MeshData,
-    (scale, surface_patch_size): (f64, Option<f64>),
+    scale: f64,
+    surface_patch_size: Option<f64>,
     overrides: &BTreeMap<usize, MaterialOverride>,
     reader: &mut SceneReader<'_>,
 ) -> Result<(), FileFault> {
@@ -72,13 +73,13 @@ pub(crate) fn cut_transparent_materials(
         let own: Vec<MeshFace> = mesh.faces.iter().filter(|f| f.material == m).copied().collect();
         let pixels = if alpha.rule == AlphaRule::Blend { BLEND_PIXELS } else { MASK_PIXELS };
         let (pieces, doublings) = cut_faces(&own, &classes, [cell, pixels], &mut work_left);
-        note_cut_outs(mesh, m, (own.len(), pieces.len(), doublings), reader);
+        note_cut_outs(mesh, m, own.len(), pieces.len(), doublings, reader);
         mesh.faces.retain(|f| f.material != m);
         let opaque = pieces.iter().filter(|p| p.1.class == classes.top());
         let opaque = opaque.map(|(f, piece)| face_of(f, piece, m, &mut mesh.normals));
         mesh.faces.extend(opaque);
         if alpha.rule == AlphaRule::Blend {
-            add_levels(mesh, (m, scale, &over), &pieces, &classes, reader)?;
+            add_levels(mesh, m, scale, &over, &pieces, &classes, reader)?;
         }
     }
     Ok(())
@@ -125,10 +126,11 @@ fn cut_faces<'f>(
         for (k, f) in faces.iter().enumerate() {
             let face = TexturedPlate { plate: f.plate, uv: f.uv };
             let halvings = face.halvings(cell, pixels, classes).saturating_sub(doublings);
-            let limits = match last {
-                true => CutLimits { pieces: usize::MAX, work: u64::MAX },
+            let limits = if last {
+                CutLimits { pieces: usize::MAX, work: u64::MAX }
+            } else {
                 // A try takes half the work at most, so that coarser cells have a turn.
-                false => CutLimits { pieces: MAX_PIECES - out.len(), work: own_work.div_ceil(2) },
+                CutLimits { pieces: MAX_PIECES - out.len(), work: own_work.div_ceil(2) }
             };
             let found = cut(&face, classes, halvings, limits);
             own_work = own_work.saturating_sub(found.work);
@@ -155,7 +157,9 @@ fn cut_faces<'f>(
 fn note_cut_outs(
     mesh: &MeshData,
     material: usize,
-    (faces, pieces, doublings): (usize, usize, u32),
+    faces: usize,
+    pieces: usize,
+    doublings: u32,
     reader: &mut SceneReader<'_>,
 ) {
     if faces == 0 {
@@ -178,7 +182,9 @@ fn note_cut_outs(
 /// Adds the panes of the levels between the lowest and the highest class as materials.
 fn add_levels(
     mesh: &mut MeshData,
-    (material, scale, over): (usize, f64, &MaterialOverride),
+    material: usize,
+    scale: f64,
+    over: &MaterialOverride,
     pieces: &[(&MeshFace, CutPiece)],
     classes: &AlphaClasses<'_>,
     reader: &mut SceneReader<'_>,

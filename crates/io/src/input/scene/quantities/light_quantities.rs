@@ -16,9 +16,10 @@ const TINT_ROUNDING: f64 = 1e-3;
 /// A flux of light: in the bands of the scene, or in the band of sunlight.
 pub(crate) fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
     let Some(in_solar_band) = n.solar_band() else { return n.flux_bands() };
-    match n.is_list() {
-        true => Err(n.error("in thermal mode sunlight has one band; give a number")),
-        false => n.non_negative().map(in_solar_band),
+    if n.is_list() {
+        Err(n.error("in thermal mode sunlight has one band; give a number"))
+    } else {
+        n.non_negative().map(in_solar_band)
     }
 }
 

@@ -79,9 +79,10 @@ fn prism(start: Vec3, axis: Vec3, radius: f64) -> [Plate; SIDES] {
     std::array::from_fn(|k| {
         let (a, b) = (corner(k), corner((k + 1) % SIDES));
         let outward = Plate::parallelogram(a, b - a, axis);
-        match outward.normal().dot(a + b - start * 2.0) > 0.0 {
-            true => outward,
-            false => Plate::parallelogram(a, axis, b - a),
+        if outward.normal().dot(a + b - start * 2.0) > 0.0 {
+            outward
+        } else {
+            Plate::parallelogram(a, axis, b - a)
         }
     })
 }

@@ -378,9 +378,12 @@ impl<'a> EscapeControl<'a> {
 
     /// The corrections of the means of both halves of quantity `q`, W/m².
     pub(crate) fn corrections(&self, i: usize, q: usize) -> [Bands; 2] {
-        [0, 1].map(|half| match q < self.rays.columns {
-            true => self.correction(i, half, q),
-            false => (0..self.rays.columns).map(|c| self.correction(i, half, c)).sum(),
+        [0, 1].map(|half| {
+            if q < self.rays.columns {
+                self.correction(i, half, q)
+            } else {
+                (0..self.rays.columns).map(|c| self.correction(i, half, c)).sum()
+            }
         })
     }
 }

@@ -267,9 +267,10 @@ impl Walk<'_, '_> {
     #[inline]
     fn cross_cell(&mut self, cells: &CellZones, cell: usize, (extinction, start, stop): Stretch) {
         let length = stop - start;
-        let fraction = match self.path.grey {
-            true => Bands::splat(absorbed_fraction(extinction.first() * length)),
-            false => extinction.map(|k| absorbed_fraction(k * length)),
+        let fraction = if self.path.grey {
+            Bands::splat(absorbed_fraction(extinction.first() * length))
+        } else {
+            extinction.map(|k| absorbed_fraction(k * length))
         };
         let absorbed = self.transmittance * fraction;
         self.transmittance -= absorbed;
@@ -290,9 +291,10 @@ impl Walk<'_, '_> {
             let depth = -(-u * absorbed).ln_1p();
             let s = (depth / mean).min(length);
             let share = absorbed / POINTS_ON_STRETCH as f64;
-            let weight = match self.path.grey {
-                true => Bands::splat(share),
-                false => extinction.map(|k| share * k / mean * (depth - k * s).exp()),
+            let weight = if self.path.grey {
+                Bands::splat(share)
+            } else {
+                extinction.map(|k| share * k / mean * (depth - k * s).exp())
             };
             let point = self.origin + self.dir * (start + s);
             let cell = cells.grid.cell_at(point).map(|c| cells.grid.index(c));

@@ -205,7 +205,7 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
             let rays = escape.wanted(zone, numbers.end);
             *count = numbers.end;
             let mut of_zone = EscapeSums::new(task.groups);
-            add_samples_of_zone(gatherer, zone, (numbers, rays), scratch, (sums, &mut of_zone));
+            add_samples_of_zone(gatherer, zone, numbers, rays, scratch, sums, &mut of_zone);
             escape.add(zone, &of_zone);
         }
         progress.advance(zones);
@@ -223,14 +223,16 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
 fn add_samples_of_zone(
     gatherer: &Gatherer,
     zone: usize,
-    (numbers, rays): (Range<usize>, Option<Range<usize>>),
+    numbers: Range<usize>,
+    rays: Option<Range<usize>>,
     scratch: &mut GatherScratch,
-    (sums, escape): (&mut [SampleSums], &mut EscapeSums),
+    sums: &mut [SampleSums],
+    escape: &mut EscapeSums,
 ) {
     let quantities = sums.len() / 2;
     for (half, sums) in sums.chunks_mut(quantities).enumerate() {
         let range = SampleRange { zone, half, numbers: numbers.clone() };
-        escape.by_samples[half] = add_samples(gatherer, range, scratch, (sums, &mut escape.products));
+        escape.by_samples[half] = add_samples(gatherer, range, scratch, sums, &mut escape.products);
         if let Some(numbers) = rays.clone() {
             escape.rays = numbers.len();
             escape.by_rays[half] = gatherer.escapes(SampleRange { zone, half, numbers }, scratch);
@@ -260,7 +262,8 @@ fn add_samples(
     gatherer: &Gatherer,
     range: SampleRange,
     scratch: &mut GatherScratch,
-    (sums, products): (&mut [SampleSums], &mut [Bands]),
+    sums: &mut [SampleSums],
+    products: &mut [Bands],
 ) -> Bands {
     let groups = products.len();
     let (mut added, mut escapes) = (vec![[Bands::ZERO; 2]; sums.len()], Bands::ZERO);

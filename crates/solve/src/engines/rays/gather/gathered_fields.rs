@@ -156,7 +156,7 @@ impl GatheredFields {
             let of_group = |(block, group): (&&[u32], SmoothedGroup)| {
                 let zones = block.iter().enumerate();
                 zones
-                    .flat_map(|(k, i)| self.smoothed_zone(means, &group, (k, *i as usize)))
+                    .flat_map(|(k, i)| self.smoothed_zone(means, &group, k, *i as usize))
                     .collect::<Vec<Bands>>()
             };
             chunks[chunk].iter().zip(smoothed).flat_map(of_group).collect::<Vec<Bands>>()
@@ -179,7 +179,7 @@ impl GatheredFields {
 
     /// The values of zone `i`, number `k` of its group, after smoothing: of every light group and their sum, the stated errors of the same, and the surroundings alone
     /// where they are sampled.
-    fn smoothed_zone(&self, means: &HalfMeans, group: &SmoothedGroup, (k, i): (usize, usize)) -> Vec<Bands> {
+    fn smoothed_zone(&self, means: &HalfMeans, group: &SmoothedGroup, k: usize, i: usize) -> Vec<Bands> {
         let groups = means.columns.len();
         let own: Vec<Bands> = means.columns.iter().map(|c| half_smoothing::mean_of_halves(c, i)).collect();
         let change: Bands = (0..groups).map(|c| group.values[c][k] - own[c]).sum();

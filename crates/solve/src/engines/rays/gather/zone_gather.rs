@@ -295,7 +295,7 @@ impl<'a> Gatherer<'a> {
             self.connect((i, number | CONNECTION), from.0, [u[4], u[5], u[6]], scratch);
             if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
                 let [v0, v1, v2, _] = scrambled_sobol::first_dimensions(k, seed_of_openings);
-                self.connect_through(openings, (i, from.0), [v0, v1, v2], scratch);
+                self.connect_through(openings, i, from.0, [v0, v1, v2], scratch);
             }
             let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };
             each(&|c| self.value(c, scratch), sky);
@@ -460,7 +460,8 @@ impl<'a> Gatherer<'a> {
     fn connect_through(
         &self,
         openings: &PaneOpenings,
-        (i, x): (usize, Vec3),
+        i: usize,
+        x: Vec3,
         u: [f64; 3],
         scratch: &mut GatherScratch,
     ) {

@@ -276,7 +276,8 @@ impl<'a> RayTable<'a> {
         &self,
         range: Range<usize>,
         vertices: &[PathVertex],
-        (b, sky): (&[PaddedBands], PaddedBands),
+        b: &[PaddedBands],
+        sky: PaddedBands,
         extent: PathExtent,
         mut each: impl FnMut(PaddedBands),
     ) {
@@ -327,7 +328,7 @@ impl<'a> RayTable<'a> {
             let count = range.len().div_ceil(divisor);
             let mut sum: PaddedBands = [0.0; LANES];
             let rays = range.start..range.start + count;
-            self.for_each_ray(rays, self.vertices_of(i), (b, [0.0; LANES]), extent, |v| {
+            self.for_each_ray(rays, self.vertices_of(i), b, [0.0; LANES], extent, |v| {
                 (0..LANES).for_each(|k| sum[k] += v[k]);
             });
             let own = self.self_irradiation(i, b);
@@ -347,7 +348,7 @@ impl<'a> RayTable<'a> {
             let range = self.rays_of(i);
             let (m, factor) = (range.len() as f64, self.incident_factor(i));
             let (mut sum, mut square) = ([0.0; LANES], [0.0; LANES]);
-            self.for_each_ray(range, self.vertices_of(i), (b, sky), extent, |v| {
+            self.for_each_ray(range, self.vertices_of(i), b, sky, extent, |v| {
                 let v = v.map(f64::from);
                 (0..LANES).for_each(|k| sum[k] += v[k]);
                 (0..LANES).for_each(|k| square[k] += v[k] * v[k]);

@@ -132,7 +132,7 @@ impl<'a> RayTracer<'a> {
 
     /// Origin, direction and weight of the `k`-th ray of zone `i`.
     fn ray_of_zone(&self, i: usize, k: usize) -> (Segment, Bands) {
-        let (origin, dir, weight) = zone_ray(self.zones, self.transport, (i, RAY_SEED), k);
+        let (origin, dir, weight) = zone_ray(self.zones, self.transport, i, RAY_SEED, k);
         (Segment { origin, dir }, weight)
     }
 

@@ -64,21 +64,17 @@ fn check(text: &str, tolerance: f64) -> ErrorCoverage {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let g = ZoneLightSampler::new(&scene, &zones, &transport, &scene.lights()[0]);
-    let lit = illuminate_by(
-        &scene,
-        &zones,
-        &transport,
-        (0, PowerNormalization::None),
-        Execution::alone(&NoProgress),
-    );
+    let lit =
+        illuminate_by(&scene, &zones, &transport, 0, PowerNormalization::None, Execution::alone(&NoProgress));
     let list: Vec<usize> = (0..zones.len()).step_by((zones.len() / COMPARED_ZONES).max(1)).collect();
     let truth: Vec<Bands> = list
         .par_iter()
-        .map(|&i| match i < zones.pane_offset() {
-            true => {
+        .map(|&i| {
+            if i < zones.pane_offset() {
                 g.sample_zone(i, FIRST_REFERENCE_SAMPLE..FIRST_REFERENCE_SAMPLE + REFERENCE_SAMPLES).value()
+            } else {
+                g.pane(i - zones.pane_offset(), REFERENCE_PANE_POINTS)[0]
             }
-            false => g.pane(i - zones.pane_offset(), REFERENCE_PANE_POINTS)[0],
         })
         .collect();
     let (mut off, mut stated, mut all, mut once, mut twice) = (0.0, 0.0, 0.0, 0, 0);
@@ -250,7 +246,8 @@ fn direct_light_is_bit_identical_for_threads_and_checkpoints() {
                 &scene,
                 &zones,
                 &transport,
-                (0, PowerNormalization::InverseVariance),
+                0,
+                PowerNormalization::InverseVariance,
                 Execution::alone(&NoProgress),
             )
         })
@@ -343,9 +340,7 @@ fn skies_through_a_small_hole_meet_a_small_tolerance() {
         let lit = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let execution = Execution::alone(&NoProgress);
-            pool.install(|| {
-                illuminate_by(&scene, &zones, &transport, (0, PowerNormalization::None), execution)
-            })
+            pool.install(|| illuminate_by(&scene, &zones, &transport, 0, PowerNormalization::None, execution))
         };
         let found = lit(2);
         assert_eq!(found, lit(1));

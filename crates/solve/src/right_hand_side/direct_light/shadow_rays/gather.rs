@@ -159,17 +159,20 @@ pub(crate) fn expected_rays(
             if let Some(rays) = by_openings.and_then(|x| x.openings.expected_rays(i, wanted, x.max_rays)) {
                 return rays;
             }
-            let share = match o.agrees() {
-                true if scene.voxel_grid().is_none() => EXPECTED_CLUSTER_SHARE,
-                true => DISAGREEING_NEIGHBOURS,
-                false => 1.0,
+            let share = if !o.agrees() {
+                1.0
+            } else if scene.voxel_grid().is_none() {
+                EXPECTED_CLUSTER_SHARE
+            } else {
+                DISAGREEING_NEIGHBOURS
             };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
             let second = sampler.resample(i, o, (most, 1.0), wanted);
             let excess = second.absolute_error() / wanted;
-            let third = match !averaged && is_undersampled(&second, excess, most) {
-                true => sampler.resample(i, &second, (most, 1.0), wanted).count,
-                false => 0,
+            let third = if !averaged && is_undersampled(&second, excess, most) {
+                sampler.resample(i, &second, (most, 1.0), wanted).count
+            } else {
+                0
             };
             share * (second.count as f64 + third as f64)
         };
@@ -339,9 +342,8 @@ impl<'a> Gathering<'a> {
     /// Field, error (W/m²) and number of further rays of zone `i`, whose error is too large: the mean with the cells around it if that is smooth, else further samples.
     fn average_or_resample(&self, i: usize, all: &[DirectLightEstimate]) -> (Bands, (Bands, u64)) {
         let own = &all[i];
-        let factor = |o: &DirectLightEstimate| match o.agrees() {
-            true => STATED_OVER_AGREEMENT_ERROR,
-            false => STATED_OVER_MEAN_ERROR,
+        let factor = |o: &DirectLightEstimate| {
+            if o.agrees() { STATED_OVER_AGREEMENT_ERROR } else { STATED_OVER_MEAN_ERROR }
         };
         let stated = |o: &DirectLightEstimate| factor(o) * o.unoccluded * o.relative_error();
         let result = |o: &DirectLightEstimate, rays: u64| (o.value(), (stated(o), rays));

@@ -26,9 +26,10 @@ impl ZoneLightSampler<'_> {
         let mut parts = [Bands::ZERO; PANE_PARTS];
         for n in 0..count {
             let [u, v] = p.plate.warp(low_discrepancy::r2(n, shift));
-            let seed = match n < PANE_POINTS {
-                true => (i * PANE_POINTS + n) as u64,
-                false => low_discrepancy::split_mix64((i as u64) << 20 | n as u64),
+            let seed = if n < PANE_POINTS {
+                (i * PANE_POINTS + n) as u64
+            } else {
+                low_discrepancy::split_mix64((i as u64) << 20 | n as u64)
             };
             let g = self.pane_fluence(p, p.plate.at(u, v), seed);
             parts[n % PANE_PARTS] += g / (count / PANE_PARTS) as f64;

@@ -179,9 +179,10 @@ fn patch_points<'a>(
     let area = plate.area();
     Some((
         bound,
-        match beam < all {
-            true => ZonePoints::PatchInBeam { view, weight: beam / area },
-            false => ZonePoints::Patch { view, weight: all / area },
+        if beam < all {
+            ZonePoints::PatchInBeam { view, weight: beam / area }
+        } else {
+            ZonePoints::Patch { view, weight: all / area }
         },
     ))
 }
@@ -211,12 +212,11 @@ fn voxel_points<'a>(
     let all = bound * view.solid_angle();
     Some((
         bound,
-        match beam < all {
-            true => {
-                let diagonal = 2.0 * radius;
-                ZonePoints::VoxelInBeam { view, zone, weight: beam * diagonal / volume, diagonal }
-            }
-            false => ZonePoints::NearVoxel { view, zone, weight: all / volume },
+        if beam < all {
+            let diagonal = 2.0 * radius;
+            ZonePoints::VoxelInBeam { view, zone, weight: beam * diagonal / volume, diagonal }
+        } else {
+            ZonePoints::NearVoxel { view, zone, weight: all / volume }
         },
     ))
 }

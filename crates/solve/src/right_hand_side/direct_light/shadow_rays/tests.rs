@@ -121,7 +121,8 @@ fn partly_hidden_lamp_beside_a_zone_is_unbiased() {
         &scene,
         &zones,
         &transport,
-        (0, PowerNormalization::InverseVariance),
+        0,
+        PowerNormalization::InverseVariance,
         Execution::alone(&NoProgress),
     );
     assert!(lit.warning.is_none() && lit.largest_change < 0.01, "{:?} {}", lit.warning, lit.largest_change);

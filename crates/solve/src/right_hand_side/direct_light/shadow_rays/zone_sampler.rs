@@ -197,9 +197,10 @@ impl<'a> ZoneLightSampler<'a> {
         let Some(sample) = sample else {
             return;
         };
-        let tau = match self.is_inside {
-            true => self.transport.transmittance_inside(x, sample.end),
-            false => self.transport.transmittance(x, sample.end),
+        let tau = if self.is_inside {
+            self.transport.transmittance_inside(x, sample.end)
+        } else {
+            self.transport.transmittance(x, sample.end)
         };
         t.add(sample.flux, tau);
     }
@@ -207,7 +208,9 @@ impl<'a> ZoneLightSampler<'a> {
     /// The estimate of zone `i` from the samples of a range of a point light of unit intensity `intensity`.
     fn sample_point_light(
         &self,
-        (position, intensity, distribution): (Vec3, Bands, &IntensityDistribution),
+        position: Vec3,
+        intensity: Bands,
+        distribution: &IntensityDistribution,
         i: usize,
         range: std::ops::Range<usize>,
     ) -> DirectLightEstimate {
@@ -220,9 +223,10 @@ impl<'a> ZoneLightSampler<'a> {
             let flux = intensity * one.weight;
             t.unoccluded += flux;
             t.unoccluded2 += largest(flux).powi(2);
-            let tau = match one.share > 0.0 {
-                true => self.transport.transmittance(one.at, position).map(|tau| tau * one.share),
-                false => None,
+            let tau = if one.share > 0.0 {
+                self.transport.transmittance(one.at, position).map(|tau| tau * one.share)
+            } else {
+                None
             };
             t.add(flux, tau);
         }
@@ -270,7 +274,7 @@ impl<'a> ZoneLightSampler<'a> {
     /// Estimates zone `i` from the samples of a range.
     pub(super) fn sample_zone(&self, i: usize, samples: std::ops::Range<usize>) -> DirectLightEstimate {
         if let Light::Point { position, intensity, distribution, .. } = self.light.light() {
-            return self.sample_point_light((*position, *intensity, distribution), i, samples);
+            return self.sample_point_light(*position, *intensity, distribution, i, samples);
         }
         let mut t = SampleTally::default();
         self.trace_shadow_rays(&mut t, i, samples);
@@ -312,7 +316,7 @@ impl<'a> ZoneLightSampler<'a> {
         (most, saving): (usize, f64),
         wanted: f64,
     ) -> DirectLightEstimate {
-        let count = samples_needed(pilot, (most as f64, saving), wanted).ceil() as usize;
+        let count = samples_needed(pilot, most as f64, saving, wanted).ceil() as usize;
         let samples = count.next_multiple_of(SAMPLE_QUANTUM).clamp(SAMPLE_QUANTUM, most);
         // Behind the samples of the estimate, which may itself be of fresh samples.
         let used = pilot.count as usize;
@@ -350,7 +354,7 @@ impl<'a> ZoneLightSampler<'a> {
 }
 
 /// Number of samples, at most `most`, that, by the estimate `pilot`, brings the error of its zone to `wanted`, W/m².
-fn samples_needed(pilot: &DirectLightEstimate, (most, saving): (f64, f64), wanted: f64) -> f64 {
+fn samples_needed(pilot: &DirectLightEstimate, most: f64, saving: f64, wanted: f64) -> f64 {
     let m = pilot.count as f64;
     let needed = |error: f64| m * largest(pilot.unoccluded) * error / wanted;
     if pilot.agrees() {
@@ -360,11 +364,10 @@ fn samples_needed(pilot: &DirectLightEstimate, (most, saving): (f64, f64), wante
     }
     // That of others falls like m^(−3/4).
     let count = m * (needed(pilot.error as f64) / m).powf(4.0 / 3.0);
-    let count = match count <= FOUR_DIMENSIONAL_SAMPLES {
-        true => count,
-        false => {
-            FOUR_DIMENSIONAL_SAMPLES * (count / FOUR_DIMENSIONAL_SAMPLES).powf(0.75 / FOUR_DIMENSIONAL_RATE)
-        }
+    let count = if count <= FOUR_DIMENSIONAL_SAMPLES {
+        count
+    } else {
+        FOUR_DIMENSIONAL_SAMPLES * (count / FOUR_DIMENSIONAL_SAMPLES).powf(0.75 / FOUR_DIMENSIONAL_RATE)
     };
     count.min(most)
 }
