@@ -6,7 +6,7 @@
 //! fn the_weaker_grade_wins_in_a_sum() {
 //! ```
 //!
-//! The topic is one of [`TOPICS`]. Lines that are indented further continue the sentence. Several tests with the same sentence share one row of the
+//! The topic is one of `TOPICS`. Lines that are indented further continue the sentence. Several tests with the same sentence share one row of the
 //! page. A comment that stands above no function, test or key, such as a line of a module header, names the whole file.
 
 use std::collections::BTreeMap;

@@ -22,7 +22,7 @@ pub struct Idioms {
     pub bool_matches: Vec<String>,
     /// Uses of `thread_local!`.
     pub thread_locals: Vec<String>,
-    /// Calls of [`ZONE_RANGE_STARTS`].
+    /// Calls of `ZONE_RANGE_STARTS`.
     pub zone_range_starts: Vec<String>,
 }
 

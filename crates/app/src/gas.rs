@@ -62,7 +62,7 @@ impl GasTable {
         })
     }
 
-    /// Emissivity of the mixture against path length, and the contribution of each gas if they are at most [`MAX_PLOTTED_GASES`].
+    /// Emissivity of the mixture against path length, and the contribution of each gas if they are at most `MAX_PLOTTED_GASES`.
     #[must_use]
     pub fn plot(&self) -> Plot {
         let GasTable { model, state, mixture, .. } = self;

@@ -1,6 +1,6 @@
 //! The division of the grid and of its spectra among processes.
 //!
-//! A rank has the voxels of some planes across x, and the frequencies f₁ of some blocks ([`FREQUENCIES_PER_BLOCK`]). A product transforms the own planes
+//! A rank has the voxels of some planes across x, and the frequencies f₁ of some blocks (`FREQUENCIES_PER_BLOCK`). A product transforms the own planes
 //! along z and y, exchanges them for the own frequencies of all planes, transforms these along x and multiplies them with spectra, and goes back the same
 //! way. Blocks that are mirrored in each other have one rank, since their spectra are equal: so a rank stores about 1/R of the spectra of voxels.
 //!

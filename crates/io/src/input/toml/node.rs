@@ -325,10 +325,14 @@ impl<'a> TomlNode<'a> {
     pub(crate) fn block_of_bands<T: Clone>(&self, values: &[T], also: &str) -> Result<[T; 3], InputError> {
         let bands = self.source.bands();
         bands.of_block(self.source.block(), values).ok_or_else(|| {
+            if bands.count() == 1 {
+                let found = values.len();
+                return self.error(format!(
+                    "this list has {found} values, but the scene has one band; give one number, or several bands by bands or [thermal] band_fractions"
+                ));
+            }
             let wanted = if bands.is_rgb() {
                 "[red, green, blue]".to_string()
-            } else if bands.count() == 1 {
-                "a list of one; the scene has one band".to_string()
             } else {
                 let last = if bands.has_solar_band() { ", the last for sunlight" } else { "" };
                 format!("a list of {} values, one for each band{last}", bands.count())

@@ -370,9 +370,8 @@ impl ThermalFormat {
         cells: Option<CellPolynomials>,
     ) -> Result<Thermal, String> {
         let ThermalFormat { band_fractions, surfaces, panes, surroundings, network, emissivities } = self;
-        let mut emissivities: Vec<SurfaceEmissivity> =
+        let emissivities: Vec<SurfaceEmissivity> =
             emissivities.into_iter().map(EmissivityFormat::into_emissivity).collect::<Result<_, _>>()?;
-        emissivities.resize(surfaces.len(), SurfaceEmissivity::default());
         let (band_fractions, cell_fractions) = match band_fractions {
             None => (BandFractions::Grey, None),
             Some(f) if f.black_body => {

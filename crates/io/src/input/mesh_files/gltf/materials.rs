@@ -249,22 +249,23 @@ impl ImageReader<'_> {
             out.emission = emissive.map(|x| x * strength * PI);
             self.read_emissive_texture(m, &place, &mut mapping, &mut out, notes)?;
         }
-        self.read_transparency(m, base, alpha, &place, &mut out, &mut mapping, notes)?;
+        self.read_transparency(m, factor, &place, &mut out, &mut mapping, notes)?;
         self.read_normal_map(m, &place, &mut out, &mut mapping, notes);
         Ok((out, mapping))
     }
 
-    /// Reads the transmission of a sheet, the alpha and the glass of a material.
+    /// Reads the transmission of a sheet, the alpha and the glass of a material, whose base colour has four components.
     fn read_transparency(
         &mut self,
         m: &gltf::Material<'_>,
-        base: Bands,
-        alpha: f64,
+        base_colour: [f64; 4],
         place: &str,
         out: &mut MeshMaterial,
         mapping: &mut TextureMapping,
         notes: &mut Vec<String>,
     ) -> Result<(), FileFault> {
+        let [r, g, b, alpha] = base_colour;
+        let base = Bands::from_rgb([r, g, b]);
         let base_texture = out.texture.clone();
         let sheet = SheetFactors::of(m);
         if let Some(sheet) = &sheet {
