@@ -57,6 +57,7 @@ pub(crate) fn cut<'a>(
         Some(zones) => zones.clone(),
         None => shared_zones(scene, &transport, settings.communicator)?,
     };
+    settings.progress.advance(1);
     settings.progress.end();
     Ok((transport, zones))
 }
