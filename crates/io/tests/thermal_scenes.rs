@@ -128,7 +128,10 @@ const INVALID: &[RefusedScene<'static>] = &[
     ("ROOMtemperature = 300\nemissivity = 1.5", &["emissivity", "from 0 to 1"]),
     ("ROOMheat_flux = 5\nemissivity = 0", &["r.x0'.heat_flux", "emissivity 0 can give no power"]),
     ("ROOMnet_power = 5\nemissivity = 0", &["r.x0'.net_power", "emissivity 0"]),
-    ("ROOMtemperature = 300\nemissivity = [0.1, 0.2, 0.3]", &["emissivity", "one band", "band_fractions"]),
+    (
+        "ROOMtemperature = 300\nemissivity = [0.1, 0.2, 0.3]",
+        &["emissivity", "the bands differ", "band_fractions"],
+    ),
     (
         "ROOMtemperature = 300\nemissivity = 1\nemission = 3",
         &["test.toml:7:12:", "emission", "mode = \"light\""],
@@ -195,7 +198,10 @@ const INVALID: &[RefusedScene<'static>] = &[
         "mode = 'thermal'\nMEDIUMextinction = 1\nalbedo = 1\nheat_source = 4",
         &["medium.heat_source", "absorbs"],
     ),
-    ("mode = 'thermal'\nMEDIUMextinction = [1, 2, 3]\ntemperature = 300", &["medium.extinction", "one band"]),
+    (
+        "mode = 'thermal'\nMEDIUMextinction = [1, 2, 3]\ntemperature = 300",
+        &["medium.extinction", "the bands differ"],
+    ),
     (
         "mode = 'thermal'\nMEDIUMabsorption = 3\nextinction = 2\ntemperature = 300",
         &["exceeds the extinction"],

@@ -411,7 +411,7 @@ fn symmetry_planes_at_both_ends_equal_a_period_of_twice_the_extent() {
     }
     let refused = zonal_solve::solve(room("rays", "symmetry", 1.1, 11), 4 << 30, &NoProgress).unwrap_err();
     assert_eq!(refused.key(), "boundary");
-    assert!(refused.message().contains("symmetry_planes that face each other"), "{refused}");
+    assert!(refused.message().contains("symmetry planes that face each other"), "{refused}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::files::FileSource;
 use crate::input::reading::error::InputError;
 use crate::input::scene::quantities::surface_properties::BackProperties;
 use crate::input::scene::scene_reader::SceneReader;
-use crate::input::tables::{Quantity, RowKeys, WantedColumn, read_column};
+use crate::input::tables::{ColumnFile, Quantity, RowKeys, WantedColumn};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
 use std::path::Path;
@@ -75,9 +75,9 @@ fn read_points(
     files: FileSource<'_>,
 ) -> Result<Vec<[f64; 2]>, InputError> {
     let name = path.display().to_string();
+    let table = ColumnFile::read(files, path, &name).map_err(|f| file.error(f.to_string()))?;
     let read = |column: &str, quantity: Quantity| {
-        let wanted = WantedColumn { column: Some(column), quantity, rows: RowKeys::Position };
-        read_column(files, path, &name, wanted)
+        table.column(WantedColumn { column: Some(column), quantity, rows: RowKeys::Position })
     };
     let values = match &column {
         Some(n) if n.is_text() => n.text()?.to_string(),

@@ -22,6 +22,7 @@ use super::vtk::{MAX_VTK_FILE_BYTES, VtkFile};
 use crate::files::FileSource;
 use crate::input::reading::error::{FileFault, InputError};
 use crate::input::reading::npy;
+use crate::memory_arrays::MemoryArray;
 use std::path::Path;
 use value_table::MAX_LISTED_COLUMNS;
 
@@ -62,32 +63,60 @@ pub(crate) fn read_column(
     file: &str,
     wanted: WantedColumn<'_>,
 ) -> Result<ValueTable, FileFault> {
-    if let Some(memory) = files.array(path) {
-        refuse_names(file, wanted)?;
-        let table = ValueTable {
-            file: file.into(),
-            names: None,
-            values: memory_arrays::faces(&memory, file)?,
-            lines: Vec::new(),
-            is_array: true,
+    ColumnFile::read(files, path, file)?.column(wanted)
+}
+
+/// A file of columns that was read.
+pub(crate) struct ColumnFile<'a> {
+    /// Its name in messages.
+    file: &'a str,
+    contents: ColumnContents<'a>,
+}
+
+enum ColumnContents<'a> {
+    Memory(MemoryArray<'a>),
+    Npy(Vec<u8>),
+    Vtk(Vec<u8>),
+    Text(Vec<u8>),
+}
+
+impl<'a> ColumnFile<'a> {
+    /// Reads a file; `file` names it in messages.
+    pub(crate) fn read(
+        files: FileSource<'a>,
+        path: &Path,
+        file: &'a str,
+    ) -> Result<ColumnFile<'a>, FileFault> {
+        if let Some(memory) = files.array(path) {
+            return Ok(ColumnFile { file, contents: ColumnContents::Memory(memory) });
+        }
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let fault = |message: String| FileFault::new(file, "", message);
+        let bytes = |limit| files.read(path, limit).map_err(fault);
+        let contents = match extension.as_str() {
+            "csv" | "txt" | "dat" => ColumnContents::Text(bytes(MAX_TABLE_FILE_BYTES)?),
+            "npy" => ColumnContents::Npy(bytes(npy::MAX_ARRAY_FILE_BYTES)?),
+            "vtu" | "vtp" => ColumnContents::Vtk(bytes(MAX_VTK_FILE_BYTES)?),
+            _ => return Err(fault("this kind of table is not read; give .csv, .npy, .vtu or .vtp".into())),
         };
-        return table.checked(wanted.quantity);
+        Ok(ColumnFile { file, contents })
     }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let fault = |message: String| FileFault::new(file, "", message);
-    let limit = match extension.as_str() {
-        "csv" | "txt" | "dat" => MAX_TABLE_FILE_BYTES,
-        "npy" => npy::MAX_ARRAY_FILE_BYTES,
-        "vtu" | "vtp" => MAX_VTK_FILE_BYTES,
-        _ => return Err(fault("this kind of table is not read; give .csv, .npy, .vtu or .vtp".into())),
-    };
-    let bytes = files.read(path, limit).map_err(fault)?;
-    let table = match extension.as_str() {
-        "npy" => npy_column(file, &bytes, wanted)?,
-        "vtu" | "vtp" => vtk_column(file, &bytes, wanted)?,
-        _ => text::read(file, &bytes, wanted)?,
-    };
-    table.checked(wanted.quantity)
+
+    /// One of its columns.
+    pub(crate) fn column(&self, wanted: WantedColumn<'_>) -> Result<ValueTable, FileFault> {
+        let file = self.file;
+        let table = match &self.contents {
+            ColumnContents::Memory(memory) => {
+                refuse_names(file, wanted)?;
+                let values = memory_arrays::faces(memory, file)?;
+                ValueTable { file: file.into(), names: None, values, lines: Vec::new(), is_array: true }
+            }
+            ColumnContents::Npy(bytes) => npy_column(file, bytes, wanted)?,
+            ColumnContents::Vtk(bytes) => vtk_column(file, bytes, wanted)?,
+            ColumnContents::Text(bytes) => text::read(file, bytes, wanted)?,
+        };
+        table.checked(wanted.quantity)
+    }
 }
 
 /// Refuses files without names where rows have names.

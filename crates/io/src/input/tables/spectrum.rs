@@ -8,7 +8,7 @@
 
 use crate::files::FileSource;
 use crate::input::reading::error::FileFault;
-use crate::input::tables::{Quantity, RowKeys, WantedColumn, read_column};
+use crate::input::tables::{ColumnFile, Quantity, RowKeys, WantedColumn};
 use std::path::Path;
 
 /// First wavelength and step of the table of D65, nm.
@@ -37,10 +37,13 @@ impl Spectrum {
     /// Two columns of a table: wavelengths in nm, ascending, and the column `values` (name, or number from 1).
     pub(crate) fn read(files: FileSource<'_>, path: &Path, values: &str) -> Result<Spectrum, FileFault> {
         let file = path.display().to_string();
+        let table = ColumnFile::read(files, path, &file)?;
         let column = |column: &str| {
-            let wanted =
-                WantedColumn { column: Some(column), quantity: Quantity::Spectral, rows: RowKeys::Position };
-            read_column(files, path, &file, wanted)
+            table.column(WantedColumn {
+                column: Some(column),
+                quantity: Quantity::Spectral,
+                rows: RowKeys::Position,
+            })
         };
         let (wavelengths, values) = (column("1")?, column(values)?);
         for (row, pair) in wavelengths.values().windows(2).enumerate() {

@@ -322,15 +322,22 @@ impl<'a> TomlNode<'a> {
         self.list()?.iter().map(|n| n.number_up_to(max)).collect()
     }
     /// The values of the block of bands that is read, out of one value for each band; `also` names what may stand for the list in an error.
-    pub(crate) fn block_of_bands<T: Clone>(&self, values: &[T], also: &str) -> Result<[T; 3], InputError> {
+    pub(crate) fn block_of_bands<T: Clone + PartialEq>(
+        &self,
+        values: &[T],
+        also: &str,
+    ) -> Result<[T; 3], InputError> {
         let bands = self.source.bands();
-        bands.of_block(self.source.block(), values).ok_or_else(|| {
-            if bands.count() == 1 {
-                let found = values.len();
-                return self.error(format!(
-                    "this list has {found} values, but the scene has one band; give one number, or several bands by bands or [thermal] band_fractions"
-                ));
+        // Red, green and blue of a grey scene are one value.
+        if let ([first, second, third], 1) = (values, bands.count()) {
+            if first == second && second == third {
+                return Ok([first.clone(), first.clone(), first.clone()]);
             }
+            let what =
+                "the bands differ, but a grey scene has one; give one number, or [thermal] band_fractions";
+            return Err(self.error(what));
+        }
+        bands.of_block(self.source.block(), values).ok_or_else(|| {
             let wanted = if bands.is_rgb() {
                 "[red, green, blue]".to_string()
             } else {
