@@ -18,7 +18,7 @@ use crate::model::light::{Light, Surroundings};
 use crate::model::options::SolveOptions;
 use crate::model::shading::{ShadedPoint, ShadingNormals, curved_point, mapped_normal};
 use crate::model::surface::{Facet, Pane, Surface, Texture};
-use crate::scene::scene_parts::{BlockOptics, SceneGeometry, SceneParts};
+use crate::scene::scene_parts::{BlockOptics, SceneGeometry, SceneParts, endless_axes, extent_or};
 use crate::scene::validation::check_parts;
 use crate::thermal::emissivity::SideEmissivity;
 use crate::thermal::{Thermal, ThermalCondition};
@@ -207,8 +207,7 @@ impl Scene {
     }
     /// Axes without an end: periodic ones, and those with symmetry planes at both ends.
     pub fn endless_axes(&self) -> [bool; 3] {
-        let both = |k: usize| self.symmetry_planes()[k] == [true; 2];
-        [0, 1, 2].map(|k| self.periodic()[k] || both(k))
+        endless_axes(self.periodic(), self.symmetry_planes())
     }
     /// The axis along which a scene without a medium is periodic: all walls extend along it as infinitely long strips.
     pub fn strip_axis(&self) -> Option<usize> {
@@ -216,7 +215,7 @@ impl Scene {
     }
     /// Lower and upper corner of the boundary box, m: the extent of the medium, or the given box of a scene without one.
     pub fn boundary_box(&self) -> Option<(Vec3, Vec3)> {
-        self.voxel_grid().map(|v| (v.min(), v.max())).or(self.geometry.boundary_box)
+        extent_or(self.voxel_grid(), self.geometry.boundary_box)
     }
     /// Cameras.
     pub fn cameras(&self) -> &[Camera] {

@@ -56,7 +56,7 @@ pub struct SceneParts {
     pub notes: Vec<Diagnostic>,
 }
 
-/// What all bands of a scene share.
+/// Data common to all bands of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct SceneGeometry {
     pub(crate) name: String,
@@ -73,7 +73,7 @@ pub(crate) struct SceneGeometry {
     pub(crate) bounds: (Vec3, Vec3),
 }
 
-/// What belongs to one block of bands: objects with optical properties.
+/// Objects with optical properties, in one block of bands.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockOptics {
     pub(crate) surfaces: Vec<Surface>,
@@ -91,10 +91,17 @@ impl SceneParts {
     /// The geometry and the optical properties.
     pub(crate) fn divided(self) -> (SceneGeometry, BlockOptics) {
         let bounds = self.bounds();
+        // Every part has a place: a part that is not named here does not compile.
         let SceneParts {
-            name, surfaces, facets, shading, faces, textures, panes, voxel_grid, lights, ..
-        } = self;
-        let SceneParts {
+            name,
+            surfaces,
+            facets,
+            shading,
+            faces,
+            textures,
+            panes,
+            voxel_grid,
+            lights,
             surroundings,
             periodic,
             symmetry_planes,
@@ -103,9 +110,9 @@ impl SceneParts {
             cameras,
             bands,
             block,
-            ..
+            options,
+            notes,
         } = self;
-        let SceneParts { options, notes, .. } = self;
         let geometry = SceneGeometry {
             name,
             facets,
@@ -135,49 +142,26 @@ impl SceneParts {
 
     /// The parts of a geometry and optical properties.
     pub(crate) fn joined(geometry: SceneGeometry, optics: BlockOptics) -> SceneParts {
-        let SceneGeometry {
-            name,
-            facets,
-            shading,
-            periodic,
-            symmetry_planes,
-            boundary_box,
-            cameras,
-            bands,
-            ..
-        } = geometry;
-        let SceneGeometry { options, notes, .. } = geometry;
-        let BlockOptics {
-            surfaces,
-            faces,
-            textures,
-            panes,
-            voxel_grid,
-            lights,
-            surroundings,
-            thermal,
-            block,
-        } = optics;
         SceneParts {
-            name,
-            surfaces,
-            facets,
-            shading,
-            faces,
-            textures,
-            panes,
-            voxel_grid,
-            lights,
-            surroundings,
-            periodic,
-            symmetry_planes,
-            boundary_box,
-            thermal,
-            cameras,
-            bands,
-            block,
-            options,
-            notes,
+            name: geometry.name,
+            surfaces: optics.surfaces,
+            facets: geometry.facets,
+            shading: geometry.shading,
+            faces: optics.faces,
+            textures: optics.textures,
+            panes: optics.panes,
+            voxel_grid: optics.voxel_grid,
+            lights: optics.lights,
+            surroundings: optics.surroundings,
+            periodic: geometry.periodic,
+            symmetry_planes: geometry.symmetry_planes,
+            boundary_box: geometry.boundary_box,
+            thermal: optics.thermal,
+            cameras: geometry.cameras,
+            bands: geometry.bands,
+            block: optics.block,
+            options: geometry.options,
+            notes: geometry.notes,
         }
     }
 
@@ -204,14 +188,9 @@ impl SceneParts {
             .chain(surroundings)
     }
 
-    /// Axes without an end: periodic ones, and those with symmetry planes at both ends.
-    pub(crate) fn endless_axes(&self) -> [bool; 3] {
-        std::array::from_fn(|k| self.periodic[k] || self.symmetry_planes[k] == [true; 2])
-    }
-
     /// Lower and upper corner of the boundary box, m.
     pub(crate) fn boundary_box(&self) -> Option<(Vec3, Vec3)> {
-        self.voxel_grid.as_ref().map(|v| (v.min(), v.max())).or(self.boundary_box)
+        extent_or(self.voxel_grid.as_ref(), self.boundary_box)
     }
 
     /// Gives the cells of a grid of other size the band fractions of the cells of the old grid at their centres.
@@ -235,4 +214,14 @@ impl SceneParts {
         }
         bounds
     }
+}
+
+/// The extent of a medium, m, or without one the given box.
+pub(crate) fn extent_or(grid: Option<&VoxelGrid>, given: Option<(Vec3, Vec3)>) -> Option<(Vec3, Vec3)> {
+    grid.map(|v| (v.min(), v.max())).or(given)
+}
+
+/// Axes without an end: periodic ones, and those with symmetry planes at both ends.
+pub(crate) fn endless_axes(periodic: [bool; 3], symmetry_planes: [[bool; 2]; 3]) -> [bool; 3] {
+    std::array::from_fn(|k| periodic[k] || symmetry_planes[k] == [true; 2])
 }

@@ -5,7 +5,7 @@ use crate::base::scene_error::{SceneError, invalid};
 use crate::geometry::plate::{Plate, PlateKind};
 use crate::model::light::Light;
 use crate::model::surface::Surface;
-use crate::scene::scene_parts::SceneParts;
+use crate::scene::scene_parts::{SceneParts, endless_axes};
 use zonal_math::Vec3;
 
 /// Deviation from a symmetry plane that counts as rounding, in diagonals of the scene.
@@ -75,7 +75,7 @@ fn check_box(parts: &SceneParts) -> Result<(), SceneError> {
 
 /// Validates axes without ends: they need a medium of uniform extinction, or of layers across the third axis, whose extent is the period, and no direct light.
 fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
-    let endless = parts.endless_axes();
+    let endless = endless_axes(parts.periodic, parts.symmetry_planes);
     let Some(axis) = (0..3).find(|&k| endless[k]) else { return Ok(()) };
     // Two symmetry planes face each other where the axis is not periodic itself.
     let [period, images, scene] = if parts.periodic[axis] {
