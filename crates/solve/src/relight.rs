@@ -63,11 +63,8 @@ pub fn relight(mut solution: Solution, wanted: &[(String, Bands)]) -> Result<Sol
     }
     solution.scene = solution.scene.first_block();
     let blocks = std::iter::once(solution).chain(further);
-    let mut relit = blocks.map(|t| relight_block(t, wanted)).collect::<Result<Vec<_>, _>>()?;
+    let relit = blocks.map(|t| relight_block(t, wanted)).collect::<Result<Vec<_>, _>>()?;
     let scene = Scene::from_blocks(relit.iter().map(|s| s.scene.clone()).collect())?;
-    for (own, block) in relit.iter_mut().zip(scene.blocks()) {
-        own.scene = block;
-    }
     Ok(Solution::of_blocks(scene, relit))
 }
 

@@ -39,9 +39,10 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// The solution of a scene from the solutions of its blocks of bands, in order. There is at least one.
+    /// The solution of a scene from the solutions of its blocks of bands, in order, whose scenes become blocks of this one. There is at least one.
     #[must_use]
     pub fn of_blocks(scene: Scene, mut blocks: Vec<Solution>) -> Solution {
+        blocks.iter_mut().zip(scene.blocks()).for_each(|(s, own)| s.scene = own);
         let further_blocks = blocks.split_off(1);
         Solution { scene, further_blocks, ..blocks.swap_remove(0) }
     }

@@ -10,6 +10,7 @@ use crate::areas::total_exchange_areas::{NUMBERS_PER_PAIR, sum_by_group, total_e
 use crate::engines::dense::image_sums::ImageSums;
 use crate::engines::selection::{MIN_LINEAR_BASIS_THICKNESS, check_periodic_pairs};
 use crate::pipeline::symmetry_planes::{self, SymmetricSolve};
+use crate::pipeline::zone_division;
 use crate::settings::check_interrupted;
 use crate::settings::zone_power::fluence_factor;
 use crate::thermal::emissivity::set_known_reflectances;
@@ -19,7 +20,7 @@ use zonal_exchange::pair::{
 };
 use zonal_math::Grade;
 use zonal_scene::{Band, Diagnostic, Progress, Scene, SceneError, Zones};
-use zonal_transport::{Transport, build_zones, zones_of_bands};
+use zonal_transport::{Transport, build_zones};
 
 /// Bytes of an entry of one band: the area and its radius.
 const BYTES_PER_ENTRY: u64 = 16;
@@ -126,7 +127,7 @@ impl ExchangeAreas {
         let settings = ExchangeAreaSettings { memory_limit, ..*settings };
         let mut all: Option<ExchangeAreas> = None;
         for block in scene.blocks() {
-            let (transport, zones) = (transport.with_bands(&block), zones_of_bands(&block, &zones));
+            let (transport, zones) = zone_division::of_block(&block, &transport, &zones);
             let own = ExchangeAreas::of_block(&transport, zones, &settings, progress)?;
             let own = own.expanded(block.window().len());
             match &mut all {

@@ -22,7 +22,7 @@ use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, ErrorEstimate, Fields, LightGroup, PerBand, Report, Scene, SceneError,
     Solution, SolveStatus, ZoneValues, Zones,
 };
-use zonal_transport::{Transport, zones_of_bands};
+use zonal_transport::Transport;
 
 /// Name of the engine in the report of a solution of direct light, and of one without it.
 const ENGINE: &str = "direct light";
@@ -65,10 +65,9 @@ fn solve_first_light(
     let mut solved = Vec::new();
     for (b, block) in scene.blocks().enumerate() {
         let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
-        let (transport, zones) = (transport.with_bands(&block), zones_of_bands(&block, &zones));
+        let (transport, zones) = zone_division::of_block(&block, &transport, &zones);
         solved.push(solve_block(&block, &transport, zones, &settings.of_block(b, &checkpoints), light)?);
     }
-    drop(transport);
     light_groups::unify_groups(&mut solved)?;
     Ok(Solution::of_blocks(scene, solved))
 }

@@ -11,7 +11,7 @@
 //! | module | content |
 //! |---|---|
 //! | `direct_solution` | direct light alone, before the exchange is known |
-//! | [`symmetry planes`] | scenes with symmetry planes on their even extensions |
+//! | [`symmetry_planes`] | scenes with symmetry planes on their even extensions |
 //! | [`zone_division`] | division of the voxel zones among processes |
 //! | `emitter_exchange` | direct light of emitters from exchange areas |
 //! | `group_solve`, `solution_fields`, `error_amplification` | the solution of all light groups, its fields, and the reflection of errors |
@@ -77,19 +77,17 @@ fn on_worker_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 /// takes the memory of one.
 fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
     let (transport, zones) = zone_division::cut(&scene, settings)?;
-    let solved = if scene.thermal().is_some() || scene.bands().block_count() == 1 {
-        solve_blocks(&scene, transport.clone(), zones, settings)?
-    } else {
-        let mut solved = Vec::new();
-        for (b, block) in scene.blocks().enumerate() {
-            let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
-            let (transport, zones) = (transport.with_bands(&block), zones_of_bands(&block, &zones));
-            solved.extend(solve_blocks(&block, transport, zones, &settings.of_block(b, &checkpoints))?);
-        }
-        light_groups::unify_groups(&mut solved)?;
-        solved
-    };
-    drop(transport);
+    if scene.thermal().is_some() || scene.bands().block_count() == 1 {
+        let solved = solve_blocks(&scene, transport, zones, settings)?;
+        return Ok(Solution::of_blocks(scene, solved));
+    }
+    let mut solved = Vec::new();
+    for (b, block) in scene.blocks().enumerate() {
+        let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
+        let (transport, zones) = zone_division::of_block(&block, &transport, &zones);
+        solved.extend(solve_blocks(&block, transport, zones, &settings.of_block(b, &checkpoints))?);
+    }
+    light_groups::unify_groups(&mut solved)?;
     Ok(Solution::of_blocks(scene, solved))
 }
 
@@ -251,7 +249,7 @@ fn solve_without_symmetry_planes(
     Ok(out)
 }
 
-/// What precedes the engine of one block of bands.
+/// Choice of the engine, direct light and right-hand sides of one block of bands.
 struct Prepared {
     choice: EngineChoice,
     thickness: f64,
@@ -321,7 +319,7 @@ fn solve_together(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<
         prepared.push(own);
         exterior.push(outside);
     }
-    // What replaces parts of the contexts of the engines lives longer than they.
+    // Direct light and zones that replace others in the contexts live longer than the engines.
     let (completed, coupled);
     let mut engines = Vec::new();
     for (((block, store), own), mut surroundings) in blocks.iter().zip(&stores).zip(&prepared).zip(exterior) {

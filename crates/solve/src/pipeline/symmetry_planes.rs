@@ -194,7 +194,7 @@ pub(crate) fn check_settings(settings: &SolveSettings) -> Result<(), SceneError>
     }
 }
 
-/// The error of an extension, in terms of the scene with symmetry_planes: what is wrong with periodic axes concerns symmetry planes that face each other.
+/// The error of an extension, in terms of the scene with symmetry planes: what is wrong with periodic axes concerns symmetry planes that face each other.
 pub(crate) fn explain(scene: &Scene, error: SceneError) -> SceneError {
     let facing = scene.symmetry_planes().contains(&[true; 2]);
     if !facing || error.key() != "boundary" {

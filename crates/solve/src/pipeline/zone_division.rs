@@ -15,7 +15,7 @@ use rustfft::num_complex::Complex64;
 use std::borrow::Cow;
 use zonal_math::simd::{complex_parts, complex_parts_mut};
 use zonal_scene::{Bands, Engine, Scene, SceneError, Solution, Zones};
-use zonal_transport::{Transport, WorkSharing, build_shared_zones};
+use zonal_transport::{Transport, WorkSharing, build_shared_zones, zones_of_bands};
 
 /// Bytes of one message of a field.
 const MESSAGE_BYTES: usize = 1 << 23;
@@ -60,6 +60,12 @@ pub(crate) fn cut<'a>(
     settings.progress.advance(1);
     settings.progress.end();
     Ok((transport, zones))
+}
+
+/// Ray queries and zones of a block of bands, from those of the first block.
+pub(crate) fn of_block<'a>(block: &'a Scene, transport: &Transport, zones: &Zones) -> (Transport<'a>, Zones) {
+    let own = if block.block() == 0 { zones.clone() } else { zones_of_bands(block, zones) };
+    (transport.with_bands(block), own)
 }
 
 /// The zones of this process, of all zones of a scene.

@@ -56,10 +56,8 @@ fn read_blocks(mut npz: NpzReader<'_>) -> Result<Solution, FileError> {
         let own = block_of_document(&document, &lists, &bands, block).map_err(|e| header_error(&npz, e))?;
         solutions.push(read(&mut npz, &own, &bands, block)?);
     }
-    // All blocks share the geometry of the first.
     let scenes = solutions.iter().map(|s| s.scene.clone()).collect();
     let scene = Scene::from_blocks(scenes).map_err(|e| scene_error(&npz, &e))?;
-    solutions.iter_mut().zip(scene.blocks()).for_each(|(s, own)| s.scene = own);
     Ok(Solution::of_blocks(scene, solutions))
 }
 
