@@ -7,15 +7,20 @@
 use super::npz::writer::ArrayWriter;
 use super::solution::header::encode_unnamed_scene;
 use super::solution::write::write_scene;
-use zonal_scene::{Bands, Scene, SolveOptions};
+use zonal_scene::{Bands, Scene, SceneError, SolveOptions};
 
 /// The hash of all that a solution depends on: 64 hexadecimal digits.
 pub fn scene_hash(scene: &Scene) -> String {
+    hasher_of(scene).finalize().to_hex().to_string()
+}
+
+/// The hash over a scene, to which more may be added.
+fn hasher_of(scene: &Scene) -> blake3::Hasher {
     let mut arrays = ArrayWriter::into_sink(blake3::Hasher::new(), scene.bands());
     arrays.sink.update(encode_unnamed_scene(scene).to_string().as_bytes());
     // A hash takes all bytes.
     write_scene(&mut arrays, scene).unwrap_or_default();
-    arrays.sink.finalize().to_hex().to_string()
+    arrays.sink
 }
 
 /// The hash of numbers: 64 hexadecimal digits.
@@ -31,11 +36,11 @@ pub(crate) fn factors_hash(scene: &Scene) -> String {
     // These changes keep a valid scene valid.
     let bare = scene.map_blocks(without_scattering).unwrap_or_else(|_| scene.clone());
     let further = [scene.surroundings().has_radiance(), scene.restores_closure(), scene.restores_rows()];
-    format!("{}{}", scene_hash(&bare), further.map(|x| if x { "1" } else { "0" }).concat())
+    hasher_of(&bare).update(&further.map(u8::from)).finalize().to_hex().to_string()
 }
 
 /// A block of bands without what scatters and what emits but for direct lights.
-fn without_scattering(scene: Scene) -> Result<Scene, zonal_scene::SceneError> {
+fn without_scattering(scene: Scene) -> Result<Scene, SceneError> {
     let emitters: Vec<bool> = (0..scene.surfaces().len()).map(|s| scene.is_direct_emitter(s)).collect();
     let mut parts = scene.into_parts();
     for (surface, is_emitter) in parts.surfaces.iter_mut().zip(emitters) {
