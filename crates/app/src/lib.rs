@@ -1,4 +1,4 @@
-//! What the command, the Python package and distributed solves do with scenes and solutions: typed options in, typed results out.
+//! Operations of the command, the Python package and distributed solves on scenes and solutions: typed options in, typed results out.
 //!
 //! The crate parses no arguments and prints nothing. Options are plain structures; results are structures, JSON or files. Notes go to a function that the caller
 //! gives.

@@ -1,4 +1,4 @@
-//! What is written, and which settings apply to it.
+//! Kinds of exports, and their settings.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ pub const VOLUME_RAY_RANGE: RangeInclusive<u64> = 16..=100_000;
 /// Most points of an irradiance volume: 100 MB of texture.
 const MAX_VOLUME_POINTS: usize = 4_000_000;
 
-/// What is written; the extension of the file selects the format.
+/// An export; the extension of the file selects the format.
 #[derive(Clone, Debug, Default)]
 pub struct ExportOptions {
     /// The file of the solution, which messages name and which is not replaced.

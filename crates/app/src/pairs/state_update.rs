@@ -24,7 +24,7 @@ pub struct StateChanges {
     pub tables: Vec<(Quantity, PathBuf)>,
     /// Column of the tables by name or number; if `None`, the only one, or the one named like the quantity.
     pub column: Option<String>,
-    /// What the rows of the tables stand for; if `None`, names in the first column or the number of rows decide.
+    /// Meaning of the rows of the tables; if `None`, it follows from names in the first column or from the number of rows.
     pub rows: Option<Rows>,
     /// Temperature of the surroundings, K.
     pub surroundings_temperature: Option<f64>,
@@ -58,7 +58,7 @@ impl StateChanges {
     }
 }
 
-/// What the rows of a table stand for.
+/// Meaning of the rows of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Rows {

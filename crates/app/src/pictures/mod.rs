@@ -35,7 +35,7 @@ use zonal_report::Failure;
 use zonal_scene::{Progress, Solution};
 use zonal_solve::distribution::Communicator;
 
-/// What was drawn and written.
+/// A picture that was drawn and written.
 pub enum Drawing {
     /// A picture of light.
     Light(LightPictureSummary),

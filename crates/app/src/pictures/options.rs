@@ -1,4 +1,4 @@
-//! What is drawn: one structure for all pictures, since their options exclude each other by values.
+//! Options of a picture: one structure for all pictures, since their options exclude each other by values.
 
 use super::camera_choice::ViewOptions;
 use super::field_quantity::{FieldQuantity, MediumSlice};
@@ -12,7 +12,7 @@ const MAX_PIXELS: usize = 1 << 26;
 /// Largest number of rays of a pixel, and of a final gather.
 pub const MAX_RAYS: u32 = 4096;
 
-/// What is drawn, and the file or folder.
+/// Options of a picture, and its file or folder.
 #[derive(Clone, Debug, Default)]
 pub struct DrawOptions {
     /// The file of the solution, which messages name.

@@ -128,7 +128,7 @@ impl SharedSolve<'_> {
     }
 }
 
-/// What every process read.
+/// Input as every process read it.
 struct AgreedInput {
     input: SolveInput,
     /// Hash of the scene.
@@ -138,7 +138,7 @@ struct AgreedInput {
 /// Mark of a process that failed to read its scene.
 const FAILED: &str = "failed ";
 
-/// What every process read, if all could read the same scene with the same version.
+/// Input as every process read it, if all could read the same scene with the same version.
 fn agreed(
     read: Result<SolveInput, Failure>,
     communicator: &dyn Communicator,

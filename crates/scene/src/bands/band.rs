@@ -87,12 +87,12 @@ impl<T> PerBand<T> {
     {
         PerBand::from_fn(|_| value.clone())
     }
-    /// The values of the block of a file or picture.
+    /// The values of the triple of a file or picture.
     #[inline]
     pub const fn from_rgb(rgb: [T; 3]) -> PerBand<T> {
         PerBand { values: rgb }
     }
-    /// The block of a file or picture.
+    /// The triple of a file or picture.
     ///
     /// ```
     /// use zonal_scene::PerBand;

@@ -56,7 +56,7 @@ impl Bands {
     pub fn from_fn(f: impl FnMut(Band) -> f64) -> Bands {
         Bands { values: PerBand::from_fn(f).into_rgb() }
     }
-    /// The bands of a red-green-blue block of a file or picture.
+    /// The bands of a red-green-blue triple of a file or picture.
     ///
     /// ```
     /// use zonal_scene::Bands;
@@ -66,7 +66,7 @@ impl Bands {
     pub const fn from_rgb(rgb: [f64; 3]) -> Bands {
         Bands { values: rgb }
     }
-    /// The red-green-blue block of a file or picture.
+    /// The red-green-blue triple of a file or picture.
     #[inline]
     pub const fn to_rgb(self) -> [f64; 3] {
         self.values

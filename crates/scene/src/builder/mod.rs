@@ -164,7 +164,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Makes the low end of axis 0, 1 or 2, the high end, or both ends, symmetry_planes: ends of the extent of the medium, or of the boundary box of a
+    /// Makes the low end of axis 0, 1 or 2, the high end, or both ends, symmetry planes: ends of the extent of the medium, or of the boundary box of a
     /// scene without one.
     ///
     /// ```

@@ -75,7 +75,7 @@ pub trait GridConvolution: Send + Sync {
     fn free_buffers(&self);
 }
 
-/// What a device is told about a grid.
+/// Description of a grid for a device.
 #[derive(Clone, Copy)]
 pub struct GridPart<'a> {
     /// The whole grid.

@@ -32,7 +32,7 @@ pub struct SolveSettings<'a> {
     pub progress: &'a dyn Progress,
     /// The processes that share the work.
     pub communicator: &'a dyn Communicator,
-    /// What computes the products of the spectral engine; `None` for the processor.
+    /// The device of the products of the spectral engine; `None` for the processor.
     pub device: Option<&'a dyn Device>,
     /// Light groups of an earlier solution on the same zones for a warm start; empty for a cold start.
     pub initial_groups: &'a [LightGroup],

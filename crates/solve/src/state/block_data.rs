@@ -1,4 +1,4 @@
-//! What one block of bands contributes to the data of thermal states: surroundings, closure and direct light.
+//! Data of thermal states from one block of bands: surroundings, closure and direct light.
 
 use super::area_operator::AreaOperator;
 use super::light_data::{LightData, direct_light};

@@ -15,7 +15,7 @@ pub struct Figure {
     pub png: Vec<u8>,
 }
 
-/// What the pictures show.
+/// Contents of the pictures.
 #[derive(Clone, Copy, Debug)]
 pub struct FigureSettings {
     /// Number of cameras whose pictures are drawn, in the order of the scene; without a camera the scene is seen from an upper corner.

@@ -1,4 +1,4 @@
-//! What `zonal render` prints.
+//! Output of `zonal render`.
 
 use super::Args;
 use serde_json::{Value, json};

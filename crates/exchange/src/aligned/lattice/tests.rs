@@ -45,7 +45,7 @@ fn offset_positions_are_unique_and_symmetric() {
             assert_eq!(index.place(o.map(|x| -x)), i);
         }
     }
-    // Counts differ: the sorted block lies inside although its order does not.
+    // Counts differ: the sorted triple lies inside although its order does not.
     let index = OffsetIndex::of_edges([1.0; 3], [7, 3, 5]);
     assert_eq!(index.place([0, 2, 4]), index.place([4, 0, 2]));
 }

@@ -104,13 +104,13 @@ fn distance_pairs(y: &AxisDistances, z: &AxisDistances, alike: bool) -> Vec<[u16
     y.distances.iter().enumerate().flat_map(line).collect()
 }
 
-/// The first place of each sorted block of distances.
+/// The first place of each sorted triple of distances.
 struct FirstPlaces(Vec<u32>);
 
 impl FirstPlaces {
     fn new(x: &AxisDistances, y: &AxisDistances) -> FirstPlaces {
         let most = x.distances.last().max(y.distances.last()).map_or(0, |d| *d as usize);
-        // A block far off along an axis has no block twice.
+        // A block far off along an axis has no triple twice.
         let size = if x.distances[0] > *y.distances.last().expect("a cell") { 0 } else { most + 1 };
         FirstPlaces(vec![u32::MAX; size * (size + 1) * (size + 2) / 6])
     }

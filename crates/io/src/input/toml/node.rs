@@ -42,7 +42,7 @@ impl<'a> TomlNode<'a> {
     pub(crate) fn offset(&self) -> usize {
         self.span.start
     }
-    /// What `read` reads here, once for all blocks of bands ([`SourceText::once`]).
+    /// The value of `read` at this place, computed once for all blocks of bands ([`SourceText::once`]).
     pub(crate) fn once<T: 'static>(
         &self,
         read: impl FnOnce() -> Result<T, InputError>,
@@ -151,7 +151,7 @@ impl<'a> TomlNode<'a> {
     pub(crate) fn is_table(&self) -> bool {
         self.value.is_table()
     }
-    fn block<T>(
+    fn triple<T>(
         &self,
         wanted: &str,
         read: impl Fn(&TomlNode<'a>) -> Result<T, InputError>,
@@ -168,16 +168,16 @@ impl<'a> TomlNode<'a> {
     }
     /// A point or direction `[x, y, z]`.
     pub(crate) fn vector(&self) -> Result<Vec3, InputError> {
-        self.block("[x, y, z]", TomlNode::number).map(Vec3::from_array)
+        self.triple("[x, y, z]", TomlNode::number).map(Vec3::from_array)
     }
     /// Three whole numbers from 1.
     pub(crate) fn counts(&self) -> Result<[usize; 3], InputError> {
-        self.block("three whole numbers [nx, ny, nz]", TomlNode::count)
+        self.triple("three whole numbers [nx, ny, nz]", TomlNode::count)
     }
     /// One number for all axes, or one per axis; all above zero.
     pub(crate) fn lengths(&self) -> Result<Vec3, InputError> {
         if self.is_list() {
-            self.block("a number or [x, y, z]", TomlNode::positive).map(Vec3::from_array)
+            self.triple("a number or [x, y, z]", TomlNode::positive).map(Vec3::from_array)
         } else {
             self.positive().map(Vec3::splat)
         }

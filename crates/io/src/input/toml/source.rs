@@ -23,7 +23,7 @@ pub(crate) struct SourceText<'a> {
     shared: Rc<SharedValues>,
 }
 
-/// What does not depend on the bands, read once for all blocks of bands: by its place in the document, or by the name of an image.
+/// Values that do not depend on the bands, read once for all blocks of bands: by place in the document, or by name of an image.
 #[derive(Default)]
 struct SharedValues {
     values: RefCell<HashMap<(String, TypeId), Rc<dyn Any>>>,
@@ -54,7 +54,7 @@ impl<'a> SourceText<'a> {
             ..SourceText::new(self.file, self.text)
         }
     }
-    /// What `read` reads, which must not depend on the block of bands: read for the first block, and kept for the others. `key` is unique for its type.
+    /// The value of `read`, which must not depend on the block of bands: computed for the first block, and kept for the others. `key` is unique for its type.
     pub(crate) fn once<T: 'static, E>(
         &self,
         key: impl Into<String>,

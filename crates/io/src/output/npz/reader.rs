@@ -71,7 +71,7 @@ fn to_bands(rows: Vec<[f64; 3]>) -> Vec<Bands> {
 }
 
 /// Three little-endian doubles.
-fn decode_block(c: [u8; 24]) -> [f64; 3] {
+fn decode_triple(c: [u8; 24]) -> [f64; 3] {
     let (a, _) = c.as_chunks::<8>();
     [f64::from_le_bytes(a[0]), f64::from_le_bytes(a[1]), f64::from_le_bytes(a[2])]
 }
@@ -341,7 +341,7 @@ impl<'a> NpzReader<'a> {
     }
 
     /// Finite numbers of shape `[..shape, 3]`.
-    fn blocks(&mut self, name: &str, shape: &[usize]) -> Result<Vec<[f64; 3]>, FileError> {
+    fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<[f64; 3]>, FileError> {
         let (found, data) = self.rows(name)?;
         self.check_shape(name, &found, &[shape, &[3]].concat())?;
         Ok(data)
@@ -383,7 +383,7 @@ impl<'a> NpzReader<'a> {
         is_valid: fn(f64) -> bool,
         message: &str,
     ) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
-        let (shape, data) = self.array(name, ElementType::F64, decode_block)?;
+        let (shape, data) = self.array(name, ElementType::F64, decode_triple)?;
         let whole = 3 * data.len() == shape.iter().product::<usize>();
         if whole && data.as_flattened().iter().all(|x| is_valid(*x)) {
             return Ok((shape, data));
@@ -417,7 +417,7 @@ impl<'a> NpzReader<'a> {
         }
     }
 
-    /// As [`NpzReader::blocks`], or one row for all.
+    /// As [`NpzReader::triples`], or one row for all.
     pub(crate) fn same_or_each(
         &mut self,
         name: &str,
@@ -511,7 +511,7 @@ impl<'a> NpzReader<'a> {
 
     /// A list of points or directions.
     pub(crate) fn vectors(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
-        Ok(self.blocks(name, &[count])?.into_iter().map(Vec3::from_array).collect())
+        Ok(self.triples(name, &[count])?.into_iter().map(Vec3::from_array).collect())
     }
 
     /// A list of unit vectors.

@@ -64,9 +64,9 @@ impl<W: Seek> Seek for FailsOnce<W> {
     }
 }
 
-/// What takes named arrays one after the other.
+/// Destination of named arrays, one after the other.
 pub(crate) trait ArraySink {
-    /// Begins an array of so many bytes after its header.
+    /// Begins an array whose values take `bytes` bytes.
     fn begin(&mut self, name: &str, bytes: usize) -> io::Result<()>;
     /// Adds bytes to the array.
     fn add(&mut self, bytes: &[u8]) -> io::Result<()>;
@@ -233,7 +233,7 @@ impl<S: ArraySink> ArrayWriter<S> {
     }
 
     /// An array of shape `[..shape, 3]`.
-    pub(crate) fn blocks(
+    pub(crate) fn triples(
         &mut self,
         name: &str,
         shape: &[usize],
@@ -256,7 +256,7 @@ impl<S: ArraySink> ArrayWriter<S> {
         self.stream_bands(zones, value, f64::to_le_bytes)
     }
 
-    /// As [`NpzWriter::blocks`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
+    /// As [`ArrayWriter::triples`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
     pub(crate) fn rows(
         &mut self,
         name: &str,
@@ -266,13 +266,13 @@ impl<S: ArraySink> ArrayWriter<S> {
         let mut all = data.clone();
         match all.next() {
             Some(first) if all.all(|x| x.map(f64::to_bits) == first.map(f64::to_bits)) => {
-                self.blocks(name, &vec![1; shape.len()], std::iter::once(first))
+                self.triples(name, &vec![1; shape.len()], std::iter::once(first))
             }
-            _ => self.blocks(name, shape, data),
+            _ => self.triples(name, shape, data),
         }
     }
 
-    /// As [`NpzWriter::rows`], of the bands of row `i` of block `t`, which `value` gives.
+    /// As [`ArrayWriter::rows`], of the bands of row `i` of block `t`, which `value` gives.
     pub(crate) fn band_rows(
         &mut self,
         name: &str,
@@ -310,7 +310,7 @@ impl<S: ArraySink> ArrayWriter<S> {
         name: &str,
         data: impl ExactSizeIterator<Item = Vec3>,
     ) -> io::Result<()> {
-        self.blocks(name, &[data.len()], data.map(Vec3::array))
+        self.triples(name, &[data.len()], data.map(Vec3::array))
     }
 
     /// An array of shape `[..shape]` of f64.

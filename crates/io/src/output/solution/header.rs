@@ -482,7 +482,7 @@ impl SceneHeader {
     }
 }
 
-/// What a solution depends on among the parts of a scene that are no arrays: without names, notes and cameras.
+/// The header of a scene without names, notes and cameras, on which no solution depends.
 pub(in crate::output) fn encode_unnamed_scene(scene: &Scene) -> Value {
     let of_block = |scene: Scene| {
         let mut header = SceneHeader::new(&scene);

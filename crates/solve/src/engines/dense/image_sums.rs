@@ -1,4 +1,4 @@
-//! The dense engine of a scene with symmetry_planes: sums over the images of a zone in the even extension,
+//! The dense engine of a scene with symmetry planes: sums over the images of a zone in the even extension,
 //!
 //! ```text
 //!     F_ij = Σ_g F'(i, g·j),

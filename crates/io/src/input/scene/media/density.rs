@@ -90,7 +90,7 @@ pub(crate) fn read_density(
     Ok(ArrayFill { arrays, bounds, scale, colours: &colours, interpolated }.fill(field, grid))
 }
 
-/// The contents of the file that a table names, whatever the bands.
+/// The contents of the file that a table names.
 fn read_contents(
     t: &TomlTable<'_>,
     bounds: Option<(Vec3, Vec3)>,
@@ -120,7 +120,7 @@ fn read_voxel_file(path: &Path, reader: &SceneReader<'_>) -> Result<Vec<u8>, Str
     }
 }
 
-/// What a file of voxels holds, whatever the bands.
+/// Contents of a file of voxels, the same for all bands.
 enum VoxelFile {
     Arrays(PlacedArrays),
     /// A sparse grid on the voxels of the medium.

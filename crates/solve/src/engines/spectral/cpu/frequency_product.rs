@@ -40,7 +40,7 @@ use zonal_math::simd;
 /// Spectra of two opposite walls, low and high, each by `[component][f_c][f_b]`.
 pub(super) type WallSpectra = [Vec<Complex64>; 2];
 
-/// What all blocks of frequencies of a grid have in common.
+/// Data common to all blocks of frequencies of a grid.
 pub(super) struct FrequencyProduct {
     pub(super) grid: BoxGrid,
     pub(super) order: BasisOrder,
