@@ -2,11 +2,12 @@
 
 use crate::errors::of_failure;
 use crate::long_call::{self, CallSettings};
-use crate::scene::engine_of;
+use crate::scene::named;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use zonal_app::dataset::{self, DatasetInputs, DatasetObserver, DatasetOptions, VariedNumber};
+use zonal_scene::Engine;
 
 /// A data set to make.
 #[derive(Clone, Debug, FromPyObject)]
@@ -39,7 +40,10 @@ impl DatasetSettings {
             seed: self.seed,
             output: self.output,
             memory_limit: self.memory_limit,
-            engine: self.engine.as_deref().map(engine_of).transpose()?,
+            engine: self
+                .engine
+                .map(|e| named("engine", &e, &Engine::NAMES, &Engine::VARIANTS))
+                .transpose()?,
             discretization_error: self.discretization_error,
         })
     }

@@ -9,27 +9,12 @@ use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use zonal_app::quality::Quality;
 use zonal_app::scene_check::{CheckSettings, SceneCheck};
-use zonal_scene::{Engine, LightGrouping, ZoneBasis};
 
 /// A validated scene.
 #[pyclass(frozen, module = "zonal._zonal")]
 pub(crate) struct Scene {
     pub(crate) scene: Arc<zonal_scene::Scene>,
-}
-
-/// Options of a solve that replace those of the scene.
-#[derive(Clone, Debug, Default, FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct SolveChanges {
-    tolerance: Option<f64>,
-    closure: Option<String>,
-    engine: Option<String>,
-    light_groups: Option<String>,
-    zone_basis: Option<String>,
-    discretization_error: Option<bool>,
-    scattering_orders: Option<usize>,
 }
 
 /// The value of a name in a list of names.
@@ -38,35 +23,13 @@ pub(crate) fn named<T: Copy>(key: &str, name: &str, names: &[&str], values: &[T]
     found.ok_or_else(|| refused(format!("{key}: '{name}' is not known; give one of {}", names.join(", "))))
 }
 
-/// The engine of a name.
-pub(crate) fn engine_of(name: &str) -> PyResult<Engine> {
-    named("engine", name, &Engine::NAMES, &Engine::VARIANTS)
-}
-
-impl SolveChanges {
-    fn native(&self) -> PyResult<zonal_app::solving::SolveChanges> {
-        let closure = |name: &String| named("closure", name, &["measure", "restore"], &[false, true]);
-        let grouping =
-            |name: &String| named("light_groups", name, &LightGrouping::NAMES, &LightGrouping::VARIANTS);
-        let basis = |name: &String| named("zone_basis", name, &ZoneBasis::NAMES, &ZoneBasis::VARIANTS);
-        Ok(zonal_app::solving::SolveChanges {
-            quality: Quality::Normal,
-            tolerance: self.tolerance,
-            restore_closure: self.closure.as_ref().map(closure).transpose()?,
-            engine: self.engine.as_deref().map(engine_of).transpose()?,
-            light_grouping: self.light_groups.as_ref().map(grouping).transpose()?,
-            zone_basis: self.zone_basis.as_ref().map(basis).transpose()?,
-            discretization_error: self.discretization_error,
-            scattering_orders: self.scattering_orders,
-        })
-    }
-}
-
 impl Scene {
-    /// The scene with other options.
-    pub(crate) fn with_changes(&self, changes: &SolveChanges) -> PyResult<zonal_scene::Scene> {
+    /// The scene with other settings: lines of keys as in `[solve]`.
+    pub(crate) fn with_settings(&self, settings: &str) -> PyResult<zonal_scene::Scene> {
         let scene = zonal_scene::Scene::clone(&self.scene);
-        changes.native()?.apply(scene).map_err(|e| of_scene(&e))
+        let options = zonal_io::input::read_solve_settings(settings, scene.options().clone());
+        let options = options.map_err(|e| of_input(&e, DocumentOrigin::Memory))?;
+        scene.with_options(options).map_err(|e| of_scene(&e))
     }
 }
 
@@ -132,20 +95,20 @@ impl Scene {
 
 /// What `zonal check --json` reports of a scene, as JSON.
 #[pyfunction]
-#[pyo3(signature = (scene, changes, memory_limit, progress=None, threads=None))]
+#[pyo3(signature = (scene, settings, memory_limit, progress=None, threads=None))]
 pub(crate) fn check(
     py: Python<'_>,
     scene: &Scene,
-    changes: SolveChanges,
+    settings: &str,
     memory_limit: u64,
     progress: Option<&Bound<'_, PyAny>>,
     threads: Option<i64>,
 ) -> PyResult<String> {
-    let scene = scene.with_changes(&changes)?;
-    let settings = CheckSettings { memory_limit, ranks: 1, start: Instant::now() };
+    let scene = scene.with_settings(settings)?;
+    let check = CheckSettings { memory_limit, ranks: 1, start: Instant::now() };
     let call = CallSettings { threads, progress };
     let report = long_call::run(py, call, move |_| {
-        SceneCheck::new(&scene, &settings).map(|check| check.json().to_string())
+        SceneCheck::new(&scene, &check).map(|check| check.json().to_string())
     })?;
     report.map_err(|e| of_scene(&e))
 }

@@ -8,7 +8,7 @@ use crate::arrays;
 use crate::errors::{of_app, of_failure, of_file, refused};
 use crate::long_call::{self, CallSettings, Observer};
 use crate::picture::{FileSettings, SOLUTION};
-use crate::scene::{Scene, SolveChanges, named};
+use crate::scene::{Scene, named};
 use crate::zone_arrays;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyKeyError;
@@ -240,17 +240,17 @@ pub(crate) struct RunSettings {
 
 /// Solves a scene.
 #[pyfunction]
-#[pyo3(signature = (scene, changes, settings, progress=None, threads=None))]
+#[pyo3(signature = (scene, settings, run, progress=None, threads=None))]
 pub(crate) fn solve(
     py: Python<'_>,
     scene: &Scene,
-    changes: SolveChanges,
-    settings: RunSettings,
+    settings: &str,
+    run: RunSettings,
     progress: Option<&Bound<'_, PyAny>>,
     threads: Option<i64>,
 ) -> PyResult<Solution> {
-    let scene = scene.with_changes(&changes)?;
-    let RunSettings { memory_limit, checkpoint, resume, keep_factors, factors } = settings;
+    let scene = scene.with_settings(settings)?;
+    let RunSettings { memory_limit, checkpoint, resume, keep_factors, factors } = run;
     let factors = named("factors", &factors, &VoxelFactors::NAMES, &VoxelFactors::VARIANTS)?;
     let checkpoint = checkpoint.map(|folder| SolveCheckpoint { folder, resume, keep_factors });
     let call = CallSettings { threads, progress };

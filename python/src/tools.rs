@@ -42,7 +42,7 @@ pub(crate) fn gas(model: Option<&str>, settings: GasSettings) -> PyResult<String
 
 /// The keys of scene files: path, type, unit, default, description.
 #[pyfunction]
-pub(crate) fn keys() -> Vec<(String, &'static str, &'static str, &'static str, &'static str)> {
+pub(crate) fn keys() -> Vec<(String, String, &'static str, &'static str, &'static str)> {
     let keys = zonal_io::input::scene_key_reference();
     keys.into_iter().map(|k| (k.path, k.value, k.unit, k.default, k.description)).collect()
 }

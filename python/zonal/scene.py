@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import difflib
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -37,6 +38,7 @@ from .dataset import Dataset, Distribution, distribution, load_dataset
 from .errors import FileError, InputError
 from .exchange import ExchangeAreas
 from .solution import Solution, memory_limit
+from .tools import keys as known_keys
 
 __all__ = ["Scene", "load_scene"]
 
@@ -44,6 +46,16 @@ __all__ = ["Scene", "load_scene"]
 def _given(**keys: Any) -> dict[str, Any]:
     """The keys that are given."""
     return {name: value for name, value in keys.items() if value is not None}
+
+
+def _further(table: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of a table of scene files that a method does not list."""
+    known = {name for key in known_keys(table + ".") if "." not in (name := key.path.removeprefix(table + "."))}
+    for name in keys:
+        if name not in known:
+            hint = difflib.get_close_matches(name, known, 1)
+            raise TypeError(f"unexpected argument {name!r}" + (f"; did you mean {hint[0]!r}?" if hint else "; zonal.keys() lists the keys"))
+    return dict(keys)
 
 
 def _equal(a: Any, b: Any) -> bool:
@@ -64,8 +76,9 @@ def _equal(a: Any, b: Any) -> bool:
 class Scene:
     """A scene: surfaces, panes, a medium on a voxel grid, lights, cameras and settings.
 
-    A scene is a document with the keys of scene files (:func:`keys` lists them), in which arrays and meshes stand in place of files. The methods add to it;
-    :attr:`document` is the document itself, and may be edited. Everything is checked when the scene is solved, with the messages of the command.
+    A scene is a document with the keys of scene files (:func:`keys` lists them), in which arrays and meshes stand in place of files. The methods add to it and
+    take every key of their table by its name, also keys that they do not list; :attr:`document` is the document itself, and may be edited. Everything is checked
+    when the scene is solved, with the messages of the command.
 
     Parameters
     ----------
@@ -252,6 +265,7 @@ class Scene:
         rotate_degrees: Vector | None = None,
         normals: Literal["file", "flat"] | None = None,
         rotate_z_degrees: float | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a surface: a mesh or one of the shapes.
 
@@ -341,6 +355,7 @@ class Scene:
             solid=solid,
             open_sides=open_sides,
             lights=lights,
+            **_further("surface[]", keys),
         )
         if mesh is not None:
             table["mesh"] = _placed_mesh(mesh, scale, translate, rotate_degrees) | _given(normals=normals)
@@ -368,6 +383,7 @@ class Scene:
         heat_source: float | None = None,
         solar_extinction: float | None = None,
         solar_albedo: float | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a pane: a thin sheet that absorbs and scatters.
 
@@ -400,6 +416,7 @@ class Scene:
             heat_source=heat_source,
             solar_extinction=solar_extinction,
             solar_albedo=solar_albedo,
+            **_further("pane[]", keys),
         )
         self._add("pane", table)
 
@@ -420,6 +437,7 @@ class Scene:
         gas: Mapping[str, Any] | None = None,
         solar_extinction: float | None = None,
         solar_albedo: float | None = None,
+        **keys: Any,
     ) -> None:
         """Sets the participating medium on a grid of voxels.
 
@@ -474,6 +492,7 @@ class Scene:
             gas=gas,
             solar_extinction=solar_extinction,
             solar_albedo=solar_albedo,
+            **_further("medium", keys),
         )
         regions = self.document.get("medium", {}).get("region", [])
         if _is_grid(extinction):
@@ -509,6 +528,7 @@ class Scene:
         scale: float | None = None,
         translate: Vector | None = None,
         rotate_degrees: Vector | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a part of the medium with other properties, over those before it.
 
@@ -537,6 +557,7 @@ class Scene:
             gas=gas,
             solar_extinction=solar_extinction,
             solar_albedo=solar_albedo,
+            **_further("medium.region[]", keys),
         )
         if box is not None:
             table["box"] = {"min": box[0], "max": box[1]}
@@ -564,6 +585,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a distant light.
 
@@ -600,6 +622,7 @@ class Scene:
             up=up,
             efficacy=efficacy,
             tint=tint,
+            **_further("light[] (sun)", keys),
         )
         self._add("light", table)
 
@@ -611,6 +634,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a uniform sky.
 
@@ -621,7 +645,7 @@ class Scene:
         efficacy, tint : optional
             Of the luminance, as of :meth:`sun`.
         """
-        self._add("light", _given(kind="sky", name=name, radiance=radiance, luminance=luminance, efficacy=efficacy, tint=tint))
+        self._add("light", _given(kind="sky", name=name, radiance=radiance, luminance=luminance, efficacy=efficacy, tint=tint, **_further("light[] (sky)", keys)))
 
     def cie_sky(
         self,
@@ -641,6 +665,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a CIE standard general sky (ISO 15469), without the sun.
 
@@ -678,6 +703,7 @@ class Scene:
             ground_reflectance=ground_reflectance,
             efficacy=efficacy,
             tint=tint,
+            **_further("light[] (cie-sky)", keys),
         )
         self._add("light", table)
 
@@ -695,6 +721,7 @@ class Scene:
         ground_reflectance: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a Perez all-weather sky, without the sun.
 
@@ -724,6 +751,7 @@ class Scene:
             up=up,
             ground_reflectance=ground_reflectance,
             tint=tint,
+            **_further("light[] (perez-sky)", keys),
         )
         self._add("light", table)
 
@@ -738,6 +766,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a sky from an equirectangular picture.
 
@@ -764,6 +793,7 @@ class Scene:
             rotation=rotation,
             efficacy=efficacy,
             tint=tint,
+            **_further("light[] (image-sky)", keys),
         )
         self._add("light", table)
 
@@ -780,6 +810,7 @@ class Scene:
         temperature: float | None = None,
         infrared_flux: float | None = None,
         reflected_flux: float | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a distant disc that emits and reflects uniformly (thermal mode).
 
@@ -802,6 +833,7 @@ class Scene:
             temperature=temperature,
             infrared_flux=infrared_flux,
             reflected_flux=reflected_flux,
+            **_further("light[] (planet)", keys),
         )
         self._add("light", table)
 
@@ -816,6 +848,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a light without extent, the same in all directions.
 
@@ -840,6 +873,7 @@ class Scene:
             luminous_flux=luminous_flux,
             efficacy=efficacy,
             tint=tint,
+            **_further("light[] (point)", keys),
         )
         self._add("light", table)
 
@@ -857,6 +891,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a light without extent that fills a cone.
 
@@ -890,6 +925,7 @@ class Scene:
             luminous_flux=luminous_flux,
             efficacy=efficacy,
             tint=tint,
+            **_further("light[] (spot)", keys),
         )
         self._add("light", table)
 
@@ -905,6 +941,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a cylinder that emits diffusely (light mode), a surface of its own.
 
@@ -932,6 +969,7 @@ class Scene:
             reflectance=reflectance,
             efficacy=efficacy,
             tint=tint,
+            **_further("light[] (tube)", keys),
         )
         self._add("light", table)
 
@@ -946,6 +984,7 @@ class Scene:
         efficacy: float | None = None,
         tint: Bands | None = None,
         name: str | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a light without extent with the intensities of a photometric file.
 
@@ -976,6 +1015,7 @@ class Scene:
             dimming=dimming,
             efficacy=efficacy,
             tint=tint,
+            **_further("light[] (luminaire)", keys),
         )
         self._add("light", table)
 
@@ -986,6 +1026,7 @@ class Scene:
         temperature: float | None = None,
         net_power: float | None = None,
         links: Sequence[Mapping[str, Any]] | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a body at one temperature (thermal mode).
 
@@ -1000,13 +1041,13 @@ class Scene:
         links : list of dict, optional
             Heat paths to other nodes: ``to`` and one of ``conductance`` (W/K), ``conductance_per_area`` (W/(m2 K)), ``effective_emissivity``.
         """
-        self._add("node", _given(name=name, temperature=temperature, net_power=net_power, links=links))
+        self._add("node", _given(name=name, temperature=temperature, net_power=net_power, links=links, **_further("node[]", keys)))
 
     def surroundings(
-        self, *, radiance: Bands | None = None, temperature: float | None = None, name: str | None = None
+        self, *, radiance: Bands | None = None, temperature: float | None = None, name: str | None = None, **keys: Any
     ) -> None:
         """Sets what enters from beyond the scene: a radiance, W/(m2 sr) (light mode), or a temperature, K (thermal mode)."""
-        self.document["surroundings"] = _given(radiance=radiance, temperature=temperature, name=name)
+        self.document["surroundings"] = _given(radiance=radiance, temperature=temperature, name=name, **_further("surroundings", keys))
 
     def boundary(
         self,
@@ -1022,6 +1063,7 @@ class Scene:
         z1: BoundaryEnd | None = None,
         min: Vector | None = None,
         max: Vector | None = None,
+        **keys: Any,
     ) -> None:
         """Sets periodic axes and symmetry planes.
 
@@ -1034,7 +1076,7 @@ class Scene:
         min, max : point, optional
             Corners of the boundary of a scene without a medium, m.
         """
-        self.document["boundary"] = _given(x=x, y=y, z=z, x0=x0, x1=x1, y0=y0, y1=y1, z0=z0, z1=z1, min=min, max=max)
+        self.document["boundary"] = _given(x=x, y=y, z=z, x0=x0, x1=x1, y0=y0, y1=y1, z0=z0, z1=z1, min=min, max=max, **_further("boundary", keys))
 
     def thermal(
         self,
@@ -1043,6 +1085,7 @@ class Scene:
         weights: Sequence[Sequence[float] | str] | None = None,
         range: Sequence[float] | None = None,
         allow_partial: bool | None = None,
+        **keys: Any,
     ) -> None:
         """Sets the fractions of the black-body emission in the bands (thermal mode).
 
@@ -1060,7 +1103,7 @@ class Scene:
         self.document["mode"] = "thermal"
         self.document["thermal"] = _given(
             band_fractions=band_fractions, weights=weights, range=range, allow_partial=allow_partial
-        )
+        , **_further("thermal", keys))
 
     def camera(
         self,
@@ -1072,6 +1115,7 @@ class Scene:
         fov: float | None = None,
         aperture: float | None = None,
         focus: float | None = None,
+        **keys: Any,
     ) -> None:
         """Adds a camera.
 
@@ -1086,7 +1130,7 @@ class Scene:
         aperture, focus : float, optional
             Diameter of the lens and distance in focus, m.
         """
-        self._add("camera", _given(name=name, origin=origin, target=target, up=up, fov=fov, aperture=aperture, focus=focus))
+        self._add("camera", _given(name=name, origin=origin, target=target, up=up, fov=fov, aperture=aperture, focus=focus, **_further("camera[]", keys)))
 
     def settings(
         self,
@@ -1102,6 +1146,7 @@ class Scene:
         light_groups: LightGroups | None = None,
         zone_basis: ZoneBasis | None = None,
         discretization_error: bool | None = None,
+        **keys: Any,
     ) -> None:
         """Sets settings of the solver; those that are not given stay.
 
@@ -1143,6 +1188,7 @@ class Scene:
             light_groups=light_groups,
             zone_basis=zone_basis,
             discretization_error=discretization_error,
+            **_further("solve", keys),
         )
         self.document.setdefault("solve", {}).update(given)
 
@@ -1165,6 +1211,7 @@ class Scene:
         keep_factors: Path | None = None,
         threads: int | None = None,
         progress: Progress = None,
+        **keys: Any,
     ) -> Solution:
         """Solves the scene.
 
@@ -1211,8 +1258,17 @@ class Scene:
         True
         """
         native = self._native(threads)
-        changes = _changes(tolerance, engine, closure, light_groups, zone_basis, discretization_error, scattering_orders)
-        settings = {
+        settings = _given(
+            tolerance=tolerance,
+            engine=engine,
+            closure=closure,
+            light_groups=light_groups,
+            zone_basis=zone_basis,
+            discretization_error=discretization_error,
+            scattering_orders=scattering_orders,
+            **_further("solve", keys),
+        )
+        run = {
             "memory_limit": memory_limit(max_memory),
             "checkpoint": _checkpoint(checkpoint, keep_factors),
             "resume": resume,
@@ -1220,7 +1276,7 @@ class Scene:
             "factors": factors,
         }
         with observed(progress) as function:
-            return Solution(_zonal.solve(native, changes, settings, function, threads))
+            return Solution(_zonal.solve(native, toml_text(settings), run, function, threads))
 
     def check(
         self,
@@ -1230,6 +1286,7 @@ class Scene:
         max_memory: float = 12.0,
         threads: int | None = None,
         progress: Progress = None,
+        **keys: Any,
     ) -> dict[str, Any]:
         """Validates the scene and forecasts the cost of a solve, as ``zonal check --json``.
 
@@ -1257,9 +1314,9 @@ class Scene:
         24
         """
         native = self._native(threads)
-        changes = _changes(tolerance, engine, None, None, None, None, None)
+        settings = toml_text(_given(tolerance=tolerance, engine=engine, **_further("solve", keys)))
         with observed(progress) as function:
-            report: dict[str, Any] = json.loads(_zonal.check(native, changes, memory_limit(max_memory), function, threads))
+            report: dict[str, Any] = json.loads(_zonal.check(native, settings, memory_limit(max_memory), function, threads))
         return report
 
     def exchange(
@@ -1410,26 +1467,6 @@ def _checkpoint(checkpoint: Path | None, keep_factors: Path | None) -> str | Non
     if checkpoint is None and keep_factors is not None:
         return os.fspath(keep_factors) + ".checkpoint"
     return _optional_path(checkpoint)
-
-
-def _changes(
-    tolerance: float | None,
-    engine: str | None,
-    closure: str | None,
-    light_groups: str | None,
-    zone_basis: str | None,
-    discretization_error: bool | None,
-    scattering_orders: int | None,
-) -> dict[str, Any]:
-    return {
-        "tolerance": tolerance,
-        "engine": engine,
-        "closure": closure,
-        "light_groups": light_groups,
-        "zone_basis": zone_basis,
-        "discretization_error": discretization_error,
-        "scattering_orders": scattering_orders,
-    }
 
 
 def _placed_mesh(mesh: Mesh, scale: float | None, translate: Vector | None, rotate_degrees: Vector | None) -> dict[str, Any]:

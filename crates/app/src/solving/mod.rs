@@ -2,17 +2,14 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | `changes` | options in place of the options of a scene |
 //! | `checkpoint` | the folder of the finished stages of a solve |
 //! | `shared_solve` | one solve on one or several processes, and its file |
 //! | `voxel_factors` | the formula of the exchange factor of two voxels |
 
-mod changes;
 mod checkpoint;
 mod shared_solve;
 mod voxel_factors;
 
-pub use changes::SolveChanges;
 pub use checkpoint::SolveCheckpoint;
 pub use shared_solve::{SharedSolve, SolveInput, if_all_succeeded};
 pub use voxel_factors::VoxelFactors;

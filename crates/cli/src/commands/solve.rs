@@ -4,10 +4,10 @@ use super::context::{Context, memory_limit, option_failure};
 use crate::table;
 use std::path::PathBuf;
 use zonal_app::quality::Quality;
-use zonal_app::solving::{SharedSolve, SolveChanges, SolveCheckpoint, SolveInput, VoxelFactors, path_beside};
+use zonal_app::solving::{SharedSolve, SolveCheckpoint, SolveInput, VoxelFactors, path_beside};
 use zonal_io::output;
 use zonal_report::{Failure, check_output, note, say};
-use zonal_scene::{Engine, LightGrouping, Solution, ZoneBasis};
+use zonal_scene::{Engine, LightGrouping, Scene, Solution, SolveOptions, ZoneBasis};
 use zonal_solve::distribution::{Communicator, SingleProcess};
 
 /// Solve a scene and write the solution.
@@ -103,21 +103,24 @@ fn read_input(args: &Args) -> Result<SolveInput, Failure> {
     check_output(&args.output, &["npz"])?;
     let memory_limit = memory_limit(args.max_memory)?;
     let scene = zonal_io::input::read_scene(&args.scene)?;
-    let scene = args.changes().apply(scene).map_err(|e| option_failure(&e))?;
+    let options = args.options(&scene);
+    let scene = scene.with_options(options).map_err(|e| option_failure(&e))?;
     Ok(SolveInput { scene, memory_limit })
 }
 
 impl Args {
-    fn changes(&self) -> SolveChanges {
-        SolveChanges {
-            quality: self.quality,
-            tolerance: self.tolerance,
-            restore_closure: self.closure.map(|c| c == ClosureMode::Restore),
-            engine: self.engine,
-            light_grouping: self.light_groups,
-            zone_basis: self.zone_basis,
-            discretization_error: self.discretization_error,
-            scattering_orders: self.scattering_orders,
+    /// The settings of a scene, with those that flags give.
+    fn options(&self, scene: &Scene) -> SolveOptions {
+        let o = self.quality.of_solve(scene);
+        SolveOptions {
+            tolerance: self.tolerance.unwrap_or(o.tolerance),
+            restore_closure: self.closure.map(|c| c == ClosureMode::Restore).or(o.restore_closure),
+            engine: self.engine.unwrap_or(o.engine),
+            light_grouping: self.light_groups.unwrap_or(o.light_grouping),
+            zone_basis: self.zone_basis.unwrap_or(o.zone_basis),
+            discretization_error: self.discretization_error.or(o.discretization_error),
+            scattering_orders: self.scattering_orders.or(o.scattering_orders),
+            ..o
         }
     }
 

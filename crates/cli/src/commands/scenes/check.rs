@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 use zonal_app::quality::Quality;
 use zonal_app::scene_check::{CheckSettings, SceneCheck};
-use zonal_app::solving::SolveChanges;
 use zonal_math::Vec3;
 use zonal_report::{Failure, say};
 use zonal_scene::{Engine, SceneError};
@@ -41,14 +40,11 @@ pub struct Args {
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let memory_limit = memory_limit(args.max_memory)?;
     let settings = CheckSettings { memory_limit, ranks: args.ranks.into(), start: Instant::now() };
-    let changes = SolveChanges {
-        quality: args.quality,
-        tolerance: args.tolerance,
-        engine: args.engine,
-        ..SolveChanges::default()
-    };
     let scene = zonal_io::input::read_scene(&args.scene)?;
-    let scene = changes.apply(scene).map_err(|e| option_failure(&e))?;
+    let mut options = args.quality.of_solve(&scene);
+    options.tolerance = args.tolerance.unwrap_or(options.tolerance);
+    options.engine = args.engine.unwrap_or(options.engine);
+    let scene = scene.with_options(options).map_err(|e| option_failure(&e))?;
     let in_scene = |e: SceneError| Failure::in_file(&args.scene, e);
     let check = SceneCheck::new(&scene, &settings).map_err(in_scene)?;
     if context.json {

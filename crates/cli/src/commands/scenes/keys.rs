@@ -92,7 +92,7 @@ fn markdown(keys: &[SceneKey]) -> String {
 fn row(key: &SceneKey) -> String {
     let cell = |text: &str| text.replace('|', "\\|");
     let name = section_and_name(key).1;
-    let [value, unit, default, description] = [key.value, key.unit, key.default, key.description].map(cell);
+    let [value, unit, default, description] = [&key.value, key.unit, key.default, key.description].map(cell);
     format!("| `{name}` | {value} | {unit} | {default} | {description} |\n")
 }
 

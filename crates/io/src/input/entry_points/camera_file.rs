@@ -3,7 +3,7 @@
 use crate::input::reading::error::InputError;
 use crate::input::reading::text::read_text;
 use crate::input::scene::camera::read_camera;
-use crate::input::toml::camera_keys::CAMERA_FILE;
+use crate::input::toml::camera_keys::{CAMERA_FILE, CameraFile};
 use crate::input::toml::node::TomlTable;
 use crate::input::toml::source::SourceText;
 use std::path::Path;
@@ -29,8 +29,8 @@ pub fn read_cameras(path: &Path) -> Result<Vec<Camera>, InputError> {
     let source = SourceText::new(&file, &text);
     let document = source.parse()?;
     let root = TomlTable::root(&source, document.get_ref());
-    root.check(CAMERA_FILE)?;
-    let nodes = root.list("camera")?;
+    root.check(CameraFile::TABLE)?;
+    let nodes = root.list(&CAMERA_FILE.camera)?;
     let cameras: Vec<Camera> =
         nodes.iter().enumerate().map(|(i, node)| read_camera(node, i)).collect::<Result<_, _>>()?;
     if cameras.is_empty() {

@@ -5,12 +5,14 @@
 use crate::input::reading::error::InputError;
 use crate::input::reading::suggestion::suggest;
 use crate::input::reading::text::read_text;
-use crate::input::scene::camera::{read_aperture, read_fov};
-use crate::input::toml::camera_keys::{CAMERA_PATH, KEY_FRAME};
+use crate::input::toml::camera_keys::{
+    CAMERA_PATH, CameraPath as PathKeys, KEY_FRAME, KeyFrame as KeyFrameKeys, VIEW,
+};
+use crate::input::toml::keys::Key;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::source::SourceText;
 use std::path::Path;
-use zonal_math::vec3;
+use zonal_math::Vec3;
 use zonal_scene::{Bands, Camera, Lens, SceneError};
 
 /// Largest text, bytes.
@@ -78,17 +80,13 @@ pub fn parse_camera_path(
 }
 
 fn read_path(root: TomlTable<'_>, cameras: &[Camera], groups: &[&str]) -> Result<CameraPath, InputError> {
-    root.check(CAMERA_PATH)?;
-    let rate = |n: TomlNode<'_>| match n.number()? {
-        x if x > 0.0 && x <= 1000.0 => Ok(x),
-        x => Err(n.error(format!("{x} is out of range; give frames a second above 0 and up to 1000"))),
-    };
+    root.check(PathKeys::TABLE)?;
     let mut out = CameraPath {
-        frames_per_second: root.read("frames_per_second", rate)?.unwrap_or(24.0),
-        exposure: root.read("exposure", |n| n.positive())?,
+        frames_per_second: root.or_default(&CAMERA_PATH.frames_per_second)?,
+        exposure: root.value(&CAMERA_PATH.exposure)?,
         keys: Vec::new(),
     };
-    for node in root.list("key")? {
+    for node in root.list(&CAMERA_PATH.key)? {
         let next = read_key_frame(&node, out.keys.last(), cameras, groups)?;
         out.keys.push(next);
     }
@@ -100,7 +98,7 @@ fn read_path(root: TomlTable<'_>, cameras: &[Camera], groups: &[&str]) -> Result
         let message =
             format!("{frames:.0} frames are more than {MAX_FRAMES}; give fewer a second or less time");
         return Err(root
-            .get("frames_per_second")
+            .get(&CAMERA_PATH.frames_per_second)
             .map_or_else(|| root.error(&message), |n| n.error(&message)));
     }
     Ok(out)
@@ -112,24 +110,23 @@ fn read_key_frame(
     cameras: &[Camera],
     groups: &[&str],
 ) -> Result<KeyFrame, InputError> {
-    let t = node.table(KEY_FRAME)?;
-    let time = t.require("time", "time = 2.5, in seconds")?;
-    let seconds = time.number()?;
+    let t = node.table(KeyFrameKeys::TABLE)?;
+    let time = t.require(&KEY_FRAME.time)?;
+    let seconds = KEY_FRAME.time.read(&time)?;
     if let Some(b) = before.filter(|b| seconds <= b.time) {
         return Err(
             time.error(format!("{seconds} s is not after {} s of the key before; give a later time", b.time))
         );
     }
-    let stops = |n: TomlNode<'_>| match n.number()? {
-        x if x.abs() <= 30.0 => Ok(x),
-        x => Err(n.error(format!("{x} is out of range; give stops from -30 to 30"))),
-    };
     let unchanged = || before.map_or_else(|| vec![Bands::ONE; groups.len()], |b| b.lights.clone());
     Ok(KeyFrame {
         time: seconds,
         camera: read_key_camera(&t, before, cameras)?,
-        stops: t.read("stops", stops)?.unwrap_or(before.map_or(0.0, |b| b.stops)),
-        lights: t.read("lights", |n| read_lights(&n, unchanged(), groups))?.unwrap_or_else(unchanged),
+        stops: t.value(&KEY_FRAME.stops)?.unwrap_or(before.map_or(0.0, |b| b.stops)),
+        lights: match t.get(&KEY_FRAME.lights) {
+            Some(n) => read_lights(&n, unchanged(), groups)?,
+            None => unchanged(),
+        },
     })
 }
 
@@ -146,23 +143,20 @@ fn read_key_camera(
             n.error(format!("the scene has no camera '{wanted}'; {}", suggest(wanted, &names)))
         })
     };
-    let base = t.read("camera", named)?.or_else(|| before.map(|b| b.camera.clone()));
-    let point = |key: &str, example: &str, known: Option<zonal_math::Vec3>| match (t.get(key), known) {
-        (Some(n), _) => n.vector(),
-        (None, Some(p)) => Ok(p),
-        (None, None) => t.require(key, example)?.vector(),
-    };
+    let base = t.get(&KEY_FRAME.camera).map(named).transpose()?.or_else(|| before.map(|b| b.camera.clone()));
     let old = base.as_ref();
+    let no_origin = || t.missing("origin", "origin = [x, y, z], or camera = \"NAME\"");
+    let given = |key: &Key<Vec3>, before: Vec3| Ok(t.value(key)?.unwrap_or(before));
     let lens = old.map_or(Lens::default(), |c| c.lens);
     let camera = Camera {
         name: t.key.clone(),
-        origin: point("origin", "origin = [x, y, z], or camera = \"NAME\"", old.map(|c| c.origin))?,
-        target: point("target", "target = [x, y, z]", old.map(|c| c.target))?,
-        up: t.read("up", |n| n.vector())?.or(old.map(|c| c.up)).unwrap_or(vec3(0.0, 0.0, 1.0)),
-        fov: t.read("fov", read_fov)?.or(old.map(|c| c.fov)).unwrap_or(60.0),
+        origin: t.value(&VIEW.origin)?.or(old.map(|c| c.origin)).ok_or_else(no_origin)?,
+        target: old.map_or_else(|| t.required(&VIEW.target), |c| given(&VIEW.target, c.target))?,
+        up: old.map_or_else(|| t.or_default(&VIEW.up), |c| given(&VIEW.up, c.up))?,
+        fov: old.map_or_else(|| t.or_default(&VIEW.fov), |c| Ok(t.value(&VIEW.fov)?.unwrap_or(c.fov)))?,
         lens: Lens {
-            aperture: t.read("aperture", read_aperture)?.unwrap_or(lens.aperture),
-            focus: t.read("focus", |n| n.positive())?.or(lens.focus),
+            aperture: t.value(&VIEW.aperture)?.unwrap_or(lens.aperture),
+            focus: t.value(&VIEW.focus)?.or(lens.focus),
         },
     };
     camera.check().map_err(|e| camera_error(t, &e))?;
@@ -195,6 +189,7 @@ fn read_lights(node: &TomlNode<'_>, mut all: Vec<Bands>, groups: &[&str]) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zonal_math::vec3;
 
     fn read(text: &str) -> Result<CameraPath, InputError> {
         let camera = Camera {

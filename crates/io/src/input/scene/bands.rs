@@ -2,6 +2,7 @@
 
 use crate::input::reading::error::InputError;
 use crate::input::scene::quantities::gas_composition::{SceneGas, find_gas};
+use crate::input::toml::key_tables::ROOT;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_scene::{BandSet, MAX_BANDS};
 
@@ -9,11 +10,11 @@ use zonal_scene::{BandSet, MAX_BANDS};
 /// green and blue. Lights of a scene in thermal mode add a band of sunlight.
 pub(crate) fn read_bands(root: &TomlTable<'_>) -> Result<(BandSet, Option<SceneGas>), InputError> {
     let (mut bands, gas) = read_own_bands(root)?;
-    let is_thermal = root.read("mode", |n| n.choice(&["light", "thermal"]))? == Some(1);
-    if is_thermal && root.get("bands").is_none() && gas.is_none() && root.get("thermal").is_none() {
+    let is_thermal = root.value(&ROOT.mode)? == Some(1);
+    if is_thermal && root.get(&ROOT.bands).is_none() && gas.is_none() && root.get(&ROOT.thermal).is_none() {
         bands = BandSet::grey();
     }
-    let lights = root.list("light")?;
+    let lights = root.list(&ROOT.light)?;
     let Some(first) = lights.first().filter(|_| is_thermal) else { return Ok((bands, gas)) };
     let all = bands.with_solar_band();
     Ok((all.map_err(|e| first.error(e.message().to_string()))?, gas))
@@ -22,7 +23,7 @@ pub(crate) fn read_bands(root: &TomlTable<'_>) -> Result<(BandSet, Option<SceneG
 /// The bands of a document without that of sunlight, and its gas model.
 fn read_own_bands(root: &TomlTable<'_>) -> Result<(BandSet, Option<SceneGas>), InputError> {
     let gas = find_gas(root)?;
-    let set = match (root.get("bands"), gas) {
+    let set = match (root.get(&ROOT.bands), gas) {
         (None, None) => BandSet::default(),
         (None, Some(gas)) => {
             BandSet::numbered(gas.bands()).map_err(|e| root.error(e.message().to_string()))?

@@ -7,7 +7,10 @@ use crate::input::scene::quantities::surface_properties::BackProperties;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::tables::{ColumnFile, Quantity, RowKeys, WantedColumn};
 use crate::input::toml::node::{TomlNode, TomlTable};
-use crate::input::toml::thermal_keys::{BACK_OF_SURFACE, EMISSIVITY_BY_TEMPERATURE};
+use crate::input::toml::surface_keys::SURFACE_PROPERTIES;
+use crate::input::toml::thermal_keys::{
+    BACK, Back, EMISSIVITY_BY_TEMPERATURE as BY_TEMPERATURE, EmissivityByTemperature,
+};
 use std::path::Path;
 use std::rc::Rc;
 use zonal_scene::{Bands, EmissivityTable};
@@ -17,22 +20,24 @@ pub(crate) fn read_emissivity_table(
     t: &TomlTable<'_>,
     reader: &mut SceneReader<'_>,
 ) -> Result<Option<usize>, InputError> {
-    let Some(node) = t.get("emissivity").filter(TomlNode::is_by_temperature) else { return Ok(None) };
+    let Some(node) = t.get(&SURFACE_PROPERTIES.emissivity).filter(TomlNode::is_by_temperature) else {
+        return Ok(None);
+    };
     if reader.mode() == SceneMode::Light {
         return Err(node.error(
             "an emissivity by temperature belongs to thermal mode; write mode = \"thermal\" at the top of the file, or give numbers",
         ));
     }
-    if t.get("reflectance").is_some() {
+    if t.get(&SURFACE_PROPERTIES.reflectance).is_some() {
         return Err(node.error("emissivity and reflectance are both given, and sum to 1; keep one of them"));
     }
-    let own = node.table(EMISSIVITY_BY_TEMPERATURE)?;
-    let points = match own.get("by_temperature") {
+    let own = node.table(EmissivityByTemperature::TABLE)?;
+    let points = match own.get(&BY_TEMPERATURE.by_temperature) {
         Some(file) => {
-            if let Some(n) = own.get("temperatures").or(own.get("values")) {
+            if let Some(n) = own.get(&BY_TEMPERATURE.temperatures).or(own.get(&BY_TEMPERATURE.values)) {
                 return Err(n.error("a file and lists are both given; keep one of them"));
             }
-            points_of_file(&file, own.get("column"), reader)?
+            points_of_file(&file, &own, reader)?
         }
         None => points_of_lists(&own)?,
     };
@@ -42,14 +47,11 @@ pub(crate) fn read_emissivity_table(
 }
 
 fn points_of_lists(own: &TomlTable<'_>) -> Result<Vec<[f64; 2]>, InputError> {
-    if let Some(n) = own.get("column") {
+    if let Some(n) = own.get(&BY_TEMPERATURE.column) {
         return Err(n.error("columns are of files; give by_temperature, or remove this key"));
     }
-    let numbers = |key: &str, example: &str| -> Result<Vec<f64>, InputError> {
-        own.require(key, example)?.list()?.iter().map(|n| n.number()).collect()
-    };
-    let temperatures = numbers("temperatures", "temperatures = [300, 900]")?;
-    let values = numbers("values", "values = [0.1, 0.3]")?;
+    let temperatures = own.required(&BY_TEMPERATURE.temperatures)?;
+    let values = own.required(&BY_TEMPERATURE.values)?;
     if temperatures.len() != values.len() {
         let (rows, found) = (temperatures.len(), values.len());
         return Err(own.error(format!("{rows} temperatures have {found} values; give one for each")));
@@ -59,18 +61,18 @@ fn points_of_lists(own: &TomlTable<'_>) -> Result<Vec<[f64; 2]>, InputError> {
 
 fn points_of_file(
     file: &TomlNode<'_>,
-    column: Option<TomlNode<'_>>,
+    own: &TomlTable<'_>,
     reader: &SceneReader<'_>,
 ) -> Result<Vec<[f64; 2]>, InputError> {
     let path = reader.resolve(file)?;
-    let points = file.once(|| read_points(file, column, &path, reader.context.files))?;
+    let points = file.once(|| read_points(file, own, &path, reader.context.files))?;
     Ok(Rc::unwrap_or_clone(points))
 }
 
 /// Temperatures (K) and emissivities of a file.
 fn read_points(
     file: &TomlNode<'_>,
-    column: Option<TomlNode<'_>>,
+    own: &TomlTable<'_>,
     path: &Path,
     files: FileSource<'_>,
 ) -> Result<Vec<[f64; 2]>, InputError> {
@@ -79,14 +81,11 @@ fn read_points(
     let read = |column: &str, quantity: Quantity| {
         table.column(WantedColumn { column: Some(column), quantity, rows: RowKeys::Position })
     };
-    let values = match &column {
-        Some(n) if n.is_text() => n.text()?.to_string(),
-        Some(n) => n.count()?.to_string(),
-        None => "2".into(),
-    };
+    let values = own.or_default(&BY_TEMPERATURE.column)?;
     let temperatures = read("1", Quantity::Temperature).map_err(|f| file.error(f.to_string()))?;
     let emissivities = read(&values, Quantity::Emissivity);
-    let emissivities = emissivities.map_err(|f| column.as_ref().unwrap_or(file).error(f.to_string()))?;
+    let emissivities = emissivities
+        .map_err(|f| own.get(&BY_TEMPERATURE.column).as_ref().unwrap_or(file).error(f.to_string()))?;
     Ok(temperatures.values().iter().zip(emissivities.values()).map(|(t, e)| [*t, *e]).collect())
 }
 
@@ -104,9 +103,9 @@ pub(crate) fn read_back(
     t: &TomlTable<'_>,
     reader: &mut SceneReader<'_>,
 ) -> Result<Option<BackProperties>, InputError> {
-    let Some(node) = t.get("back") else { return Ok(None) };
-    let own = node.table(BACK_OF_SURFACE)?;
-    let emissivity = own.require("emissivity", "emissivity = 0.1")?;
+    let Some(node) = t.get(&SURFACE_PROPERTIES.back) else { return Ok(None) };
+    let own = node.table(Back::TABLE)?;
+    let emissivity = own.require(&BACK.emissivity)?;
     if emissivity.is_value_file() {
         return Err(emissivity.error("the back has no values by face; give a number"));
     }
@@ -116,7 +115,7 @@ pub(crate) fn read_back(
         None => read_reflectance(&own)?,
     };
     let mut reflectance = given.unwrap_or(Bands::ZERO);
-    if let Some(a) = read_solar(&own, "solar_absorptance", 1.0)? {
+    if let Some(a) = read_solar(&own, &BACK.solar_absorptance)? {
         reflectance = reader.parts.bands.with_solar_value(reader.parts.block, reflectance, 1.0 - a);
     }
     if reflectance.any(f64::is_nan) {

@@ -19,7 +19,7 @@ pub(crate) mod light_sources;
 pub(crate) mod media;
 pub(crate) mod mesh_surface;
 mod network;
-mod options;
+pub(crate) mod options;
 pub(crate) mod quantities;
 pub(crate) mod scene_reader;
 pub(crate) mod shapes;
@@ -27,8 +27,8 @@ pub(crate) mod surface_keys;
 pub(crate) mod surfaces;
 pub(crate) mod thermal;
 
-use super::toml::key_tables::ROOT;
-use super::toml::light_keys::SURROUNDINGS;
+use super::toml::key_tables::{ROOT, Root, SOLVE};
+use super::toml::light_keys::{SURROUNDINGS, Surroundings as SurroundingsKeys};
 use super::toml::node::{TomlNode, TomlTable};
 use crate::input::reading::error::InputError;
 use crate::input::reading::notes::merge_notes;
@@ -37,8 +37,7 @@ use light_sources::lights;
 use media::medium;
 use quantities::gas_composition::SceneGas;
 use surfaces::{boundary, pane, surface, white_walls};
-use zonal_scene::PatchRule;
-use zonal_scene::{Scene, Surroundings};
+use zonal_scene::{PatchRule, Scene, SolveOptions, Surroundings};
 
 /// Reads a parsed document into a scene. Surfaces precede the medium, which their closed meshes may fill, and the lights, which name them.
 pub(crate) fn read_document(
@@ -47,14 +46,14 @@ pub(crate) fn read_document(
     gas: Option<SceneGas>,
     default_name: &str,
 ) -> Result<Scene, InputError> {
-    root.check(ROOT)?;
+    root.check(Root::TABLE)?;
     let mut reader = SceneReader::new(root.source, context);
-    reader.has_medium = root.get("medium").is_some();
+    reader.has_medium = root.get(&ROOT.medium).is_some();
     (reader.parts.bands, reader.parts.block) = (root.source.bands().clone(), root.source.block());
     // Read the mode and the settings.
     reader.parts.thermal = thermal::read_mode(&root)?;
     reader.gas = gas;
-    if let (Some(_), Some(node)) = (gas, root.get("thermal")) {
+    if let (Some(_), Some(node)) = (gas, root.get(&ROOT.thermal)) {
         return Err(node.error("the gas model gives the band fractions; remove this table or the gas"));
     }
     if gas.is_some() && reader.parts.thermal.is_none() {
@@ -68,20 +67,21 @@ pub(crate) fn read_document(
         // Check the band fractions before anything is computed with them.
         t.band_fractions.check().map_err(|e| reader.source.scene_error(&e))?;
     }
-    let name = root.read("name", |n| n.text())?;
-    reader.parts.name = name.unwrap_or(default_name).to_string();
-    reader.parts.options = root.read("solve", |n| options::read_options(&n))?.unwrap_or_default();
+    reader.parts.name = root.value(&ROOT.name)?.unwrap_or_else(|| default_name.to_string());
+    if let Some(node) = root.get(&ROOT.solve) {
+        reader.parts.options = options::read_options(&node.any_table()?, SolveOptions::default())?;
+    }
     // Read the geometry.
     read_geometry(&root, &mut reader)?;
     // Read the boundary conditions, the lights and the cameras.
-    if let Some(node) = root.get("boundary") {
+    if let Some(node) = root.get(&ROOT.boundary) {
         boundary::read_boundary(&node, &mut reader.parts)?;
     }
     read_lights(&root, &mut reader)?;
-    if let Some(node) = root.get("surroundings") {
+    if let Some(node) = root.get(&ROOT.surroundings) {
         reader.parts.surroundings = read_surroundings(&node, &mut reader)?;
     }
-    for (i, node) in root.list("camera")?.iter().enumerate() {
+    for (i, node) in root.list(&ROOT.camera)?.iter().enumerate() {
         reader.parts.cameras.push(camera::read_camera(node, i)?);
     }
     // Validate the whole scene.
@@ -93,7 +93,7 @@ pub(crate) fn read_document(
 
 /// Reads the direct lights.
 fn read_lights(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
-    for (i, node) in root.list("light")?.iter().enumerate() {
+    for (i, node) in root.list(&ROOT.light)?.iter().enumerate() {
         let light = lights::read_light(node, i, reader)?;
         reader.parts.lights.push(light);
     }
@@ -103,11 +103,11 @@ fn read_lights(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(),
 /// Reads surfaces, panes and the medium; refuses a scene without any of them.
 fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
     network::read_nodes(root, reader)?;
-    let surfaces = root.list("surface")?;
+    let surfaces = root.list(&ROOT.surface)?;
     for (i, node) in surfaces.iter().enumerate() {
         surface::read_surface(node, i, reader)?;
     }
-    for (i, node) in root.list("pane")?.iter().enumerate() {
+    for (i, node) in root.list(&ROOT.pane)?.iter().enumerate() {
         pane::read_pane(node, i, reader)?;
     }
     // A network without nodes and convection says nothing.
@@ -117,12 +117,13 @@ fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(
     if !has_patch_rule(root)? && !reader.parts.faces.is_empty() {
         reader.parts.options.patch_rule = PatchRule::Area;
     }
-    let medium_node = root.get("medium");
+    let medium_node = root.get(&ROOT.medium);
     if surfaces.is_empty() && reader.parts.panes.is_empty() && medium_node.is_none() {
         return Err(root.error("the scene is empty; add a [[surface]], a [[pane]] or a [medium]"));
     }
     if reader.parts.options.patch_rule == PatchRule::Voxels && medium_node.is_none() {
-        let at = root.get("solve").map(|n| n.any_table()).transpose()?.and_then(|t| t.get("patch_rule"));
+        let at =
+            root.get(&ROOT.solve).map(|n| n.any_table()).transpose()?.and_then(|t| t.get(&SOLVE.patch_rule));
         let message =
             "there is no medium whose voxels walls could follow; add a [medium], or remove this key";
         return Err(at.map_or_else(|| root.error(message), |n| n.error(message)));
@@ -136,18 +137,18 @@ fn read_geometry(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(
 
 /// True if the scene says what the patch size limits.
 fn has_patch_rule(root: &TomlTable<'_>) -> Result<bool, InputError> {
-    let settings = root.get("solve").map(|n| n.any_table()).transpose()?;
-    Ok(settings.is_some_and(|t| t.get("patch_rule").is_some()))
+    let settings = root.get(&ROOT.solve).map(|n| n.any_table()).transpose()?;
+    Ok(settings.is_some_and(|t| t.get(&SOLVE.patch_rule).is_some()))
 }
 
 /// The surroundings; in thermal mode their radiance follows from their temperature.
 fn read_surroundings(node: &TomlNode<'_>, reader: &mut SceneReader<'_>) -> Result<Surroundings, InputError> {
-    let t = node.table(SURROUNDINGS)?;
+    let t = node.table(SurroundingsKeys::TABLE)?;
     thermal::check_mode(&t, reader.mode())?;
-    let name = t.read("name", |n| Ok(n.text()?.to_string()))?;
-    let mut radiance = t.read("radiance", |n| n.flux_bands())?;
+    let name = t.value(&SURROUNDINGS.name)?;
+    let mut radiance = t.value(&SURROUNDINGS.radiance)?;
     if let Some(thermal) = &mut reader.parts.thermal {
-        thermal.surroundings = t.read("temperature", thermal::read_kelvin)?;
+        thermal.surroundings = t.value(&SURROUNDINGS.temperature)?;
         radiance = Some(thermal.surroundings_radiance());
     }
     Ok(Surroundings { name, radiance: radiance.unwrap_or_default() })

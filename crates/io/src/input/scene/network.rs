@@ -1,10 +1,11 @@
 //! `[[node]]`: bodies at one temperature and the links between them; `node` and convection of surfaces.
 
-use super::thermal::{read_kelvin, read_net_power};
 use crate::input::reading::error::InputError;
 use crate::input::scene::scene_reader::SceneReader;
+use crate::input::toml::key_tables::ROOT;
 use crate::input::toml::node::{TomlNode, TomlTable};
-use crate::input::toml::thermal_keys::{NODE, NODE_LINK};
+use crate::input::toml::surface_keys::SURFACE_PROPERTIES;
+use crate::input::toml::thermal_keys::{NODE, NODE_LINK, Node, NodeLink as LinkKeys};
 use zonal_scene::{
     Convection, LinkLaw, NodeCondition, NodeLink, ThermalCondition, ThermalNetwork, ThermalNode,
 };
@@ -14,7 +15,7 @@ const LINK_LAWS: [&str; 3] = ["conductance", "conductance_per_area", "effective_
 
 /// Reads the nodes of a scene in thermal mode, before the surfaces that name them.
 pub(crate) fn read_nodes(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
-    let list = root.list("node")?;
+    let list = root.list(&ROOT.node)?;
     let Some(thermal) = &mut reader.parts.thermal else {
         return match list.first() {
             Some(n) => Err(n.error(
@@ -23,12 +24,12 @@ pub(crate) fn read_nodes(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> 
             None => Ok(()),
         };
     };
-    let tables = list.iter().map(|n| n.table(NODE)).collect::<Result<Vec<_>, _>>()?;
+    let tables = list.iter().map(|n| n.table(Node::TABLE)).collect::<Result<Vec<_>, _>>()?;
     let mut network = ThermalNetwork::default();
     for (t, n) in tables.iter().zip(&list) {
-        let name = t.require("name", "name = \"plate\"")?.text()?.to_string();
-        let temperature = t.read("temperature", read_kelvin)?;
-        let power = t.read("net_power", |n| read_net_power(&n))?;
+        let name = t.required(&NODE.name)?;
+        let temperature = t.value(&NODE.temperature)?;
+        let power = t.value(&NODE.net_power)?;
         let condition = match (temperature, power) {
             (Some(_), Some(_)) => {
                 return Err(n.error("temperature and net_power are both given; keep one of them"));
@@ -39,7 +40,7 @@ pub(crate) fn read_nodes(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> 
         network.nodes.push(ThermalNode { name, condition });
     }
     for (k, t) in tables.iter().enumerate() {
-        for link in t.list("links")? {
+        for link in t.list(&NODE.links)? {
             let link = read_link(&link, k, &network.nodes)?;
             network.links.push(link);
         }
@@ -50,8 +51,8 @@ pub(crate) fn read_nodes(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> 
 
 /// A link of node `from`.
 fn read_link(node: &TomlNode<'_>, from: usize, nodes: &[ThermalNode]) -> Result<NodeLink, InputError> {
-    let t = node.table(NODE_LINK)?;
-    let to = t.require("to", "to = \"hull\"")?;
+    let t = node.table(LinkKeys::TABLE)?;
+    let to = t.require(&NODE_LINK.to)?;
     let other = index_of(&to, nodes)?;
     if other == from {
         return Err(to.error("a node has no link to itself; name another node"));
@@ -84,7 +85,7 @@ pub(crate) fn read_surface_node(
     t: &TomlTable<'_>,
     reader: &SceneReader<'_>,
 ) -> Result<Option<(usize, ThermalCondition)>, InputError> {
-    let Some(name) = t.get("node") else { return Ok(None) };
+    let Some(name) = t.get(&SURFACE_PROPERTIES.node) else { return Ok(None) };
     let network = reader.parts.thermal.as_ref().and_then(|t| t.network.as_ref());
     let nodes = network.map_or(&[][..], |n| &n.nodes);
     let k = index_of(&name, nodes)?;
@@ -96,8 +97,8 @@ pub(crate) fn read_surface_node(
 
 /// The convection of a surface.
 pub(crate) fn read_convection(t: &TomlTable<'_>) -> Result<Option<Convection>, InputError> {
-    let coefficient = t.read("heat_transfer_coefficient", |n| n.non_negative())?;
-    let ambient = t.read("ambient_temperature", read_kelvin)?;
+    let coefficient = t.value(&SURFACE_PROPERTIES.heat_transfer_coefficient)?;
+    let ambient = t.value(&SURFACE_PROPERTIES.ambient_temperature)?;
     match (coefficient, ambient) {
         (Some(coefficient), Some(ambient)) => Ok(Some(Convection { coefficient, ambient })),
         (None, None) => Ok(None),

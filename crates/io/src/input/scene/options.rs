@@ -1,49 +1,40 @@
 //! `[solve]`: settings of the solver.
 
 use crate::input::reading::error::InputError;
-use crate::input::toml::key_tables::SOLVE;
-use crate::input::toml::node::TomlNode;
-use zonal_scene::{Engine, LightGrouping, SolveOptions};
-use zonal_scene::{PatchRule, ZoneBasis};
+use crate::input::toml::key_tables::{SOLVE, Solve};
+use crate::input::toml::node::TomlTable;
+use zonal_scene::SolveOptions;
 
-/// Reads the settings; keys that are absent keep their defaults.
-pub(crate) fn read_options(node: &TomlNode<'_>) -> Result<SolveOptions, InputError> {
-    let t = node.table(SOLVE)?;
-    let mut o = SolveOptions::default();
-    if let Some(x) = t.read("tolerance", fraction)? {
-        o.tolerance = x;
-    }
-    o.patch_size = t.read("patch_size", |n| n.positive())?;
-    if let Some(i) = t.read("patch_rule", |n| n.choice(&PatchRule::NAMES))? {
-        o.patch_rule = PatchRule::VARIANTS[i];
-    }
-    if let Some(i) = t.read("closure", |n| n.choice(&["measure", "restore"]))? {
-        o.restore_closure = Some(i == 1);
-    }
-    if let Some(x) = t.read("residual", fraction)? {
-        o.residual = x;
-    }
-    if let Some(n) = t.read("max_iterations", |n| n.count())? {
-        o.max_iterations = n;
-    }
-    o.scattering_orders = t.read("scattering_orders", |n| n.count())?;
-    if let Some(i) = t.read("engine", |n| n.choice(&Engine::NAMES))? {
-        o.engine = Engine::VARIANTS[i];
-    }
-    if let Some(i) = t.read("light_groups", |n| n.choice(&LightGrouping::NAMES))? {
-        o.light_grouping = LightGrouping::VARIANTS[i];
-    }
-    if let Some(i) = t.read("zone_basis", |n| n.choice(&ZoneBasis::NAMES))? {
-        o.zone_basis = ZoneBasis::VARIANTS[i];
-    }
-    o.discretization_error = t.read("discretization_error", |n| n.boolean())?;
-    Ok(o)
+/// The settings of a table in place of those of `base`.
+pub(crate) fn read_options(t: &TomlTable<'_>, base: SolveOptions) -> Result<SolveOptions, InputError> {
+    t.check(Solve::TABLE)?;
+    Ok(SolveOptions {
+        tolerance: t.value(&SOLVE.tolerance)?.unwrap_or(base.tolerance),
+        patch_size: t.value(&SOLVE.patch_size)?.or(base.patch_size),
+        patch_rule: t.value(&SOLVE.patch_rule)?.unwrap_or(base.patch_rule),
+        restore_closure: t.value(&SOLVE.closure)?.map(|i| i == 1).or(base.restore_closure),
+        residual: t.value(&SOLVE.residual)?.unwrap_or(base.residual),
+        max_iterations: t.value(&SOLVE.max_iterations)?.unwrap_or(base.max_iterations),
+        scattering_orders: t.value(&SOLVE.scattering_orders)?.or(base.scattering_orders),
+        engine: t.value(&SOLVE.engine)?.unwrap_or(base.engine),
+        light_grouping: t.value(&SOLVE.light_groups)?.unwrap_or(base.light_grouping),
+        zone_basis: t.value(&SOLVE.zone_basis)?.unwrap_or(base.zone_basis),
+        discretization_error: t.value(&SOLVE.discretization_error)?.or(base.discretization_error),
+    })
 }
 
-/// A number between 0 and 1.
-fn fraction(n: TomlNode<'_>) -> Result<f64, InputError> {
-    match n.number()? {
-        x if x > 0.0 && x < 1.0 => Ok(x),
-        x => Err(n.error(format!("{x} is out of range; give a number above 0 and below 1"))),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn documented_defaults_are_those_of_the_options() {
+        let defaults = SolveOptions::default();
+        assert_eq!(SOLVE.tolerance.default().unwrap(), defaults.tolerance);
+        assert_eq!(SOLVE.residual.default().unwrap(), defaults.residual);
+        assert_eq!(SOLVE.max_iterations.default().unwrap(), defaults.max_iterations);
+        assert_eq!(SOLVE.engine.default().unwrap(), defaults.engine);
+        assert_eq!(SOLVE.light_groups.default().unwrap(), defaults.light_grouping);
+        assert_eq!(SOLVE.zone_basis.default().unwrap(), defaults.zone_basis);
     }
 }

@@ -5,8 +5,11 @@
 
 use crate::input::mesh::polygon::area_vector;
 use crate::input::reading::error::InputError;
-use crate::input::toml::key_tables::{BOUNDS, BOX, RECTANGLE, TRIANGLE};
+use crate::input::toml::medium_keys::PANE;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::surface_keys::{
+    BOUNDS, BOX, Bounds, Box as BoxKeys, RECTANGLE, Rectangle, TRIANGLE, Triangle,
+};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Plate;
 
@@ -34,27 +37,21 @@ pub(crate) const UPRIGHT_UV: [[f64; 2]; 3] = [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]
 
 /// `rectangle = { origin, edge1, edge2 }`.
 pub(crate) fn read_rectangle(node: &TomlNode<'_>) -> Result<Plate, InputError> {
-    let t = node.table(RECTANGLE)?;
-    let origin = t.require("origin", "origin = [x, y, z]")?.vector()?;
-    let e1 = t.require("edge1", "edge1 = [x, y, z]")?.vector()?;
-    let e2 = t.require("edge2", "edge2 = [x, y, z]")?.vector()?;
-    with_area(node, Plate::parallelogram(origin, e1, e2))
+    let t = node.table(Rectangle::TABLE)?;
+    let (e1, e2) = (t.required(&RECTANGLE.edge1)?, t.required(&RECTANGLE.edge2)?);
+    with_area(node, Plate::parallelogram(t.required(&RECTANGLE.origin)?, e1, e2))
 }
 
 /// `triangle = { corners = [a, b, c] }`.
 pub(crate) fn read_triangle(node: &TomlNode<'_>) -> Result<Plate, InputError> {
-    let t = node.table(TRIANGLE)?;
-    let corners = t.require("corners", "corners = [[x, y, z], [x, y, z], [x, y, z]]")?;
-    let points = read_points(&corners)?;
+    let t = node.table(Triangle::TABLE)?;
+    let corners = t.require(&TRIANGLE.corners)?;
+    let points = TRIANGLE.corners.read(&corners)?;
     let [a, b, c] = points.as_slice() else {
         let n = points.len();
         return Err(corners.error(format!("a triangle has three corners, not {n}; give three points")));
     };
     with_area(node, Plate::triangle(*a, *b, *c))
-}
-
-fn read_points(node: &TomlNode<'_>) -> Result<Vec<Vec3>, InputError> {
-    node.list()?.iter().map(TomlNode::vector).collect()
 }
 
 fn with_area(node: &TomlNode<'_>, plate: Plate) -> Result<Plate, InputError> {
@@ -67,13 +64,13 @@ fn with_area(node: &TomlNode<'_>, plate: Plate) -> Result<Plate, InputError> {
 
 /// `{ min, max }` and no other keys.
 pub(crate) fn read_box_bounds(node: &TomlNode<'_>) -> Result<(Vec3, Vec3), InputError> {
-    read_bounds(&node.table(BOUNDS)?)
+    read_bounds(&node.table(Bounds::TABLE)?)
 }
 
 /// `min` and `max` of a table, min below max along each axis.
 pub(crate) fn read_bounds(t: &TomlTable<'_>) -> Result<(Vec3, Vec3), InputError> {
-    let min = t.require("min", "min = [x, y, z]")?.vector()?;
-    let max_node = t.require("max", "max = [x, y, z]")?;
+    let min = t.required(&BOUNDS.min)?;
+    let max_node = t.require(&BOUNDS.max)?;
     let max = max_node.vector()?;
     for axis in 0..3 {
         let edge = max[axis] - min[axis];
@@ -118,9 +115,9 @@ pub(crate) fn box_faces(min: Vec3, max: Vec3, facing: Facing) -> [Plate; 6] {
 
 /// `box = { min, max, rotate_z_degrees }`, rotated about the vertical through its centre; outward normals.
 pub(crate) fn read_solid_box(node: &TomlNode<'_>) -> Result<[Plate; 6], InputError> {
-    let t = node.table(BOX)?;
+    let t = node.table(BoxKeys::TABLE)?;
     let (min, max) = read_bounds(&t)?;
-    let turn = t.read("rotate_z_degrees", |n| n.number())?.unwrap_or(0.0);
+    let turn = t.or_default(&BOX.rotate_z_degrees)?;
     let plates = box_faces(min, max, Facing::Outward);
     if turn == 0.0 {
         return Ok(plates);
@@ -138,7 +135,7 @@ pub(crate) fn read_solid_box(node: &TomlNode<'_>) -> Result<[Plate; 6], InputErr
 
 /// A plane convex polygon as plates: one parallelogram if it is one, else a fan of triangles.
 pub(crate) fn read_polygon(node: &TomlNode<'_>) -> Result<Vec<Plate>, InputError> {
-    let p = read_points(node)?;
+    let p = PANE.polygon.read(node)?;
     if p.len() < 3 {
         return Err(node.error(format!("a polygon needs at least three corners, not {}; add some", p.len())));
     }

@@ -2,26 +2,21 @@
 
 use super::{emissivity, network, thermal};
 use crate::input::reading::error::InputError;
-use crate::input::scene::quantities::light_quantities;
 use crate::input::scene::quantities::surface_properties::SurfaceProperties;
 use crate::input::scene::scene_reader::SceneReader;
-use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::node::TomlTable;
+use crate::input::toml::surface_keys::{SHAPES, SURFACE_PROPERTIES as KEYS};
 use zonal_scene::{Sides, ThermalCondition};
 
 /// Keys that a file may give by face or by material of a mesh.
 pub(crate) const FACE_VALUE_KEYS: [&str; 6] =
     ["temperature", "heat_flux", "net_power", "emissivity", "reflectance", "emission"];
 
-/// The number or the bands of a key; none where a file gives its values, which is read with the mesh.
-fn without_file<'a>(table: &TomlTable<'a>, key: &str) -> Option<TomlNode<'a>> {
-    table.get(key).filter(|n| !n.is_value_file())
-}
-
 /// Refuses files by face in tables that have no mesh of their own.
 fn check_files(table: &TomlTable<'_>) -> Result<(), InputError> {
     let file = FACE_VALUE_KEYS.iter().filter_map(|k| table.get(k)).find(|n| n.is_value_file());
     match file {
-        Some(n) if table.get("mesh").is_none() => Err(n.error(
+        Some(n) if table.get(&SHAPES.mesh).is_none() => Err(n.error(
             "a file of values belongs to the table of a [[surface]] that has a mesh, beside the key mesh; move it there, or give a number",
         )),
         _ => Ok(()),
@@ -49,6 +44,9 @@ pub(crate) fn read_properties(
         Some(ThermalCondition::Temperature(t)) => Some(t),
         _ => None,
     };
+    // Values by face are read with the mesh.
+    let emission = table.get(&KEYS.emission).filter(|n| !n.is_value_file());
+    let emission = emission.map(|n| KEYS.emission.read(&n)).transpose()?;
     let of_table = emissivity_table.map(|k| emissivity::representative(reader, k, kelvin));
     Ok(SurfaceProperties {
         emissivity_table,
@@ -57,11 +55,11 @@ pub(crate) fn read_properties(
         node: node.map(|n| n.0),
         convection: network::read_convection(table)?,
         reflectance: thermal::read_reflectance(table)?.or(of_table),
-        transmittance: table.read("transmittance", |n| n.bands(1.0))?,
-        solar_absorptance: thermal::read_solar(table, "solar_absorptance", 1.0)?,
-        emission: without_file(table, "emission").map(|n| light_quantities::read_flux(&n)).transpose()?,
-        sides: table.read("sides", |n| Ok([Sides::Front, Sides::Both][n.choice(&["front", "both"])?]))?,
-        patch_size: table.read("patch_size", |n| n.positive())?,
-        texture: table.read("texture", |n| reader.texture(&n))?,
+        transmittance: table.value(&KEYS.transmittance)?,
+        solar_absorptance: thermal::read_solar(table, &KEYS.solar_absorptance)?,
+        emission,
+        sides: table.value(&KEYS.sides)?.map(|k| [Sides::Front, Sides::Both][k]),
+        patch_size: table.value(&KEYS.patch_size)?,
+        texture: table.get(&KEYS.texture).map(|n| reader.texture(&n)).transpose()?,
     })
 }

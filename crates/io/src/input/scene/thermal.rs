@@ -3,10 +3,13 @@
 //! Keys of the other mode are refused in every section, with a remedy that names their place.
 
 use crate::input::reading::error::InputError;
+use crate::input::toml::key_tables::ROOT;
+use crate::input::toml::keys::Key;
+use crate::input::toml::kinds::KELVIN;
+use crate::input::toml::medium_keys::{PANE as VOLUME, SOLAR_OPTICS};
 use crate::input::toml::node::{TomlNode, TomlTable};
-use crate::input::toml::thermal_keys::THERMAL;
-use zonal_scene::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
-use zonal_scene::thermal::power_out_of_range;
+use crate::input::toml::surface_keys::SURFACE_PROPERTIES as SURFACE;
+use crate::input::toml::thermal_keys::{THERMAL, Thermal as ThermalKeys};
 use zonal_scene::{Band, BandFractions, Bands, PerBand, Thermal, ThermalCondition};
 
 /// Keys of boundary conditions of surfaces, in thermal mode.
@@ -36,7 +39,7 @@ pub(crate) fn check_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), Input
 
 /// As [`check_mode`] for a surface: with sunlight in thermal mode its emission is light, and a number.
 pub(crate) fn check_surface_mode(t: &TomlTable<'_>, mode: SceneMode) -> Result<(), InputError> {
-    let emission = t.get("emission").filter(|n| !n.is_value_file() && mode == SceneMode::Thermal);
+    let emission = t.get(&SURFACE.emission).filter(|n| !n.is_value_file() && mode == SceneMode::Thermal);
     if emission.is_some_and(|n| n.solar_band().is_some()) {
         check_keys(t, mode, &LIGHT_MODE_KEYS[1..])
     } else {
@@ -64,22 +67,6 @@ fn check_keys(t: &TomlTable<'_>, mode: SceneMode, light_keys: &[&'static str]) -
     }
 }
 
-/// A temperature, K.
-pub(crate) fn read_kelvin(n: TomlNode<'_>) -> Result<f64, InputError> {
-    match n.number()? {
-        t if t > 0.0 && t <= MAX_TEMPERATURE => Ok(t),
-        t => Err(n.error(format!("{t} K is out of range; give kelvin above 0 (0 °C is 273.15)"))),
-    }
-}
-
-/// A net power in W, W/m² or W/m³.
-pub(crate) fn read_net_power(n: &TomlNode<'_>) -> Result<f64, InputError> {
-    match n.number()? {
-        q if q.abs() <= MAX_NET_POWER => Ok(q),
-        q => Err(n.error(power_out_of_range(q))),
-    }
-}
-
 /// The value of the one key of a list that is given, with the key's index; none if none is given.
 fn at_most_one<'a>(t: &TomlTable<'a>, keys: &[&str]) -> Result<Option<(usize, TomlNode<'a>)>, InputError> {
     let mut given = keys.iter().enumerate().filter_map(|(k, key)| Some((k, t.get(key)?)));
@@ -98,9 +85,9 @@ pub(crate) fn read_surface_condition(t: &TomlTable<'_>) -> Result<Option<Thermal
         return Ok(None);
     };
     Ok(Some(match k {
-        0 => ThermalCondition::Temperature(read_kelvin(n)?),
-        1 => ThermalCondition::Flux(read_net_power(&n)?),
-        _ => ThermalCondition::Power(read_net_power(&n)?),
+        0 => ThermalCondition::Temperature(SURFACE.temperature.read(&n)?),
+        1 => ThermalCondition::Flux(SURFACE.heat_flux.read(&n)?),
+        _ => ThermalCondition::Power(SURFACE.net_power.read(&n)?),
     }))
 }
 
@@ -108,21 +95,21 @@ pub(crate) fn read_surface_condition(t: &TomlTable<'_>) -> Result<Option<Thermal
 pub(crate) fn read_volume_condition(t: &TomlTable<'_>) -> Result<Option<ThermalCondition>, InputError> {
     match at_most_one(t, &VOLUME_CONDITIONS)? {
         Some((_, n)) if n.is_table() => Ok(None),
-        Some((0, n)) => Ok(Some(ThermalCondition::Temperature(read_kelvin(n)?))),
-        Some((_, n)) => Ok(Some(ThermalCondition::Flux(read_net_power(&n)?))),
+        Some((0, n)) => Ok(Some(ThermalCondition::Temperature(VOLUME.temperature.read(&n)?))),
+        Some((_, n)) => Ok(Some(ThermalCondition::Flux(VOLUME.heat_source.read(&n)?))),
         None => Ok(None),
     }
 }
 
-/// A number from 0 to `max` of a key for the band of sunlight.
-pub(crate) fn read_solar(t: &TomlTable<'_>, key: &str, max: f64) -> Result<Option<f64>, InputError> {
+/// The value of a key for the band of sunlight.
+pub(crate) fn read_solar(t: &TomlTable<'_>, key: &Key<f64>) -> Result<Option<f64>, InputError> {
     let Some(n) = t.get(key) else { return Ok(None) };
     if !t.source.bands().has_solar_band() {
         return Err(n.error(
             "the scene has no sunlight; add a [[light]] to a scene of mode = \"thermal\", or remove this key",
         ));
     }
-    n.number_up_to(max).map(Some)
+    key.read(&n).map(Some)
 }
 
 /// ρ, from `reflectance` or `emissivity` = 1 − ρ; NaN in the band of sunlight where a list lacks it.
@@ -142,7 +129,7 @@ pub(crate) fn read_reflectance(t: &TomlTable<'_>) -> Result<Option<Bands>, Input
 /// κ and Ω of all bands. Those of sunlight are `solar_extinction` and `solar_albedo`, or else those of all other bands if these are one number.
 pub(crate) fn read_extinction_and_albedo(t: &TomlTable<'_>) -> Result<[Option<Bands>; 2], InputError> {
     let [kappa, albedo] = read_two_of_three(t)?;
-    let solar = [read_solar(t, "solar_extinction", f64::INFINITY)?, read_solar(t, "solar_albedo", 1.0)?];
+    let solar = [read_solar(t, &SOLAR_OPTICS.solar_extinction)?, read_solar(t, &SOLAR_OPTICS.solar_albedo)?];
     let (bands, block) = (t.source.bands(), t.source.block());
     let with_solar = |values: Option<Bands>, solar: Option<f64>, key: &str| match (values, solar) {
         (Some(values), Some(solar)) => Ok(Some(bands.with_solar_value(block, values, solar))),
@@ -156,7 +143,7 @@ pub(crate) fn read_extinction_and_albedo(t: &TomlTable<'_>) -> Result<[Option<Ba
     };
     // Without an albedo in the infrared the medium does not scatter there.
     let albedo = albedo.or(solar[1]
-        .filter(|_| kappa.is_some() && !t.get("albedo").is_some_and(|n| n.is_table()))
+        .filter(|_| kappa.is_some() && !t.get(&VOLUME.albedo).is_some_and(|n| n.is_table()))
         .map(|_| Bands::ZERO));
     Ok([
         with_solar(kappa, solar[0], "solar_extinction (1/m)")?,
@@ -166,15 +153,15 @@ pub(crate) fn read_extinction_and_albedo(t: &TomlTable<'_>) -> Result<[Option<Ba
 
 /// κ and Ω, from two of `extinction`, `albedo` and `absorption` = κ(1 − Ω); NaN in the band of sunlight where a list lacks it.
 fn read_two_of_three(t: &TomlTable<'_>) -> Result<[Option<Bands>; 2], InputError> {
-    let kappa = t.read("extinction", |n| n.bands_or_infrared(f64::INFINITY, f64::NAN))?;
+    let kappa = t.value(&VOLUME.extinction)?;
     // An albedo from a file fills in later.
-    let albedo = match t.get("albedo") {
+    let albedo = match t.get(&VOLUME.albedo) {
         Some(n) if !n.is_table() => Some(n.bands_or_infrared(1.0, f64::NAN)?),
         _ => None,
     };
-    let Some(n) = t.get("absorption") else { return Ok([kappa, albedo]) };
-    let own = n.bands_or_infrared(f64::INFINITY, f64::NAN)?;
-    if t.get("albedo").is_some_and(|a| a.is_table()) {
+    let Some(n) = t.get(&VOLUME.absorption) else { return Ok([kappa, albedo]) };
+    let own = VOLUME.absorption.read(&n)?;
+    if t.get(&VOLUME.albedo).is_some_and(|a| a.is_table()) {
         return Err(n.error("beside an albedo from a file the absorption follows from the extinction; give the extinction instead"));
     }
     match (kappa, albedo) {
@@ -208,8 +195,8 @@ fn read_two_of_three(t: &TomlTable<'_>) -> Result<[Option<Bands>; 2], InputError
 
 /// `mode` and `[thermal]`; none in light mode.
 pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputError> {
-    let thermal = root.read("mode", |n| n.choice(&["light", "thermal"]))? == Some(1);
-    let node = root.get("thermal");
+    let thermal = root.value(&ROOT.mode)? == Some(1);
+    let node = root.get(&ROOT.thermal);
     if !thermal {
         return match node {
             Some(n) => Err(n.error(
@@ -233,7 +220,7 @@ pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputEr
         match bands.infrared_count() {
             1 => band_fractions = BandFractions::constant(Bands::from_rgb([1.0, 0.0, 0.0])),
             // The grey gases of a model bring their fractions.
-            _ if root.get("bands").is_none() => {}
+            _ if root.get(&ROOT.bands).is_none() => {}
             n => {
                 return Err(root.error(format!(
                     "the scene has {n} bands and sunlight, but no fractions of the emission; write [thermal] with band_fractions or weights, or remove bands"
@@ -246,11 +233,11 @@ pub(crate) fn read_mode(root: &TomlTable<'_>) -> Result<Option<Thermal>, InputEr
 
 /// Band fractions: constant, polynomial in the temperature, or grey.
 fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError> {
-    let t = node.table(THERMAL)?;
-    let allow_partial = t.read("allow_partial", |n| n.boolean())?.unwrap_or(false);
-    match (t.get("band_fractions"), t.get("weights")) {
+    let t = node.table(ThermalKeys::TABLE)?;
+    let allow_partial = t.or_default(&THERMAL.allow_partial)?;
+    match (t.get(&THERMAL.band_fractions), t.get(&THERMAL.weights)) {
         (Some(n), None) => {
-            if let Some(r) = t.get("range") {
+            if let Some(r) = t.get(&THERMAL.range) {
                 return Err(r.error("constant band fractions hold everywhere; remove this key"));
             }
             let s = n.bands_or_infrared(1.0, 0.0)?;
@@ -265,17 +252,16 @@ fn read_band_fractions(node: &TomlNode<'_>) -> Result<BandFractions, InputError>
             })
         }
         (None, Some(n)) => {
-            let range =
-                t.require("range", "range = [600, 2400] (kelvin, where the polynomials hold)")?.list()?;
+            let range = t.require(&THERMAL.range)?.list()?;
             let [low, high] = range.as_slice() else {
                 return Err(t.error("range has two temperatures; write range = [600, 2400]"));
             };
-            let range = [read_kelvin(low.clone())?, read_kelvin(high.clone())?];
+            let range = [(KELVIN.read)(low)?, (KELVIN.read)(high)?];
             let coefficients = read_polynomials(&n)?;
             Ok(BandFractions::GreyGases { coefficients, range, allow_partial, all_bands: None })
         }
         (Some(_), Some(n)) => Err(n.error("band_fractions and weights are both given; keep one of them")),
-        (None, None) if t.get("range").is_none() && !allow_partial => Ok(BandFractions::Grey),
+        (None, None) if t.get(&THERMAL.range).is_none() && !allow_partial => Ok(BandFractions::Grey),
         (None, None) => Err(
             t.error("neither band_fractions nor weights is given; write one of them, or remove this table")
         ),

@@ -8,19 +8,18 @@ use super::skies::{read_cie_sky, read_image_sky, read_perez_sky, read_uniform_sk
 use super::sun_place::SunPlace;
 use crate::input::reading::error::InputError;
 use crate::input::reading::suggestion::suggest;
-use crate::input::scene::quantities::light_quantities::{read_direction, read_flux, read_quantity};
+use crate::input::scene::quantities::light_quantities::read_quantity;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::surfaces::tube::read_tube;
-use crate::input::scene::thermal::read_kelvin;
-use crate::input::toml::keys::KeyGroups;
-use crate::input::toml::light_keys::{EMITTER, LUMINAIRE, PLANET, POINT, SPOT, SUN, TUBE};
+use crate::input::toml::key_specs::KeyGroups;
+use crate::input::toml::light_keys::{
+    EMITTER, Emitter, Luminaire, PLANET, Planet, PointLight, SUN, Spot, Sun, Tube,
+};
 use crate::input::toml::node::{TomlNode, TomlTable};
-use crate::input::toml::sky_keys::{CIE_SKY, IMAGE_SKY, PEREZ_SKY, SKY};
+use crate::input::toml::sky_keys::{CieSky, ImageSky, PLACE, PerezSky, Sky};
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{Bands, Light, Surface, Thermal};
 
-/// Angular diameter of a sun without one, degrees.
-const DEFAULT_ANGULAR_DIAMETER_DEGREES: f64 = 0.53;
 /// Parts of a surface that an error lists.
 const MAX_LISTED_PARTS: usize = 12;
 /// Surfaces that an error lists.
@@ -28,17 +27,17 @@ const MAX_LISTED_SURFACES: usize = 24;
 
 /// The kinds of lights with their keys.
 const KINDS: [(&str, KeyGroups); 11] = [
-    ("sun", SUN),
-    ("sky", SKY),
-    ("emitter", EMITTER),
-    ("planet", PLANET),
-    ("point", POINT),
-    ("spot", SPOT),
-    ("luminaire", LUMINAIRE),
-    ("cie-sky", CIE_SKY),
-    ("perez-sky", PEREZ_SKY),
-    ("image-sky", IMAGE_SKY),
-    ("tube", TUBE),
+    ("sun", Sun::TABLE),
+    ("sky", Sky::TABLE),
+    ("emitter", Emitter::TABLE),
+    ("planet", Planet::TABLE),
+    ("point", PointLight::TABLE),
+    ("spot", Spot::TABLE),
+    ("luminaire", Luminaire::TABLE),
+    ("cie-sky", CieSky::TABLE),
+    ("perez-sky", PerezSky::TABLE),
+    ("image-sky", ImageSky::TABLE),
+    ("tube", Tube::TABLE),
 ];
 
 /// Reads entry `index` of `[[light]]`.
@@ -48,11 +47,11 @@ pub(crate) fn read_light(
     reader: &mut SceneReader<'_>,
 ) -> Result<Light, InputError> {
     let (name, mut t) = node.named_table("light", index)?;
-    let kind_node = t.require(
-        "kind",
-        "kind = \"sun\", \"sky\", \"cie-sky\", \"perez-sky\", \"image-sky\", \"emitter\", \"planet\", \"point\", \"spot\", \"tube\" or \"luminaire\"",
-    )?;
-    let kind = kind_node.choice(&KINDS.map(|k| k.0))?;
+    let kinds = KINDS.map(|k| k.0);
+    let Some(kind_node) = t.get(&SUN.kind) else {
+        return Err(t.missing("kind", &format!("kind = \"{}\"", kinds.join("\" or \""))));
+    };
+    let kind = kind_node.choice(&kinds)?;
     if kind == 3 && reader.parts.thermal.is_none() {
         return Err(kind_node.error(
             "planets belong to thermal mode; give a sun of its angular diameter, or write mode = \"thermal\" at the top of the file",
@@ -60,8 +59,8 @@ pub(crate) fn read_light(
     }
     t.check(KINDS[kind].1)?;
     if kind == 2 {
-        let surface = t.require("surface", "surface = \"the name of an emitting surface\"")?;
-        let name = t.get("name").map(|_| name);
+        let surface = t.require(&EMITTER.surface)?;
+        let name = t.get(&EMITTER.name).map(|_| name);
         return Ok(Light::Emitter { name, surface: find_emitter(&surface, &reader.parts.surfaces)? });
     }
     t.key = format!("light '{name}'");
@@ -81,51 +80,37 @@ pub(crate) fn read_light(
 
 /// A planet in thermal mode.
 fn read_planet(t: &TomlTable<'_>, name: String, thermal: Option<&Thermal>) -> Result<Light, InputError> {
-    let example =
-        "angular_diameter = 140 (degrees; 2 arcsin(R/(R + h)) at the height h above a planet of radius R)";
-    let diameter = t.require("angular_diameter", example)?;
-    let degrees = match diameter.number()? {
-        x if x > 0.0 && x < 180.0 => x,
-        x => return Err(diameter.error(format!("{x} is out of range; give degrees above 0, below 180"))),
-    };
-    let infrared = match (t.get("temperature"), t.get("infrared_flux")) {
+    let angular_diameter = t.required(&PLANET.angular_diameter)?.to_radians();
+    let infrared = match (t.get(&PLANET.temperature), t.get(&PLANET.infrared_flux)) {
         (Some(_), Some(n)) => {
             return Err(n.error("temperature and infrared_flux are both given; keep one of them"));
         }
-        (Some(n), None) => blackbody_emissive_power(read_kelvin(n)?),
-        (None, n) => n.map(|n| n.non_negative()).transpose()?.unwrap_or(0.0),
+        (Some(n), None) => blackbody_emissive_power(PLANET.temperature.read(&n)?),
+        _ => t.or_default(&PLANET.infrared_flux)?,
     };
-    let reflected = t.get("reflected_flux").map(|n| read_flux(&n)).transpose()?.unwrap_or_default();
-    if infrared == 0.0 && reflected == Bands::ZERO && t.get("reflected_flux").is_none() {
+    let reflected = t.value(&PLANET.reflected_flux)?;
+    if infrared == 0.0 && reflected.is_none() {
         return Err(
             t.error("this planet sends nothing; give temperature or infrared_flux, and reflected_flux")
         );
     }
-    let angular_diameter = degrees.to_radians();
     let emitted = thermal.map_or(Bands::ZERO, |t| t.band_fractions.emissive_powers(infrared)[0]);
     let over_flux = (0.5 * angular_diameter).sin().powi(2);
-    let irradiance = (emitted + reflected) * over_flux;
-    Ok(Light::Sun { name, direction: read_direction(t)?, irradiance, angular_diameter })
+    let irradiance = (emitted + reflected.unwrap_or_default()) * over_flux;
+    Ok(Light::Sun { name, direction: t.required(&SUN.direction)?, irradiance, angular_diameter })
 }
 
 fn read_sun(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
-    if let (Some(_), Some(n)) = (t.get("direction"), t.get("up")) {
+    if let (Some(_), Some(n)) = (t.get(&SUN.direction), t.get(&PLACE.up)) {
         return Err(n.error("up belongs to latitude, longitude and time; remove it"));
     }
     let sun = SunPlace::read(t)?;
     let example = "irradiance = 1000 (W/m2, number or [r, g, b]), or illuminance in lx";
     let (_, irradiance) = read_quantity(t, &[["irradiance", "illuminance"]], example)?;
-    let degrees = |n: TomlNode<'_>| match n.number()? {
-        x if (0.0..180.0).contains(&x) => Ok(x),
-        x => Err(n.error(format!("{x} is out of range; give degrees from 0 up to 180 (the sun has 0.53)"))),
-    };
     Ok(Light::Sun {
         direction: -sun.towards,
         irradiance,
-        angular_diameter: t
-            .read("angular_diameter", degrees)?
-            .unwrap_or(DEFAULT_ANGULAR_DIAMETER_DEGREES)
-            .to_radians(),
+        angular_diameter: t.or_default(&SUN.angular_diameter)?.to_radians(),
         name,
     })
 }

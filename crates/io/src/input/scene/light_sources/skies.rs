@@ -1,10 +1,11 @@
 //! `[[light]]` from infinitely far away and from all sides: uniform skies, the CIE standard general sky, the Perez all-weather sky, and pictures.
 
-use super::sun_place::{SunPlace, read_up};
+use super::sun_place::SunPlace;
 use crate::input::light_files::sky_picture::read_sky_picture;
 use crate::input::reading::error::InputError;
 use crate::input::scene::quantities::light_quantities::{in_solar_band, read_quantity, with_tint};
 use crate::input::toml::node::TomlTable;
+use crate::input::toml::sky_keys::{CIE_SKY, GROUND, IMAGE_SKY, PEREZ_SKY, PLACE};
 use std::f64::consts::PI;
 use std::rc::Rc;
 use zonal_scene::{Bands, Light, SkyDistribution, SkyIrradiance, SkyPlacement, Texture};
@@ -23,12 +24,12 @@ pub(crate) fn read_uniform_sky(t: &TomlTable<'_>, name: String) -> Result<Light,
 
 /// The CIE standard general sky.
 pub(crate) fn read_cie_sky(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
-    let kind = t.require("type", "type = 1 (1 to 15; 1 is overcast, 12 clear)")?;
+    let kind = t.require(&CIE_SKY.r#type)?;
     let number = match kind.count()? {
         k if k <= 15 => k,
         k => return Err(kind.error(format!("{k} is out of range; give a type from 1 to 15"))),
     };
-    let up = read_up(t)?;
+    let up = t.or_default(&PLACE.up)?;
     let sun = if SunPlace::is_missing(t) && TYPES_WITHOUT_SUN.contains(&number) {
         SunPlace { towards: up, up, distance: 1.0 }
     } else {
@@ -47,8 +48,8 @@ pub(crate) fn read_cie_sky(t: &TomlTable<'_>, name: String) -> Result<Light, Inp
 
 /// The Perez all-weather sky.
 pub(crate) fn read_perez_sky(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
-    let direct = t.require("direct_normal", "direct_normal = 800 (W/m2)")?.non_negative()?;
-    let diffuse = t.require("diffuse_horizontal", "diffuse_horizontal = 100 (W/m2)")?.positive()?;
+    let direct = t.required(&PEREZ_SKY.direct_normal)?;
+    let diffuse = t.required(&PEREZ_SKY.diffuse_horizontal)?;
     let sun = SunPlace::read(t)?;
     let irradiance = SkyIrradiance {
         direct_normal: direct,
@@ -61,13 +62,13 @@ pub(crate) fn read_perez_sky(t: &TomlTable<'_>, name: String) -> Result<Light, I
 }
 
 fn read_placement(t: &TomlTable<'_>, sun: &SunPlace) -> Result<SkyPlacement, InputError> {
-    let reflectance = t.read("ground_reflectance", |n| n.number_up_to(1.0))?;
-    Ok(SkyPlacement { sun: sun.towards, up: sun.up, ground_reflectance: reflectance.unwrap_or(0.0) })
+    let ground_reflectance = t.or_default(&GROUND.ground_reflectance)?;
+    Ok(SkyPlacement { sun: sun.towards, up: sun.up, ground_reflectance })
 }
 
 /// A sky from an equirectangular picture.
 pub(crate) fn read_image_sky(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
-    let node = t.require("image", "image = \"sky.exr\" or \"sky.hdr\"")?;
+    let node = t.require(&IMAGE_SKY.image)?;
     let Some((folder, files)) = t.source.files() else {
         return Err(
             node.error("this scene is a text without a folder and cannot refer to files; save it as a file")
@@ -79,8 +80,8 @@ pub(crate) fn read_image_sky(t: &TomlTable<'_>, name: String) -> Result<Light, I
     if !t.source.bands().is_rgb() {
         to_grey(&mut picture);
     }
-    let up = read_up(t)?;
-    let rotation = t.read("rotation", |n| n.number())?.unwrap_or(0.0).to_radians();
+    let up = t.or_default(&PLACE.up)?;
+    let rotation = t.or_default(&IMAGE_SKY.rotation)?.to_radians();
     let distribution = SkyDistribution::picture(picture, up, rotation).map_err(|e| node.error(e))?;
     let keys = [["radiance", "luminance"]];
     let is_scaled = ["radiance", "luminance", "tint", "efficacy"].iter().any(|k| t.get(k).is_some());

@@ -1,10 +1,11 @@
 //! The direction of the sun: as a vector, or by place and time.
 
 use crate::input::reading::error::InputError;
-use crate::input::scene::quantities::light_quantities::{read_direction, unit_vector};
+use crate::input::toml::light_keys::SUN;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::sky_keys::PLACE;
 use toml_datetime::Offset;
-use zonal_math::{Vec3, vec3};
+use zonal_math::Vec3;
 use zonal_scene::{SunPosition, UniversalTime};
 
 /// Years for which the position of the sun is known to 0.01°.
@@ -27,32 +28,27 @@ pub(crate) struct SunPlace {
 impl SunPlace {
     /// The sun of a light whose direction or place and time must be given, as must a sun above the horizon in the latter case.
     pub(crate) fn read(t: &TomlTable<'_>) -> Result<SunPlace, InputError> {
-        let up = read_up(t)?;
+        let up = t.or_default(&PLACE.up)?;
         let place = PLACE_KEYS.iter().find_map(|k| t.get(k));
-        match (t.get("direction"), place) {
+        match (t.get(&SUN.direction), place) {
             (Some(_), Some(n)) => {
                 Err(n.error("the direction and a place are both given; keep the direction, or latitude, longitude and time"))
             }
             (None, Some(_)) => SunPlace::of_place(t, up),
-            _ => Ok(SunPlace { towards: -read_direction(t)?, up, distance: 1.0 }),
+            _ => Ok(SunPlace { towards: -t.required(&SUN.direction)?, up, distance: 1.0 }),
         }
     }
 
     /// True if neither a direction nor a place is given.
     pub(crate) fn is_missing(t: &TomlTable<'_>) -> bool {
-        t.get("direction").is_none() && PLACE_KEYS.iter().all(|k| t.get(k).is_none())
+        t.get(&SUN.direction).is_none() && PLACE_KEYS.iter().all(|k| t.get(k).is_none())
     }
 
     fn of_place(t: &TomlTable<'_>, up: Vec3) -> Result<SunPlace, InputError> {
-        let within = |n: TomlNode<'_>, most: f64| match n.number()? {
-            x if x.abs() <= most => Ok(x),
-            x => Err(n.error(format!("{x} is out of range; give degrees from -{most} to {most}"))),
-        };
-        let latitude = within(t.require("latitude", "latitude = 48.1 (degrees north)")?, 90.0)?;
-        let longitude = within(t.require("longitude", "longitude = 11.6 (degrees east)")?, 180.0)?;
-        let moment = t.require("time", "time = \"2026-06-21T12:00:00+02:00\"")?;
+        let (latitude, longitude) = (t.required(&PLACE.latitude)?, t.required(&PLACE.longitude)?);
+        let moment = t.require(&PLACE.time)?;
         let time = universal_time(&moment)?;
-        let north = t.read("north", unit_vector)?.unwrap_or(vec3(0.0, 1.0, 0.0));
+        let north = t.or_default(&PLACE.north)?;
         if north.dot(up).abs() > MAX_ALIGNMENT {
             return Err(t.error("north lies along up; give north a horizontal direction, such as [0, 1, 0]"));
         }
@@ -68,11 +64,6 @@ impl SunPlace {
         let towards = east * sun.direction.x + north * sun.direction.y + up * sun.direction.z;
         Ok(SunPlace { towards: towards.normalized(), up, distance: sun.distance })
     }
-}
-
-/// The unit vector towards the zenith; z where not given.
-pub(crate) fn read_up(t: &TomlTable<'_>) -> Result<Vec3, InputError> {
-    Ok(t.read("up", unit_vector)?.unwrap_or(vec3(0.0, 0.0, 1.0)))
 }
 
 /// A moment with its offset in universal time.

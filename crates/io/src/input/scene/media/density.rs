@@ -23,7 +23,7 @@ use crate::input::reading::npy::{self, ScalarArray};
 use crate::input::scene::media::resample::{self, GridPlacement, ResampledField};
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::shapes;
-use crate::input::toml::key_tables::{DENSITY_FILE, VDB_KEYS, VOXEL_FILE};
+use crate::input::toml::medium_keys::{DENSITY_FILE, DensityFile, VOXEL_FILE, Vdb, VoxelFile as FileKeys};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use std::path::Path;
 use zonal_math::Vec3;
@@ -32,12 +32,9 @@ use zonal_scene::{Bands, Diagnostic};
 /// Distance between the planes of elements and those of voxels, in voxels, below which the elements are the voxels.
 const SAME_CELLS_TOLERANCE: f64 = 1e-6;
 
-/// The missing key as an example.
-const FILE_EXAMPLE: &str = "file = \"smoke.npy\" (or .vdb, .vol)";
-
 /// Refuses keys of OpenVDB files for other arrays.
 fn refuse_vdb_keys(t: &TomlTable<'_>) -> Result<(), InputError> {
-    match VDB_KEYS.iter().find_map(|k| t.get(k.name)) {
+    match Vdb::ALL.iter().find_map(|k| t.get(k.name)) {
         Some(n) => Err(n.error("only OpenVDB files know this key; remove it and give min and max")),
         None => Ok(()),
     }
@@ -50,13 +47,13 @@ pub(crate) fn read_density(
     field: &VoxelField<'_>,
     reader: &mut SceneReader<'_>,
 ) -> Result<usize, InputError> {
-    let t = node.table(if field.is_density { DENSITY_FILE } else { VOXEL_FILE })?;
-    let has_bounds = t.get("min").or_else(|| t.get("max")).is_some();
+    let t = node.table(if field.is_density { DensityFile::TABLE } else { FileKeys::TABLE })?;
+    let has_bounds = t.get(&VOXEL_FILE.min).or_else(|| t.get(&VOXEL_FILE.max)).is_some();
     let bounds = has_bounds.then(|| shapes::read_bounds(&t)).transpose()?;
-    let scale = t.read("scale", |n| n.bands(f64::INFINITY))?.unwrap_or(Bands::ONE);
+    let scale = t.or_default(&VOXEL_FILE.scale)?;
     let scale = scale.map(|s| s.powi(field.scale_exponent));
     let interpolated = read_interpolation(&t, field)?;
-    let file = t.require("file", FILE_EXAMPLE)?;
+    let file = t.require(&VOXEL_FILE.file)?;
     let path = reader.resolve(&file)?;
     let name = path.display().to_string();
     if let Some(memory) = reader.context.files.array(&path) {
@@ -99,7 +96,7 @@ fn read_contents(
     reader: &SceneReader<'_>,
     grid: &VoxelGridBuilder,
 ) -> Result<VoxelFile, InputError> {
-    let file = t.require("file", FILE_EXAMPLE)?;
+    let file = t.require(&VOXEL_FILE.file)?;
     let name = path.display().to_string();
     let refused = |f: FileFault| file.error(f.to_string());
     let bytes = read_voxel_file(path, reader).map_err(|e| file.error(format!("{name}: {e}")))?;
@@ -148,15 +145,7 @@ fn parse_arrays(name: &str, bytes: &[u8], field: &VoxelField<'_>) -> Result<Plac
 
 /// True if the values are samples of a field that is interpolated: those of densities, unless the table says otherwise.
 fn read_interpolation(t: &TomlTable<'_>, field: &VoxelField<'_>) -> Result<bool, InputError> {
-    if !field.is_density {
-        return Ok(false);
-    }
-    let Some(node) = t.get("interpolation") else { return Ok(true) };
-    match node.text()? {
-        "linear" => Ok(true),
-        "constant" => Ok(false),
-        _ => Err(node.error("an interpolation is \"linear\" or \"constant\"; write one of them")),
-    }
+    Ok(field.is_density && t.or_default(&DENSITY_FILE.interpolation)? == 0)
 }
 
 /// Refuses three channels of a quantity that has one value in all bands, and in bands of which no colour is known.

@@ -10,7 +10,7 @@ use crate::input::scene::quantities::medium_properties::MediumProperties;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::shapes;
 use crate::input::scene::thermal::SceneMode;
-use crate::input::toml::key_tables::MEDIUM;
+use crate::input::toml::medium_keys::{MEDIUM, Medium};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, SceneError, ThermalCondition, VoxelGrid, limits::MAX_UNIFORM_CELLS};
@@ -20,12 +20,12 @@ pub(crate) fn read_medium(
     node: &TomlNode<'_>,
     reader: &mut SceneReader<'_>,
 ) -> Result<VoxelGrid, InputError> {
-    let t = node.table(MEDIUM)?;
+    let t = node.table(Medium::TABLE)?;
     let (min, max) = shapes::read_bounds(&t)?;
     let mut builder = read_grid(&t, min, max, reader)?;
     // Fill the background.
     let background = MediumProperties::read(&t, reader.mode())?;
-    let regions = t.list("region")?;
+    let regions = t.list(&MEDIUM.region)?;
     if let Some(composition) = reader.gas.map(|_| no_gas()) {
         let own = [0, 1, 2, 3].map(|k| background.gas[k].unwrap_or(composition[k]));
         builder.gas = vec![own; builder.grid.len()];
@@ -103,7 +103,7 @@ fn set_missing_conditions(map: &mut VoxelGrid) -> Result<(), SceneError> {
 
 /// `cells = [nx, ny, nz]` or `cell_size`, rounded to whole voxels.
 fn read_dims(t: &TomlTable<'_>, size: Vec3) -> Result<[usize; 3], InputError> {
-    match (t.get("cells"), t.get("cell_size")) {
+    match (t.get(&MEDIUM.cells), t.get(&MEDIUM.cell_size)) {
         (Some(n), None) => n.counts(),
         (None, Some(n)) => {
             let wanted = n.lengths()?;

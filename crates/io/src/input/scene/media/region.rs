@@ -11,8 +11,10 @@ use crate::input::scene::mesh_surface::repeated_faces::drop_repeated_faces;
 use crate::input::scene::quantities::medium_properties::MediumProperties;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::shapes;
-use crate::input::toml::key_tables::{MEDIUM_PROPERTIES, MESH, REGION};
+use crate::input::toml::key_specs::all;
+use crate::input::toml::medium_keys::{MEDIUM_PROPERTIES, MediumProperties as PropertyKeys, REGION, Region};
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::surface_keys::PlacedMesh;
 use zonal_scene::{Bands, Plate};
 
 /// Reads one region and fills it.
@@ -21,16 +23,16 @@ pub(crate) fn read_region(
     grid: &mut VoxelGridBuilder,
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
-    let t = node.table(REGION)?;
+    let t = node.table(Region::TABLE)?;
     let properties = MediumProperties::read(&t, reader.mode())?;
     let mut bounds = grid.bounds();
-    let filled = match (t.get("box"), t.get("mesh"), t.get("density")) {
+    let filled = match (t.get(&REGION.r#box), t.get(&REGION.mesh), t.get(&REGION.density)) {
         (Some(n), None, None) => {
             bounds = shapes::read_box_bounds(&n)?;
             grid.fill_box(bounds.0, bounds.1, &properties)
         }
         (None, Some(n), None) => {
-            let (mut mesh, _) = placement::load_placed(&n, MESH, reader)?;
+            let (mut mesh, _) = placement::load_placed(&n, PlacedMesh::TABLE, reader)?;
             let kinds = vec![Some(0); mesh.materials.len()];
             drop_repeated_faces(&mut mesh, &kinds, "medium.region", reader);
             let plates: Vec<Plate> = mesh.faces.iter().map(|f| f.plate).collect();
@@ -38,7 +40,9 @@ pub(crate) fn read_region(
             interior::fill_interior(grid, &plates, &properties)
         }
         (None, None, Some(n)) => {
-            if let Some(e) = t.get("extinction").or_else(|| t.get("absorption")) {
+            if let Some(e) =
+                t.get(&MEDIUM_PROPERTIES.extinction).or_else(|| t.get(&MEDIUM_PROPERTIES.absorption))
+            {
                 return Err(e.error(
                     "a density brings its own extinction; remove this key and set density.scale and albedo",
                 ));
@@ -64,7 +68,7 @@ pub(crate) fn read_region(
 
 /// Refuses numbers in a region without a shape, since they would fill nothing.
 fn check_arrays_only(t: &TomlTable<'_>) -> Result<(), InputError> {
-    match MEDIUM_PROPERTIES.iter().filter_map(|k| t.get(k.name)).find(|n| !n.is_table()) {
+    match all(PropertyKeys::TABLE).filter_map(|k| t.get(k.name)).find(|n| !n.is_table()) {
         Some(n) => Err(n.error(
             "a region without a shape has arrays alone, and a number fills nothing; write box = { min, max }, or move this key to [medium]",
         )),

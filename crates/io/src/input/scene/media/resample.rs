@@ -15,6 +15,7 @@ use crate::input::mesh::rotation::rotated_axes;
 use crate::input::reading::error::{FileFault, InputError};
 use crate::input::scene::media::voxel_field::VoxelField;
 use crate::input::scene::media::voxel_grid::VoxelGridBuilder;
+use crate::input::toml::medium_keys::VDB;
 use crate::input::toml::node::TomlTable;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Bands;
@@ -42,16 +43,15 @@ pub(crate) struct GridPlacement {
 impl GridPlacement {
     /// Reads the keys that only OpenVDB files know.
     pub(crate) fn read(t: &TomlTable<'_>, bounds: Option<(Vec3, Vec3)>) -> Result<GridPlacement, InputError> {
-        if let (Some(_), Some(n)) = (bounds, t.get("unit").or_else(|| t.get("translate"))) {
+        if let (Some(_), Some(n)) = (bounds, t.get(&VDB.unit).or_else(|| t.get(&VDB.translate))) {
             return Err(n.error("min and max already place the grid; remove them, or this key"));
         }
-        let unit = t.read("unit", |n| n.positive())?.unwrap_or(1.0);
         Ok(GridPlacement {
             bounds,
-            grid: t.read("grid", |n| n.text())?.map(str::to_string),
-            axes: rotated_axes(t, unit)?,
-            translate: t.read("translate", |n| n.vector())?.unwrap_or_default(),
-            level_set: t.read("level_set", |n| n.boolean())?.unwrap_or(false),
+            grid: t.value(&VDB.grid)?,
+            axes: rotated_axes(t.or_default(&VDB.rotate_degrees)?, t.or_default(&VDB.unit)?),
+            translate: t.or_default(&VDB.translate)?,
+            level_set: t.or_default(&VDB.level_set)?,
         })
     }
 }

@@ -10,6 +10,7 @@ use crate::input::reading::error::InputError;
 use crate::input::scene::quantities::gas_composition::{GAS_QUANTITIES, GasValues};
 use crate::input::scene::quantities::medium_properties::MediumProperties;
 use crate::input::scene::scene_reader::SceneReader;
+use crate::input::toml::medium_keys::MEDIUM_PROPERTIES;
 use crate::input::toml::node::TomlTable;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, ThermalCondition};
@@ -19,7 +20,8 @@ const ARRAY_KEYS: [&str; 4] = ["albedo", "emission", "temperature", "heat_source
 
 /// True if some key of the table is an array.
 pub(crate) fn has_arrays(t: &TomlTable<'_>) -> bool {
-    ARRAY_KEYS.iter().any(|k| t.get(k).is_some_and(|n| n.is_table())) || t.get("gas").is_some()
+    ARRAY_KEYS.iter().any(|k| t.get(k).is_some_and(|n| n.is_table()))
+        || t.get(&MEDIUM_PROPERTIES.gas).is_some()
 }
 
 /// Fills in the arrays of a table; `bounds` is the box of arrays without one.
@@ -59,7 +61,7 @@ pub(crate) fn read_arrays(
             );
         }
     }
-    let Some(gas) = t.get("gas") else { return Ok(()) };
+    let Some(gas) = t.get(&MEDIUM_PROPERTIES.gas) else { return Ok(()) };
     read_gas_arrays(&gas.any_table()?, grid, bounds, reader)
 }
 

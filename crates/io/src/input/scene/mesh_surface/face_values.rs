@@ -13,8 +13,8 @@ use crate::input::scene::quantities::surface_properties::SurfaceProperties;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::surface_keys::FACE_VALUE_KEYS;
 use crate::input::tables::{Quantity, RowKeys, ValueTable, WantedColumn, read_column};
-use crate::input::toml::key_tables::VALUE_FILE;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::surface_keys::{SURFACE_PROPERTIES, VALUE_FILE, ValueFile};
 use std::rc::Rc;
 use zonal_scene::{Bands, FacetValues, ThermalCondition};
 
@@ -48,15 +48,15 @@ pub(crate) fn read_face_values(
     let mut out = FaceValues::default();
     for (key, quantity) in FACE_VALUE_KEYS.into_iter().zip(QUANTITIES) {
         let Some(node) = table.get(key).filter(|n| n.is_value_file()) else { continue };
-        if let (Quantity::Emissivity, Some(other)) = (quantity, table.get("reflectance")) {
+        if let (Quantity::Emissivity, Some(other)) = (quantity, table.get(&SURFACE_PROPERTIES.reflectance)) {
             return Err(
                 other.error("emissivity and reflectance are both given, and sum to 1; keep one of them")
             );
         }
-        let t = node.table(VALUE_FILE)?;
-        let by_material = t.read("by", |n| n.choice(&["face", "material"]))? == Some(1);
+        let t = node.table(ValueFile::TABLE)?;
+        let by_material = t.value(&VALUE_FILE.by)? == Some(1);
         let rows = if by_material { RowKeys::Name } else { RowKeys::Position };
-        let file = t.require("file", "file = \"values.csv\" (or .npy, .vtu, .vtp)")?;
+        let file = t.require(&VALUE_FILE.file)?;
         let values = read_file(&t, &file, quantity, rows, reader)?;
         if by_material {
             out.add_by_material(&file, &values, quantity, mesh)?;
@@ -77,16 +77,12 @@ fn read_file(
     rows: RowKeys,
     reader: &SceneReader<'_>,
 ) -> Result<Rc<ValueTable>, InputError> {
-    let column = match t.get("column") {
-        Some(n) if n.is_text() => Some(n.text()?.to_string()),
-        Some(n) => Some(n.count()?.to_string()),
-        None => None,
-    };
+    let column = t.value(&VALUE_FILE.column)?;
     let path = reader.resolve(file)?;
     let wanted = WantedColumn { column: column.as_deref(), quantity, rows };
     file.once(|| {
         let read = read_column(reader.context.files, &path, &path.display().to_string(), wanted);
-        read.map_err(|f| t.get("column").unwrap_or_else(|| file.clone()).error(f.to_string()))
+        read.map_err(|f| t.get(&VALUE_FILE.column).unwrap_or_else(|| file.clone()).error(f.to_string()))
     })
 }
 

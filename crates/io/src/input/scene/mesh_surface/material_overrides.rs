@@ -7,8 +7,9 @@ use crate::input::scene::quantities::surface_properties::SurfaceProperties;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::surface_keys::read_properties;
 use crate::input::scene::thermal;
-use crate::input::toml::key_tables::{MATERIAL, MATERIAL_PANE, SURFACE_PROPERTIES};
+use crate::input::toml::medium_keys::{MATERIAL_PANE, MaterialPane};
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::surface_keys::{MATERIAL, Material, SURFACE, SurfaceProperties as PropertyKeys};
 use std::collections::BTreeMap;
 use zonal_scene::{Bands, ThermalCondition};
 
@@ -57,7 +58,7 @@ pub(crate) fn read_overrides(
     reader: &mut SceneReader<'_>,
 ) -> Result<BTreeMap<usize, MaterialOverride>, InputError> {
     let mut out = BTreeMap::new();
-    let Some(node) = table.get("materials") else {
+    let Some(node) = table.get(&SURFACE.materials) else {
         return Ok(out);
     };
     for (name, node) in node.any_table()?.entries() {
@@ -72,21 +73,21 @@ pub(crate) fn read_overrides(
 }
 
 fn read_override(node: &TomlNode<'_>, reader: &mut SceneReader<'_>) -> Result<MaterialOverride, InputError> {
-    let t = node.table(MATERIAL)?;
-    let pane = t.read("pane", |n| read_pane_override(&n, reader))?;
-    let surface_keys = SURFACE_PROPERTIES.iter().filter_map(|k| {
+    let t = node.table(Material::TABLE)?;
+    let pane = t.get(&MATERIAL.pane).map(|n| read_pane_override(&n, reader)).transpose()?;
+    let surface_keys = PropertyKeys::ALL.iter().filter_map(|k| {
         let n = t.get(k.name)?;
         Some(SurfaceOnlyKey { offset: n.offset(), path: n.key.clone(), name: k.name })
     });
     let over = MaterialOverride {
         surface_key: surface_keys.min_by_key(|k| k.offset),
         properties: read_properties(&t, reader)?,
-        omit: t.read("omit", |n| n.boolean())?.unwrap_or(false),
-        region: t.read("region", |n| n.boolean())?.unwrap_or(false),
+        omit: t.or_default(&MATERIAL.omit)?,
+        region: t.or_default(&MATERIAL.region)?,
         pane,
         offset: Some(node.offset()),
     };
-    if let (true, Some(None), Some(n)) = (over.region, over.pane, t.get("pane")) {
+    if let (true, Some(None), Some(n)) = (over.region, over.pane, t.get(&MATERIAL.pane)) {
         return Err(n.error("region = true fills the medium with a glass, and this makes it an opaque surface; keep one of them"));
     }
     Ok(over)
@@ -100,14 +101,14 @@ fn read_pane_override(
     if !n.is_table() {
         return Ok(if n.boolean()? { Some(PaneOverride::default()) } else { None });
     }
-    let t = n.table(MATERIAL_PANE)?;
+    let t = n.table(MaterialPane::TABLE)?;
     thermal::check_mode(&t, reader.mode())?;
     let [extinction, albedo] = thermal::read_extinction_and_albedo(&t)?;
     Ok(Some(PaneOverride {
         condition: thermal::read_volume_condition(&t)?,
-        thickness: t.read("thickness", |n| n.positive())?,
+        thickness: t.value(&MATERIAL_PANE.thickness)?,
         extinction,
         albedo,
-        emission: t.read("emission", |n| n.flux_bands())?,
+        emission: t.value(&MATERIAL_PANE.emission)?,
     }))
 }

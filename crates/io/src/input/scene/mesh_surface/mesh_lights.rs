@@ -4,6 +4,7 @@ use crate::input::mesh::model::{MeshData, MeshLight, MeshLightKind};
 use crate::input::reading::error::InputError;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::toml::node::TomlTable;
+use crate::input::toml::surface_keys::SURFACE;
 use zonal_scene::{Bands, Diagnostic, IntensityDistribution, Light};
 
 /// Luminous efficacy of light of 555 nm, lm/W.
@@ -16,7 +17,7 @@ pub(crate) fn add_lights(
     name: &str,
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
-    let wanted = table.read("lights", |n| n.boolean())?.unwrap_or(true);
+    let wanted = table.or_default(&SURFACE.lights)?;
     if !wanted || mesh.lights.is_empty() {
         return Ok(());
     }

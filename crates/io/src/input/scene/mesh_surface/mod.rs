@@ -22,8 +22,8 @@ use crate::input::scene::mesh_surface::transparent_materials::cut_transparent_ma
 use crate::input::scene::quantities::surface_properties::SurfaceProperties;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::thermal::SceneMode;
-use crate::input::toml::key_tables::SURFACE_MESH;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::surface_keys::{SURFACE, SurfaceMesh};
 use std::collections::BTreeMap;
 use zonal_scene::{Diagnostic, FaceMesh, Plate, Sides};
 
@@ -60,7 +60,7 @@ pub(crate) fn read_mesh_surface(
     properties: SurfaceProperties,
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
-    let (mut mesh, scale) = load_placed(node, SURFACE_MESH, reader)?;
+    let (mut mesh, scale) = load_placed(node, SurfaceMesh::TABLE, reader)?;
     add_lights(table, &mesh, name, reader)?;
     let overrides = material_overrides::read_overrides(table, &mesh, reader)?;
     let values = read_face_values(table, &mesh, reader)?;
@@ -160,7 +160,7 @@ fn check_materials(
 
 /// Reads `open_sides`, which has no effect beside `sides`.
 fn read_open_sides(table: &TomlTable<'_>, sides: Option<Sides>) -> Result<OpenSides, InputError> {
-    let Some(node) = table.get("open_sides") else { return Ok(OpenSides::OfFile) };
+    let Some(node) = table.get(&SURFACE.open_sides) else { return Ok(OpenSides::OfFile) };
     if sides.is_some() {
         return Err(node.error("sides gives the sides of all parts of this mesh; remove sides or open_sides"));
     }
@@ -179,7 +179,7 @@ fn find_shells_of_faces(
 ) -> Result<Vec<ShellKind>, InputError> {
     let all = &materials.mesh.faces;
     let mut shell_of_face = vec![ShellKind::Open; all.len()];
-    if !table.read("solid", |n| n.boolean())?.unwrap_or(true) {
+    if !table.or_default(&SURFACE.solid)? {
         return Ok(shell_of_face);
     }
     let (faces, plates, shells) = materials.opaque_shells();

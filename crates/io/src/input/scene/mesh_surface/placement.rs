@@ -5,8 +5,9 @@ use crate::input::mesh::rotation::rotated_axes;
 use crate::input::mesh_files::load::read_mesh_file;
 use crate::input::reading::error::{FileFault, InputError};
 use crate::input::scene::scene_reader::SceneReader;
-use crate::input::toml::keys::KeyGroups;
+use crate::input::toml::key_specs::KeyGroups;
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::surface_keys::{PLACED_MESH, SURFACE_MESH};
 use std::rc::Rc;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Diagnostic, Plate};
@@ -23,11 +24,11 @@ struct MeshPlacement {
 
 impl MeshPlacement {
     fn read(t: &TomlTable<'_>) -> Result<MeshPlacement, InputError> {
-        let scale = t.read("scale", |n| n.positive())?.unwrap_or(1.0);
+        let scale = t.or_default(&PLACED_MESH.scale)?;
         Ok(MeshPlacement {
             scale,
-            axes: rotated_axes(t, scale)?,
-            translate: t.read("translate", |n| n.vector())?.unwrap_or_default(),
+            axes: rotated_axes(t.or_default(&PLACED_MESH.rotate_degrees)?, scale),
+            translate: t.or_default(&PLACED_MESH.translate)?,
         })
     }
     fn vector(&self, v: Vec3) -> Vec3 {
@@ -69,12 +70,12 @@ pub(crate) fn load_placed(
     reader: &mut SceneReader<'_>,
 ) -> Result<(MeshData, f64), InputError> {
     let t = node.table(keys)?;
-    let file = t.require("file", "file = \"mesh.obj\" (or .stl, .ply, .glb, .gltf, .msh, .vtu, .vtp)")?;
+    let file = t.require(&PLACED_MESH.file)?;
     let path = reader.resolve(&file)?;
     let placement = MeshPlacement::read(&t)?;
     let name = path.display().to_string();
     let refused = |f: FileFault| file.error(f.to_string());
-    let is_flat = t.read("normals", |n| n.choice(&["file", "flat"]))? == Some(1);
+    let is_flat = t.value(&SURFACE_MESH.normals)? == Some(1);
     let read = || -> Result<(MeshData, usize), InputError> {
         let mut mesh = read_mesh_file(reader.context.files, &path, &name).map_err(refused)?;
         if is_flat {

@@ -4,7 +4,8 @@
 //! mean over its volume.
 
 use crate::input::reading::error::InputError;
-use crate::input::toml::key_tables::GAS;
+use crate::input::toml::key_tables::ROOT;
+use crate::input::toml::medium_keys::{GAS, Gas, MEDIUM, MEDIUM_PROPERTIES};
 use crate::input::toml::node::{TomlNode, TomlTable};
 use zonal_gas::{GasModel, GasState};
 
@@ -34,31 +35,31 @@ impl SceneGas {
 
 /// The gas model of a document: that of the medium and of all its regions; none without a key `gas`.
 pub(crate) fn find_gas(root: &TomlTable<'_>) -> Result<Option<SceneGas>, InputError> {
-    let Some(medium) = root.get("medium").filter(TomlNode::is_table) else { return Ok(None) };
+    let Some(medium) = root.get(&ROOT.medium).filter(TomlNode::is_table) else { return Ok(None) };
     let medium = medium.any_table()?;
-    let mut tables = vec![medium.get("gas")];
-    if let Some(regions) = medium.get("region").filter(TomlNode::is_list) {
+    let mut tables = vec![medium.get(&MEDIUM_PROPERTIES.gas)];
+    if let Some(regions) = medium.get(&MEDIUM.region).filter(TomlNode::is_list) {
         for region in regions.list()?.iter().filter(|n| n.is_table()) {
-            tables.push(region.any_table()?.get("gas"));
+            tables.push(region.any_table()?.get(&MEDIUM_PROPERTIES.gas));
         }
     }
     let mut found: Option<SceneGas> = None;
     for node in tables.into_iter().flatten() {
-        let t = node.table(GAS)?;
+        let t = node.table(Gas::TABLE)?;
         let names = GasModel::VARIANTS.map(GasModel::name);
-        let model = t.read("model", |n| Ok((GasModel::VARIANTS[n.choice(&names)?], n.offset())))?;
-        let has_soot = t.get("soot").is_some_and(|n| n.is_table() || n.number().is_ok_and(|x| x != 0.0));
+        let model = t.get(&GAS.model).map(|n| n.choice(&names).map(|k| GasModel::VARIANTS[k])).transpose()?;
+        let has_soot = t.get(&GAS.soot).is_some_and(|n| n.is_table() || n.number().is_ok_and(|x| x != 0.0));
         match (&mut found, model) {
-            (None, Some((model, _))) => found = Some(SceneGas { model, has_soot }),
+            (None, Some(model)) => found = Some(SceneGas { model, has_soot }),
             (None, None) => {
-                t.require("model", "model = \"wsgg-bordbar-2020\"")?;
+                t.require(&GAS.model)?;
             }
-            (Some(gas), Some((model, _))) if model != gas.model => {
+            (Some(gas), Some(model)) if model != gas.model => {
                 let message = format!(
                     "a scene has one gas model, and this one differs from {}; give the same",
                     gas.model.name()
                 );
-                return Err(t.get("model").map_or_else(|| t.error(&message), |n| n.error(&message)));
+                return Err(t.get(&GAS.model).map_or_else(|| t.error(&message), |n| n.error(&message)));
             }
             (Some(gas), _) => gas.has_soot |= has_soot,
         }
@@ -68,8 +69,8 @@ pub(crate) fn find_gas(root: &TomlTable<'_>) -> Result<Option<SceneGas>, InputEr
 
 /// The numbers of the key `gas` of a table of the medium; none without the key.
 pub(crate) fn read_gas_values(t: &TomlTable<'_>) -> Result<Option<GasValues>, InputError> {
-    let Some(node) = t.get("gas") else { return Ok(None) };
-    let gas = node.table(GAS)?;
+    let Some(node) = t.get(&MEDIUM_PROPERTIES.gas) else { return Ok(None) };
+    let gas = node.table(Gas::TABLE)?;
     if let Some(n) = ["extinction", "absorption", "albedo", "density"].iter().find_map(|k| t.get(k)) {
         return Err(n.error("the gas gives the absorption, and nothing scatters; remove this key or the gas"));
     }

@@ -5,23 +5,11 @@
 
 use crate::input::reading::error::InputError;
 use crate::input::toml::node::{TomlNode, TomlTable};
-use zonal_math::Vec3;
+use crate::input::toml::sky_keys::{EFFICACY, PHOTOMETRY};
 use zonal_scene::Bands;
 
-/// Luminous efficacy of light of 555 nm, lm/W.
-const MAX_EFFICACY: f64 = 683.0;
 /// Largest deviation of the mean of a tint from 1.
 const TINT_ROUNDING: f64 = 1e-3;
-
-/// A flux of light: in the bands of the scene, or in the band of sunlight.
-pub(crate) fn read_flux(n: &TomlNode<'_>) -> Result<Bands, InputError> {
-    let Some(in_solar_band) = n.solar_band() else { return n.flux_bands() };
-    if n.is_list() {
-        Err(n.error("in thermal mode sunlight has one band; give a number"))
-    } else {
-        n.non_negative().map(in_solar_band)
-    }
-}
 
 /// A key in radiometric units, the same quantity in photometric ones, and the value in the bands of the scene.
 pub(crate) type KeyedFlux = (&'static str, Bands);
@@ -32,26 +20,25 @@ pub(crate) fn read_quantity(
     keys: &[[&'static str; 2]],
     example: &str,
 ) -> Result<KeyedFlux, InputError> {
-    let all = || keys.iter().flatten().filter(|k| t.get(k).is_some());
-    if let Some(second) = all().nth(1) {
-        let first = all().next().map_or("", |k| k);
-        return Err(t
-            .require(second, example)?
-            .error(format!("{first} and {second} are both given; keep one of them")));
+    let given: Vec<(&str, TomlNode)> = keys.iter().flatten().filter_map(|k| Some((*k, t.get(k)?))).collect();
+    if let [(first, _), (second, n), ..] = given.as_slice() {
+        return Err(n.error(format!("{first} and {second} are both given; keep one of them")));
     }
     for [radiometric, photometric] in keys {
         if let Some(n) = t.get(photometric) {
             return Ok((radiometric, read_photometric(t, &n)?));
         }
     }
-    for unused in ["efficacy", "tint"] {
+    for unused in [EFFICACY.efficacy.as_ref(), PHOTOMETRY.tint.as_ref()] {
         if let Some(n) = t.get(unused) {
             let list: Vec<&str> = keys.iter().map(|k| k[1]).collect();
             return Err(n.error(format!("it belongs to {}; remove it", list.join(", "))));
         }
     }
-    let given = all().next().map_or(keys[0][0], |k| k);
-    Ok((given, read_flux(&t.require(given, example)?)?))
+    match keys.iter().find_map(|k| Some((k[0], t.get(k[0])?))) {
+        Some((key, n)) => Ok((key, n.light()?)),
+        None => Err(t.missing(keys[0][0], example)),
+    }
 }
 
 /// A photometric quantity over the efficacy, in the bands of the scene.
@@ -61,13 +48,13 @@ fn read_photometric(t: &TomlTable<'_>, n: &TomlNode<'_>) -> Result<Bands, InputE
 
 /// A number of lumens, or of lumens per area or solid angle, in the bands of the scene.
 pub(crate) fn in_bands(t: &TomlTable<'_>, lumens: f64) -> Result<Bands, InputError> {
-    let efficacy = t.read("efficacy", |n| n.positive())?.unwrap_or(MAX_EFFICACY);
+    let efficacy = t.or_default(&EFFICACY.efficacy)?;
     with_tint(t, lumens / efficacy)
 }
 
 /// A number of watts, or of watts per area or solid angle, with the tint of the light, in the bands of the scene.
 pub(crate) fn with_tint(t: &TomlTable<'_>, watts: f64) -> Result<Bands, InputError> {
-    let tint = t.read("tint", |n| read_tint(&n))?;
+    let tint = t.get(&PHOTOMETRY.tint).map(|n| read_tint(&n)).transpose()?;
     Ok(in_solar_band(t, watts).unwrap_or(tint.unwrap_or(Bands::ONE) * watts))
 }
 
@@ -92,22 +79,4 @@ fn read_tint(n: &TomlNode<'_>) -> Result<Bands, InputError> {
         }
     }
     n.flux_bands()
-}
-
-/// The unit vector along which light travels.
-pub(crate) fn read_direction(t: &TomlTable<'_>) -> Result<Vec3, InputError> {
-    unit_vector(t.require("direction", "direction = [x, y, z], the way along which the light travels")?)
-}
-
-/// The unit vector along which light travels, of a value.
-pub(crate) fn unit_vector(direction: TomlNode<'_>) -> Result<Vec3, InputError> {
-    let d = direction.vector()?;
-    // Divide by the largest component first, so that the square neither overflows nor vanishes.
-    let unit = (d / d.max_abs()).normalized();
-    if !unit.is_finite() {
-        return Err(
-            direction.error("this direction has no length; give the way along which the light travels")
-        );
-    }
-    Ok(unit)
 }

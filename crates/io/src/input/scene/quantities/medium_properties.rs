@@ -3,6 +3,7 @@
 use super::gas_composition::{self, GasValues};
 use crate::input::reading::error::InputError;
 use crate::input::scene::thermal::{self, SceneMode};
+use crate::input::toml::medium_keys::MEDIUM_PROPERTIES;
 use crate::input::toml::node::TomlTable;
 use zonal_scene::{Bands, ThermalCondition};
 
@@ -24,15 +25,13 @@ impl MediumProperties {
     pub(crate) fn read(t: &TomlTable<'_>, mode: SceneMode) -> Result<MediumProperties, InputError> {
         thermal::check_mode(t, mode)?;
         let [extinction, albedo] = thermal::read_extinction_and_albedo(t)?;
-        let emission = match t.get("emission") {
-            Some(n) if !n.is_table() => Some(n.bands(f64::INFINITY)?),
-            _ => None,
-        };
+        let key = &MEDIUM_PROPERTIES.emission;
+        let emission = t.get(key).filter(|n| !n.is_table()).map(|n| key.read(&n)).transpose()?;
         Ok(MediumProperties {
             extinction,
             albedo,
             emission,
-            source: t.read("source", |n| n.bands(f64::INFINITY))?,
+            source: t.value(&MEDIUM_PROPERTIES.source)?,
             condition: thermal::read_volume_condition(t)?,
             gas: gas_composition::read_gas_values(t)?.unwrap_or_default(),
         })

@@ -4,7 +4,7 @@ use crate::input::reading::error::InputError;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::shapes;
 use crate::input::scene::thermal;
-use crate::input::toml::key_tables::PANE;
+use crate::input::toml::medium_keys::{PANE, Pane as PaneKeys};
 use crate::input::toml::node::TomlNode;
 use zonal_scene::{Bands, Pane};
 
@@ -15,18 +15,15 @@ pub(crate) fn read_pane(
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
     let (name, mut table) = node.named_table("pane", index)?;
-    table.check(PANE)?;
+    table.check(PaneKeys::TABLE)?;
     table.key = format!("pane '{name}'");
     table.record_place();
     thermal::check_mode(&table, reader.mode())?;
-    let plates =
-        shapes::read_polygon(&table.require("polygon", "polygon = [[x, y, z], [x, y, z], [x, y, z]]")?)?;
-    let thickness = table.require("thickness", "thickness = 0.01 (metres)")?.positive()?;
+    let plates = shapes::read_polygon(&table.require(&PANE.polygon)?)?;
+    let thickness = table.required(&PANE.thickness)?;
     let [extinction, albedo] = thermal::read_extinction_and_albedo(&table)?;
     let Some(extinction) = extinction else {
-        let example =
-            "extinction = [red, green, blue] (1/m; the transmittance is exp(-extinction × thickness))";
-        return Err(match table.require("extinction", example) {
+        return Err(match table.require(&PANE.extinction) {
             Err(e) => e,
             Ok(n) => n.error("this key is missing"),
         });
@@ -38,7 +35,7 @@ pub(crate) fn read_pane(
         thickness,
         extinction,
         albedo: albedo.unwrap_or(Bands::ZERO),
-        emission: table.read("emission", |n| n.flux_bands())?.unwrap_or(Bands::ZERO),
+        emission: table.or_default(&PANE.emission)?,
     });
     Ok(())
 }

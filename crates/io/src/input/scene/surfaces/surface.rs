@@ -6,8 +6,10 @@ use crate::input::scene::quantities::surface_properties::{SurfaceProperties, Sur
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::scene::shapes::{self, FACE_NAMES, Facing, UPRIGHT_UV};
 use crate::input::scene::surface_keys::read_properties;
-use crate::input::toml::key_tables::{FACE, FACES, SURFACE, SURFACE_SHAPES};
 use crate::input::toml::node::{TomlNode, TomlTable};
+use crate::input::toml::surface_keys::{
+    Faces, SURFACE, Shapes, Surface as SurfaceKeys, SurfaceProperties as PropertyKeys,
+};
 use zonal_scene::{Facet, Plate};
 
 /// Keys that belong to some shapes only.
@@ -27,7 +29,7 @@ pub(crate) fn read_surface(
     reader: &mut SceneReader<'_>,
 ) -> Result<(), InputError> {
     let (name, mut table) = node.named_table("surface", index)?;
-    table.check(SURFACE)?;
+    table.check(SurfaceKeys::TABLE)?;
     table.key = format!("surface '{name}'");
     table.record_place();
     // Find the one shape and refuse keys of other shapes.
@@ -43,7 +45,7 @@ pub(crate) fn read_surface(
     }
     // Read the properties, then the geometry.
     let properties = read_properties(&table, reader)?;
-    let shape_node = table.require(shape, "a shape")?;
+    let Some(shape_node) = table.get(shape) else { return Err(table.missing(shape, "a shape")) };
     match shape {
         "rectangle" => add_sheet(reader, &name, &properties, shapes::read_rectangle(&shape_node)?),
         "triangle" => add_sheet(reader, &name, &properties, shapes::read_triangle(&shape_node)?),
@@ -64,7 +66,7 @@ pub(crate) fn read_surface(
 
 /// The one shape that a table gives.
 fn only_shape(table: &TomlTable<'_>) -> Result<&'static str, InputError> {
-    let given: Vec<&str> = SURFACE_SHAPES.iter().map(|s| s.name).filter(|s| table.get(s).is_some()).collect();
+    let given: Vec<&str> = Shapes::ALL.iter().map(|s| s.name).filter(|s| table.get(s).is_some()).collect();
     match given.as_slice() {
         [shape] => Ok(shape),
         [] => {
@@ -137,14 +139,14 @@ impl BoxFaces<'_> {
         reader: &mut SceneReader<'_>,
     ) -> Result<[Option<SurfaceProperties>; 6], InputError> {
         let mut own = [None; 6];
-        let Some(node) = table.get("faces") else { return Ok(own) };
-        let faces = node.table(FACES)?;
+        let Some(node) = table.get(&SURFACE.faces) else { return Ok(own) };
+        let faces = node.table(Faces::TABLE)?;
         for (i, face) in FACE_NAMES.into_iter().enumerate() {
             let Some(n) = faces.get(face) else { continue };
             if omitted[i] {
                 return Err(n.error("this wall is left out; remove it here or from omit"));
             }
-            let t = n.table(FACE)?;
+            let t = n.table(PropertyKeys::TABLE)?;
             t.source.record_place(format!("surface '{}.{face}'", self.name), t.offset());
             own[i] = Some(read_properties(&t, reader)?.or(self.properties));
         }
@@ -155,7 +157,7 @@ impl BoxFaces<'_> {
 /// The walls that `omit` lists.
 fn read_omitted(table: &TomlTable<'_>) -> Result<[bool; 6], InputError> {
     let mut omitted = [false; 6];
-    let Some(node) = table.get("omit") else { return Ok(omitted) };
+    let Some(node) = table.get(&SURFACE.omit) else { return Ok(omitted) };
     for face in node.list()? {
         omitted[face.choice(&FACE_NAMES)?] = true;
     }

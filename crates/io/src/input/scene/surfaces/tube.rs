@@ -8,11 +8,12 @@
 use crate::input::reading::error::InputError;
 use crate::input::scene::quantities::light_quantities::read_quantity;
 use crate::input::scene::scene_reader::SceneReader;
+use crate::input::toml::light_keys::TUBE;
 use crate::input::toml::node::TomlTable;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_math::direction_sampling::sin_cos_turns;
-use zonal_scene::{DEFAULT_REFLECTANCE, Facet, Light, Plate, Sides, Surface};
+use zonal_scene::{Facet, Light, Plate, Sides, Surface};
 
 /// Number of sides of the prism: odd, and few enough for the closed form of the light of a small emitter.
 const SIDES: usize = 15;
@@ -30,10 +31,10 @@ pub(crate) fn read_tube(
             "tubes belong to light mode; in thermal mode give a surface with temperature and emission, and a light of kind \"emitter\"",
         ));
     }
-    let start = t.require("start", "start = [x, y, z] (m)")?.vector()?;
-    let end_node = t.require("end", "end = [x, y, z] (m)")?;
+    let start = t.required(&TUBE.start)?;
+    let end_node = t.require(&TUBE.end)?;
     let axis = end_node.vector()? - start;
-    let radius_node = t.require("radius", "radius = 0.013 (m)")?;
+    let radius_node = t.require(&TUBE.radius)?;
     let radius = radius_node.positive()?;
     let length = axis.length();
     if !(length.is_finite() && length > 0.0) {
@@ -46,7 +47,7 @@ pub(crate) fn read_tube(
     }
     let example = "power = 30 (W, number or [r, g, b]), or luminous_flux in lm";
     let (_, power) = read_quantity(t, &[["power", "luminous_flux"]], example)?;
-    let reflectance = t.read("reflectance", |n| n.bands(1.0))?.unwrap_or(DEFAULT_REFLECTANCE);
+    let reflectance = t.or_default(&TUBE.reflectance)?;
     let surface = Surface {
         name: name.clone(),
         reflectance,
