@@ -10,6 +10,7 @@
 //! | [`gauss_jacobi`] | Gauss–Jacobi rules for triangles, with remainders |
 //! | [`gauss_legendre`] | Gauss–Legendre rules, with error bounds |
 //! | [`low_discrepancy`] | R_d and Sobol sequences, hashes |
+//! | [`parallel`] | loops on all threads |
 //! | [`scrambled_sobol`] | Sobol's sequence with nested uniform scrambling |
 //! | [`simd`] | loops over lanes with run-time dispatch, e^x and ln x, eight-lane f32 |
 //! | [`spherical_cap`] | cosine integral and samples of a spherical cap above a plane |
@@ -23,6 +24,7 @@ pub mod exponential_integral;
 pub mod gauss_jacobi;
 pub mod gauss_legendre;
 pub mod low_discrepancy;
+pub mod parallel;
 pub mod scrambled_sobol;
 pub mod simd;
 pub mod spherical_cap;

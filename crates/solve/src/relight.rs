@@ -9,7 +9,7 @@
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::consistency;
 use crate::errors::estimate::error_estimate;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{
     Band, Bands, Diagnostic, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene, SceneError,
     SceneParts, Solution, VoxelGrid, ZoneValues, Zones,
@@ -226,9 +226,9 @@ fn sum_of_groups(
         Bands::from_fn(|b| rest(b).hypot(part[b] * sky[b]))
     };
     Fields {
-        surroundings_error: old.surroundings_error.par_iter().map(|e| *e * sky).collect(),
-        radiosity: (0..n).into_par_iter().map(radiosity).collect(),
-        error: (0..n).into_par_iter().map(error).collect(),
+        surroundings_error: parallel::map(&old.surroundings_error, |e| *e * sky),
+        radiosity: parallel::collect(n, radiosity),
+        error: parallel::collect(n, error),
         incident,
         direct,
         direct_error,

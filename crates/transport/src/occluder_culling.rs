@@ -9,8 +9,8 @@
 
 use crate::bvh::Bvh;
 use crate::intersect::Tolerance;
-use rayon::prelude::*;
 use std::collections::HashMap;
+use zonal_math::parallel;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Plate, Scene};
 
@@ -41,18 +41,15 @@ pub(crate) fn planes_dividing_scene(
         })
         .collect();
     // Test each plane on both sides.
-    let divides: Vec<bool> = planes
-        .par_iter()
-        .map(|&(n, c)| {
-            let has_points_above = |n: Vec3, c: f64| {
-                let is_above = |x: &Vec3| n.dot(*x) - c > tol.plane;
-                extreme.iter().any(is_above)
-                    || extra.iter().any(is_above)
-                    || facets.has_points_above(n, c, tol.plane)
-            };
-            has_points_above(n, c) && has_points_above(-n, -c)
-        })
-        .collect();
+    let divides: Vec<bool> = parallel::map(&planes, |&(n, c)| {
+        let has_points_above = |n: Vec3, c: f64| {
+            let is_above = |x: &Vec3| n.dot(*x) - c > tol.plane;
+            extreme.iter().any(is_above)
+                || extra.iter().any(is_above)
+                || facets.has_points_above(n, c, tol.plane)
+        };
+        has_points_above(n, c) && has_points_above(-n, -c)
+    });
     plane_of_plate.into_iter().map(|k| divides[k]).collect()
 }
 

@@ -7,9 +7,9 @@
 //!
 //! Memory: at most 32 bytes a point and grid.
 
-use rayon::prelude::*;
 use std::ops::Range;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_math::simd::{self, SimdKernel};
 
 /// Number of grids.
@@ -63,7 +63,7 @@ impl PointGrids {
         let origin = (low + high) * 0.5;
         let grid = |level: usize| SortedPoints::new(points, origin, largest_radius / (1u32 << level) as f64);
         PointGrids {
-            grids: (0..levels).into_par_iter().map(grid).collect(),
+            grids: parallel::collect(levels, grid),
             origin,
             rounding: 8.0 * f64::from(f32::EPSILON) * (high - origin).max_abs(),
         }

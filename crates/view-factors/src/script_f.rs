@@ -14,6 +14,7 @@
 use crate::ViewFactors;
 use rayon::prelude::*;
 use zonal_math::Bounded;
+use zonal_math::parallel;
 use zonal_scene::SceneError;
 
 /// Largest number of surfaces: the matrices are dense.
@@ -120,7 +121,7 @@ fn inverse_of_symmetric(a: &[f64], n: usize) -> Result<Vec<f64>, SceneError> {
         let (above, below) = l.split_at_mut((j + 1) * n);
         let row = &above[j * n..j * n + j];
         let diagonal = above[j * n + j];
-        below.par_chunks_mut(n).for_each(|r| {
+        parallel::chunks(below, n, |_, r| {
             let sum: f64 = r[..j].iter().zip(row).map(|(x, y)| x * y).sum();
             r[j] = (r[j] - sum) / diagonal;
         });

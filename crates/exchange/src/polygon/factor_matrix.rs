@@ -5,9 +5,9 @@ use super::mapped_zone::assert_valid_plate;
 use super::plate_geometry::PlateGeometry;
 use super::plate_pair::{self, RadiusGoal};
 use crate::{Factor, Method};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use zonal_math::Bounded;
+use zonal_math::parallel;
 use zonal_scene::Plate;
 
 /// Plates prepared for many pairs.
@@ -99,7 +99,7 @@ pub fn factor_matrix(plates: &[Plate], relative: f64, absolute: f64) -> FactorMa
     let ready = PreparedPlates::new(plates);
     let size = plates.len();
     let row = |i: usize| (0..i).map(|j| ready.pair(i, j, relative, absolute)).collect();
-    let rows: Vec<Vec<Factor>> = (0..size).into_par_iter().map(row).collect();
+    let rows: Vec<Vec<Factor>> = parallel::collect(size, row);
     let count = size * size.saturating_sub(1) / 2;
     let mut made = FactorMatrix {
         size,

@@ -56,10 +56,10 @@ pub use walk_scene::ClosedSurfaces;
 use crate::rng::hash;
 use emission_sampling::EmissionTable;
 use optics::WalkOptics;
-use rayon::prelude::*;
 use score::{ScoreLayout, ScoreReader};
 use walk_scene::WalkScene;
 use walker::{BATCH_COUNT, Walker};
+use zonal_math::parallel;
 use zonal_scene::{Bands, Scene, Zones};
 
 /// Computes powers and temperatures by `walks` walks for each band.
@@ -90,17 +90,14 @@ pub fn trace_forward(
         optics.simulated_bands().map(|b| EmissionTable::new(&walk_scene, &optics, zones, b)).collect();
     // Run the batches.
     let walker = Walker::new(walk_scene, optics, problem, layout);
-    let sums: Vec<Vec<f64>> = (0..BATCH_COUNT)
-        .into_par_iter()
-        .map(|k| {
-            let mut sums = vec![0.0; walker.layout.score_count()];
-            for (source, b) in sources.iter().zip(walker.optics.simulated_bands()) {
-                let batch_seed = hash(hash(seed, k as u64), b.index() as u64);
-                walker.run_batch(source, b, walks.div_ceil(BATCH_COUNT), batch_seed, &mut sums);
-            }
-            sums
-        })
-        .collect();
+    let sums: Vec<Vec<f64>> = parallel::collect(BATCH_COUNT, |k| {
+        let mut sums = vec![0.0; walker.layout.score_count()];
+        for (source, b) in sources.iter().zip(walker.optics.simulated_bands()) {
+            let batch_seed = hash(hash(seed, k as u64), b.index() as u64);
+            walker.run_batch(source, b, walks.div_ceil(BATCH_COUNT), batch_seed, &mut sums);
+        }
+        sums
+    });
     // Convert the scores; the power of one walk bounds the error of rarely hit elements from below.
     let walk_power = Bands::from_fn(|b| {
         let source = sources.get(walker.optics.simulated_band(b).index());

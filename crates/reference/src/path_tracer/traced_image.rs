@@ -8,8 +8,8 @@ use super::path::PathNumbers;
 use super::tracer::PathTracer;
 use crate::estimate::{SampleStatistics, add_sample};
 use crate::rng::{Rng, hash};
-use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Camera, PerBand};
 
 /// A picture: radiance, W/(m² sr) per band, row by row from the top.
@@ -56,7 +56,7 @@ impl PathTracer<'_> {
             }
             statistics.map(|t| t.estimate(1.0))
         };
-        let pixels: Vec<_> = (0..width * height).into_par_iter().map(pixel).collect();
+        let pixels: Vec<_> = parallel::collect(width * height, pixel);
         TracedImage {
             width,
             height,

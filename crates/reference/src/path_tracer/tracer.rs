@@ -11,8 +11,8 @@ use super::path::{PathNumbers, PathRadiance, PathSampler};
 use super::zonal_walk::WalkZones;
 use crate::estimate::{SampleEstimate, SampleStatistics};
 use crate::rng::{Rng, hash};
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, PerBand, Scene};
 
 /// Independent replicates of a mean: their spread gives its standard error to about nine per cent.
@@ -119,14 +119,11 @@ impl<'a> PathTracer<'a> {
 
     /// Runs `counts[i]` paths in each replicate of detector i.
     fn run(&self, detectors: &[Detector], counts: &[u64], seed: u64) -> Vec<DetectorReading> {
-        let means: Vec<[Bands; 2]> = (0..detectors.len() * REPLICATE_COUNT)
-            .into_par_iter()
-            .map(|k| {
-                let i = k / REPLICATE_COUNT;
-                let replicate = (k % REPLICATE_COUNT) as u64;
-                self.replicate(&detectors[i], counts[i], hash(hash(seed, i as u64), replicate))
-            })
-            .collect();
+        let means: Vec<[Bands; 2]> = parallel::collect(detectors.len() * REPLICATE_COUNT, |k| {
+            let i = k / REPLICATE_COUNT;
+            let replicate = (k % REPLICATE_COUNT) as u64;
+            self.replicate(&detectors[i], counts[i], hash(hash(seed, i as u64), replicate))
+        });
         let reading = |i: usize| {
             let replicates = &means[i * REPLICATE_COUNT..(i + 1) * REPLICATE_COUNT];
             let estimate = |which: usize, b: Band| {

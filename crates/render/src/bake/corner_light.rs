@@ -15,7 +15,7 @@ use super::lit_scene::LitScene;
 use super::vertex_lighting::VertexLighting;
 use crate::surface::patch_field::{TileField, TileTopology};
 use crate::surface::tiles::pane_tiles;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Plate, PlateKind, Progress, Solution};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::pane_plates;
@@ -44,8 +44,7 @@ pub fn light_at_corners(s: &Solution, progress: &dyn Progress) -> CornerLight {
         let at = |uv: &[f64; 2]| light_of_corner(&lighting, i, *uv);
         corner_parameters(&s.zones.patches[i].plate).iter().map(at).collect::<Vec<_>>()
     };
-    let patches: Vec<Vec<(Bands, Bands)>> =
-        (0..s.zones.patches.len()).into_par_iter().map(of_patch).collect();
+    let patches: Vec<Vec<(Bands, Bands)>> = parallel::collect(s.zones.patches.len(), of_patch);
     progress.end();
     let (mut radiosity, mut irradiance): (Vec<Bands>, Vec<Bands>) = patches.into_iter().flatten().unzip();
     radiosity.extend(pane_radiosities(s));
@@ -85,7 +84,7 @@ fn pane_radiosities(s: &Solution) -> Vec<Bands> {
         let at = |uv: &[f64; 2]| field.at(&topology, i, *uv);
         corner_parameters(&s.zones.panes[i].plate).iter().map(at).collect::<Vec<_>>()
     };
-    let pieces: Vec<Vec<Bands>> = (0..s.zones.panes.len()).into_par_iter().map(of_piece).collect();
+    let pieces: Vec<Vec<Bands>> = parallel::collect(s.zones.panes.len(), of_piece);
     pieces.into_iter().flatten().collect()
 }
 

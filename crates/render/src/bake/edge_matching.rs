@@ -6,6 +6,7 @@
 use super::patch_quadtree::{LATTICE_SIDE, PatchQuadtree};
 use super::vertex_lighting::VertexLighting;
 use rayon::prelude::*;
+use zonal_math::parallel;
 
 /// Distance, scene diagonals, below which two ends of edges coincide.
 const COINCIDENCE_TOLERANCE: f64 = 1e-7;
@@ -50,7 +51,7 @@ pub(super) fn match_edges(lighting: &VertexLighting, trees: &mut [PatchQuadtree]
             more[e.tree as usize].push((e.side, all.iter().map(|t| from(e, *t)).collect()));
         }
     }
-    trees.par_iter_mut().zip(&more).for_each(|(tree, lists)| {
+    parallel::for_each_pair(trees, &more, |tree, lists| {
         for (side, list) in lists {
             list.iter().for_each(|t| tree.add_corner(lighting, *side, *t));
         }

@@ -25,9 +25,9 @@ use crate::integrator::radiance::Integrator;
 use crate::integrator::ray_sampler::RaySampler;
 use crate::picture::even_extension;
 use crate::view_ray::ViewRay;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::sin_cos_turns;
+use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy, vec3};
 use zonal_scene::{Bands, Light, PerBand, Progress, Scene, Solution};
 use zonal_transport::Transport;
@@ -149,8 +149,7 @@ pub fn bake_irradiance_volume(
         progress.advance(1);
         sampler.sample(Vec3::from_array(place))
     };
-    let points: Vec<Option<[RadianceMoments; 2]>> =
-        (0..dims.iter().product::<usize>()).into_par_iter().map(at).collect();
+    let points: Vec<Option<[RadianceMoments; 2]>> = parallel::collect(dims.iter().product::<usize>(), at);
     progress.end();
     // Points outside take values of their neighbours.
     let known: Vec<bool> = points.iter().map(Option::is_some).collect();

@@ -6,7 +6,7 @@
 use super::baked::BakedMedium;
 use super::group_fields::GroupField;
 use crate::image::to_single_precision;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Solution};
 
 /// The cell values of the medium; `None` without one.
@@ -25,13 +25,13 @@ pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<Baked
         to_single_precision(sum)
     };
     let grid = |value: &(dyn Fn(usize) -> Bands + Sync)| -> Vec<[f32; 3]> {
-        (0..cells).into_par_iter().map(|c| mean(c, value)).collect()
+        parallel::collect(cells, |c| mean(c, value))
     };
     Some(BakedMedium {
         min: map.min(),
         cell: map.cell(),
         dims: map.dims(),
-        volume: (0..cells).into_par_iter().map(|c| volume(c) as f32).collect(),
+        volume: parallel::collect(cells, |c| volume(c) as f32),
         extinction: grid(&|i| zones.voxels.at(i).extinction),
         albedo: grid(&|i| zones.voxels.at(i).albedo),
         radiosity: groups.iter().map(|g| grid(&|i| g.radiosity(offset + i))).collect(),

@@ -8,7 +8,7 @@ use super::group_fields::GroupField;
 use crate::image::to_single_precision;
 use crate::surface::patch_field::{TileField, TileTopology};
 use crate::surface::tiles::pane_tiles;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Bands, PlateKind, Solution};
 use zonal_transport::patch_locator::pane_plates;
 
@@ -66,10 +66,9 @@ pub(super) fn mesh_panes(s: &Solution, groups: &[GroupField]) -> PaneMesh {
     let (_, _, of) = pane_plates(&s.scene, &s.zones);
     let topology = TileTopology::new(pane_tiles(s, &of), None);
     let field = |group: &GroupField| {
-        let values: Vec<Bands> =
-            (0..s.zones.panes.len()).into_par_iter().map(|i| group.radiosity(offset + i)).collect();
+        let values: Vec<Bands> = parallel::collect(s.zones.panes.len(), |i| group.radiosity(offset + i));
         let field = TileField::new(values);
-        places.par_iter().map(|&(i, uv)| to_single_precision(field.at(&topology, i, uv))).collect()
+        parallel::map(&places, |&(i, uv)| to_single_precision(field.at(&topology, i, uv)))
     };
     mesh.radiosity = groups.iter().map(field).collect();
     mesh

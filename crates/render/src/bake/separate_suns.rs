@@ -15,8 +15,8 @@ use super::baked::{BakedSun, SunDepths, SunlightMode};
 use super::group_fields::GroupField;
 use crate::image::to_single_precision;
 use crate::lights::WIDE_SUN_DIAMETER;
-use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Bands, EvenExtension, Light, Scene, VoxelGrid};
 use zonal_transport::Transport;
 
@@ -84,6 +84,6 @@ fn sun_depths(map: &VoxelGrid, transport: &Transport, towards: Vec3) -> Option<S
         let x = Vec3::from_array([0, 1, 2].map(place));
         to_single_precision(transport.medium_depth(x, transport.exterior_point(x, towards)))
     };
-    let values: Vec<[f32; 3]> = (0..dims.iter().product()).into_par_iter().map(depth).collect();
+    let values: Vec<[f32; 3]> = parallel::collect(dims.iter().product(), depth);
     values.iter().flatten().any(|d| *d > 0.0).then_some(SunDepths { dims, values })
 }

@@ -14,6 +14,7 @@ use crate::surface::patch_field::TileField;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Patch, PerBand, PlateKind, Solution};
 
 /// Relative difference of the light below which two vertices at one position are merged.
@@ -160,27 +161,20 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
         let facet = &s.scene.facets()[patch(v).facet];
         facet.plate.parameters(lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place)))
     };
-    mesh.positions = vertices
-        .par_iter()
-        .map(|v| single_vector(lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place))))
-        .collect();
+    mesh.positions = parallel::map(&vertices, |v| {
+        single_vector(lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place)))
+    });
     let normal = |v: &PatchVertex| single_vector(shading_normal(s, patch(v), on_facet(v)));
-    mesh.normals = vertices.par_iter().map(normal).collect();
-    mesh.uvs = vertices
-        .par_iter()
-        .map(|v| {
-            let [a, b] = on_facet(v);
-            s.scene.facets()[patch(v).facet].uv_at(a, b).map(|x| x as f32)
-        })
-        .collect();
+    mesh.normals = parallel::map(&vertices, normal);
+    mesh.uvs = parallel::map(&vertices, |v| {
+        let [a, b] = on_facet(v);
+        s.scene.facets()[patch(v).facet].uv_at(a, b).map(|x| x as f32)
+    });
     mesh.surfaces = vertices.iter().map(|v| patch(v).surface as u32).collect();
-    mesh.emission = vertices
-        .par_iter()
-        .map(|v| {
-            let [a, b] = on_facet(v);
-            to_single_precision(s.scene.emission_at(patch(v).facet, a, b))
-        })
-        .collect();
+    mesh.emission = parallel::map(&vertices, |v| {
+        let [a, b] = on_facet(v);
+        to_single_precision(s.scene.emission_at(patch(v).facet, a, b))
+    });
     mesh.error =
         vertices.iter().map(|v| to_single_precision(s.fields.total_error(v.patch as usize))).collect();
     // Evaluate the irradiance of each group.
@@ -211,7 +205,7 @@ fn group_direct(
         Some(k) => (0..vertices.len()).map(|i| values[i * n + k].into_rgb()).collect(),
         None if group.is_smooth() => {
             let field = lighting.field_unless_zero((0..patches).map(|i| group.direct(i)).collect());
-            vertices.par_iter().map(|v| to_single_precision(at_vertex(&field, lighting, v))).collect()
+            parallel::map(&vertices, |v| to_single_precision(at_vertex(&field, lighting, v)))
         }
         None => Vec::new(),
     }
@@ -232,7 +226,7 @@ fn group_irradiance(
     values: &[PerBand<f32>],
 ) -> Vec<[f32; 3]> {
     let patches = lighting.solution.zones.patches.len();
-    let means: Vec<Bands> = (0..patches).into_par_iter().map(|i| interpolated(group, i)).collect();
+    let means: Vec<Bands> = parallel::collect(patches, |i| interpolated(group, i));
     let (field, n) = (lighting.field_unless_zero(means), lighting.value_count());
     let one = |(i, v): (usize, &PatchVertex)| {
         let h = at_vertex(&field, lighting, v);

@@ -10,8 +10,8 @@ use crate::surface::curved_facets::CurvedFacets;
 use crate::surface::patch_field::{TileField, TileTopology};
 use crate::surface::shading::ReceiverPoint;
 use crate::surface::tiles::patch_tiles;
-use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Light, PerBand, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
@@ -62,7 +62,7 @@ impl<'a> VertexLighting<'a> {
         }
         let patches = s.zones.patches.len();
         let indirect = |i: usize| groups.iter().map(|g| interpolated(g, i)).sum::<Bands>();
-        let values: Vec<Bands> = (0..patches).into_par_iter().map(indirect).collect();
+        let values: Vec<Bands> = parallel::collect(patches, indirect);
         let (mut means, mut has_zone_mean) = (vec![mean(s, |i| values[i])], vec![false]);
         for (g, group) in groups.iter().enumerate().filter(|(g, _)| slots[*g].is_some()) {
             debug_assert_eq!(slots[g], Some(means.len()));

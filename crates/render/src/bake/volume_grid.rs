@@ -15,6 +15,7 @@ use super::lit_scene::LitScene;
 use crate::medium::radiosity_field::RadiosityField;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use zonal_math::parallel;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Light, PerBand, Progress, Solution, VoxelGrid};
 use zonal_transport::Transport;
@@ -193,7 +194,7 @@ impl<'a> PointGrid<'a> {
             let at = self.coordinates(i);
             if self.parts == 1 { self.zones_of_block(s, at) } else { self.zone_of_part(s, transport, at) }
         };
-        (0..n).into_par_iter().map(of).collect()
+        parallel::collect(n, of)
     }
 
     /// All zones of the cells of a point.
@@ -239,7 +240,7 @@ impl<'a> PointGrid<'a> {
             }
             sum.map_to(|x| x as f32)
         };
-        zones.par_iter().map(of).collect()
+        parallel::map(&zones, of)
     }
 }
 
@@ -275,7 +276,7 @@ impl GridSource<'_> {
         if self.grid.parts == 1 {
             return self.grid.mean(self.zones, |z| indirect(z) + self.direct_of_zone(&light_samplers, z));
         }
-        let means = (0..voxels.len()).into_par_iter().map(indirect).collect();
+        let means = parallel::collect(voxels.len(), indirect);
         let Some(field) = RadiosityField::from_means(s, self.transport, means) else {
             return Vec::new();
         };

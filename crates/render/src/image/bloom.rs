@@ -11,6 +11,7 @@
 
 use crate::image::Image;
 use rayon::prelude::*;
+use zonal_math::parallel;
 
 /// Shape of the glare.
 struct BloomParams {
@@ -55,7 +56,7 @@ pub fn bloom(image: &Image, strength: f64) -> Image {
     for k in 0..octaves {
         blurred = blur(blurred, image.width, (sigma * sigma - before * before).sqrt());
         let share = PARAMS.octave_ratio.powi(k as i32) / total;
-        glare.par_iter_mut().zip(&blurred).for_each(|(g, x)| (0..3).for_each(|b| g[b] += share * x[b]));
+        parallel::for_each_pair(&mut glare, &blurred, |g, x| (0..3).for_each(|b| g[b] += share * x[b]));
         (before, sigma) = (sigma, 2.0 * sigma);
     }
     let mixed = |(p, g): (&[f32; 3], &LinearColour)| {

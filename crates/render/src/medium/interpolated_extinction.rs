@@ -13,8 +13,8 @@
 //! A ray is cut where it crosses the planes through the centre of a cell; between cuts the field is a cubic polynomial of the distance, whose integral by two Gauss
 //! points is exact. Each part has the mean extinction between its cuts, so that optical depths at the cuts are those of the field.
 
-use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Bands, VoxelGrid};
 
 /// Passes of van Cittert's iteration.
@@ -47,7 +47,7 @@ impl<'a> InterpolatedExtinction<'a> {
                     field.nodes[i]
                 }
             };
-            field.nodes = (0..grid.len()).into_par_iter().map(corrected).collect();
+            field.nodes = parallel::collect(grid.len(), corrected);
         }
         Some(field)
     }

@@ -23,8 +23,8 @@
 use super::ray_path::VoxelSegment;
 use crate::lights::shadow_ray::trace_shadow_ray;
 use crate::view_ray::ViewRay;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Band, Bands, LightGroup, Solution};
 use zonal_transport::Transport;
@@ -110,7 +110,7 @@ impl<'a> ManyLights<'a> {
     /// Fills the lists of clusters near zones.
     fn find_near_clusters(&mut self) {
         let pairs: Vec<Vec<(u32, u32)>> =
-            (0..self.clusters.len()).into_par_iter().map(|c| self.zones_near_cluster(c)).collect();
+            parallel::collect(self.clusters.len(), |c| self.zones_near_cluster(c));
         let mut pairs: Vec<(u32, u32)> = pairs.into_iter().flatten().collect();
         pairs.sort_unstable();
         let zones = self.s.zones.voxels.len() as u32;

@@ -16,6 +16,7 @@ use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::ops::Range;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Camera, Lens, Progress, Solution};
 use zonal_transport::patch_locator::{PatchLocator, facet_side_locator, pane_piece_locator};
 use zonal_transport::{Hit, Transport};
@@ -190,7 +191,7 @@ impl<'a> ItemBuffer<'a> {
             progress.advance(1);
             row
         };
-        let rows: Vec<Vec<Option<u32>>> = (0..self.height).into_par_iter().map(row).collect();
+        let rows: Vec<Vec<Option<u32>>> = parallel::collect(self.height, row);
         progress.end();
         rows.into_iter().flatten().collect()
     }

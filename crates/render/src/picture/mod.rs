@@ -17,7 +17,7 @@ use crate::options::{RENDER_PARAMS, RenderOptions};
 use crate::picture::adaptive_sampling::AdaptiveSampler;
 use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Camera, Diagnostic, EvenExtension, Lens, Light, Progress, Scene, Solution};
 use zonal_transport::Transport;
 
@@ -278,14 +278,11 @@ pub(crate) fn render_pixels(
     // Behind a lens every ray has its own origin, so that neighbouring pixels cannot share medium segments.
     let samples = if adaptive { RENDER_PARAMS.lens_rays } else { options.samples };
     let options = &RenderOptions { samples, ..options.clone() };
-    let rows: Vec<Vec<[f32; 3]>> = (0..height)
-        .into_par_iter()
-        .map(|y| {
-            let row = (0..width).map(|x| render_pixel(integrator, camera, options, [x, y])).collect();
-            progress.advance(1);
-            row
-        })
-        .collect();
+    let rows: Vec<Vec<[f32; 3]>> = parallel::collect(height, |y| {
+        let row = (0..width).map(|x| render_pixel(integrator, camera, options, [x, y])).collect();
+        progress.advance(1);
+        row
+    });
     progress.end();
     Image { width, height, pixels: rows.into_iter().flatten().collect() }
 }

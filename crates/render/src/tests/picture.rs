@@ -11,6 +11,7 @@ use crate::view_ray::ViewRay;
 use crate::{Image, RenderOptions, render};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy, vec3};
 use zonal_scene::{
     Bands, Camera, IntensityDistribution, Light, NoProgress, Plate, SkyDistribution, Solution,
@@ -401,7 +402,7 @@ fn fog_camera() -> Camera {
 fn render_first_band(integrator: &Integrator, cam: &Camera, o: &RenderOptions) -> Vec<f64> {
     let pinhole = PerspectiveCamera::new(cam, o.width, o.height);
     let one = |i: usize| render_pixel(integrator, &pinhole, o, [i % o.width, i / o.width])[0] as f64;
-    (0..o.width * o.height).into_par_iter().map(one).collect()
+    parallel::collect(o.width * o.height, one)
 }
 
 #[test]

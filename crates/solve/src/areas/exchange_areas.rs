@@ -14,11 +14,11 @@ use crate::pipeline::zone_division;
 use crate::settings::check_interrupted;
 use crate::settings::zone_power::fluence_factor;
 use crate::thermal::emissivity::set_known_reflectances;
-use rayon::prelude::*;
 use zonal_exchange::pair::{
     Exchange, PairCounts, PairSettings, closure_target, scaled_radiosity_coefficient,
 };
 use zonal_math::Grade;
+use zonal_math::parallel;
 use zonal_scene::{Band, Diagnostic, Progress, Scene, SceneError, Zones};
 use zonal_transport::{Transport, build_zones};
 
@@ -367,7 +367,7 @@ fn direct_areas(
         progress.advance(i as u64 + 1);
         (out, counts)
     };
-    let rows: Vec<(Vec<(f64, f64)>, PairCounts)> = (0..n).into_par_iter().map(row).collect();
+    let rows: Vec<(Vec<(f64, f64)>, PairCounts)> = parallel::collect(n, row);
     progress.end();
     let closure =
         |band: Band, i: usize| closure_target(zones, i) * scaled_radiosity_coefficient(zones, i)[band];

@@ -15,7 +15,7 @@
 //!
 //! Cost: about 4n³ multiplications, and 5n² numbers beside F and its radii.
 
-use rayon::prelude::*;
+use zonal_math::parallel;
 
 /// Rows of a block of the blocked loops.
 const BLOCK_ROWS: usize = 64;
@@ -35,7 +35,7 @@ pub struct TotalExchangeAreas {
 /// AᵀB, row by row; the order of the sums does not depend on the number of threads.
 fn transposed_product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
     let mut out = vec![0.0; n * n];
-    out.par_chunks_mut(n * BLOCK_ROWS).enumerate().for_each(|(block, rows)| {
+    parallel::chunks(&mut out, n * BLOCK_ROWS, |block, rows| {
         for k in 0..n {
             let from = &b[k * n..(k + 1) * n];
             for (i, row) in rows.chunks_mut(n).enumerate() {
@@ -69,7 +69,7 @@ fn cholesky(m: &mut [f64], n: usize) -> Option<()> {
         }
         let (done, rest) = m.split_at_mut(to * n);
         // Solve for the panel below, then update the rest.
-        rest.par_chunks_mut(n).for_each(|row| {
+        parallel::chunks(rest, n, |_, row| {
             for j in from..to {
                 let own = &done[j * n..];
                 let sum: f64 = (from..j).map(|k| row[k] * own[k]).sum();
@@ -78,7 +78,7 @@ fn cholesky(m: &mut [f64], n: usize) -> Option<()> {
         });
         let panel: Vec<f64> = rest.chunks(n).flat_map(|r| r[from..to].to_vec()).collect();
         let width = to - from;
-        rest.par_chunks_mut(n).enumerate().for_each(|(i, row)| {
+        parallel::chunks(rest, n, |i, row| {
             let own = &panel[i * width..(i + 1) * width];
             for (j, other) in panel.chunks(width).enumerate().take(i + 1) {
                 let sum: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
@@ -104,7 +104,7 @@ fn solve_lower(l: &[f64], b: &mut [f64], n: usize) {
             row.iter_mut().for_each(|r| *r /= own);
         }
         let (done, rest) = b.split_at_mut(to * n);
-        rest.par_chunks_mut(n).enumerate().for_each(|(i, row)| {
+        parallel::chunks(rest, n, |i, row| {
             for k in from..to {
                 let x = l[(to + i) * n + k];
                 row.iter_mut().zip(&done[k * n..(k + 1) * n]).for_each(|(r, d)| *r -= x * d);
@@ -128,23 +128,23 @@ pub fn total_exchange_areas(
         return Some(TotalExchangeAreas { areas: Vec::new(), radii: Vec::new() });
     }
     let mut l = vec![0.0; n * n];
-    l.par_chunks_mut(n).enumerate().for_each(|(i, row)| {
+    parallel::chunks(&mut l, n, |i, row| {
         for (j, x) in row.iter_mut().enumerate() {
             *x = f64::from(u8::from(i == j)) - root[i] * areas[i * n + j] * root[j];
         }
     });
     cholesky(&mut l, n)?;
     let mut x: Vec<f64> = areas.to_vec();
-    x.par_chunks_mut(n).enumerate().for_each(|(i, row)| row.iter_mut().for_each(|v| *v *= root[i]));
+    parallel::chunks(&mut x, n, |i, row| row.iter_mut().for_each(|v| *v *= root[i]));
     solve_lower(&l, &mut x, n);
     drop(l);
     // Y = F + XᵀX; both halves are the same sums in the same order.
     let mut y = transposed_product(&x, &x, n);
     drop(x);
-    y.par_iter_mut().zip(areas).for_each(|(y, f)| *y += f);
+    parallel::for_each_pair(&mut y, &areas, |y, f| *y += f);
     // K, with column j times a_j.
     let mut k = vec![0.0; n * n];
-    k.par_chunks_mut(n).enumerate().for_each(|(i, row)| {
+    parallel::chunks(&mut k, n, |i, row| {
         for (j, v) in row.iter_mut().enumerate() {
             *v = (f64::from(u8::from(i == j)) + root[i] * root[i] * y[i * n + j]) * absorb[j];
         }
@@ -152,7 +152,7 @@ pub fn total_exchange_areas(
     let half = transposed_product(radii, &k, n);
     let radii = transposed_product(&half, &k, n);
     drop((half, k));
-    y.par_chunks_mut(n).enumerate().for_each(|(i, row)| {
+    parallel::chunks(&mut y, n, |i, row| {
         row.iter_mut().zip(&absorb).for_each(|(v, a)| *v *= absorb[i] * a);
     });
     Some(TotalExchangeAreas { areas: y, radii })

@@ -8,8 +8,8 @@ use crate::distribution::multivector;
 use crate::distribution::sum_order::{SharedZones, SumOrder};
 use crate::operator::{ExchangeOperator, extend_to_slopes};
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, ClosureDefect, Zones};
 
 /// Relative defect below which rows close to rounding and are not restored.
@@ -35,14 +35,13 @@ pub(crate) struct RowClosure {
 
 /// The incident power of all zones in a uniform field, without that from the surroundings.
 fn uniform_rows(operator: &dyn ExchangeOperator, zones: &Zones) -> Vec<Bands> {
-    let c: Vec<Bands> =
-        (0..zones.len()).into_par_iter().map(|i| scaled_radiosity_coefficient(zones, i)).collect();
+    let c: Vec<Bands> = parallel::collect(zones.len(), |i| scaled_radiosity_coefficient(zones, i));
     operator.apply(&c)
 }
 
 /// Relative defects (row − target)/target of all zones, from the incident power `rows` in a uniform field.
 fn row_defects(mut rows: Vec<Bands>, zones: &Zones, surroundings: &SurroundingsExchange) -> Vec<Bands> {
-    rows.par_iter_mut().enumerate().for_each(|(i, row)| {
+    parallel::for_each(&mut rows, |i, row| {
         let (t, sky, backs) =
             (closure_target(zones, i), surroundings.sky_of(i), surroundings.backfaces_of(i));
         *row = (*row + sky + backs - t) / t;

@@ -25,8 +25,8 @@ use crate::distribution::multivector;
 use crate::distribution::sum_order::SharedZones;
 use crate::operator::AdjustableExchange;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_math::parallel;
 use zonal_scene::{Bands, ClosureDefect, Zones};
 
 /// Rounds of changes, at most.
@@ -158,7 +158,7 @@ pub(crate) fn state_row_errors(
             caused.max(excess).copysign(d)
         })
     };
-    measured.residuals = Some((0..zones.len()).into_par_iter().map(of_row).collect());
+    measured.residuals = Some(parallel::collect(zones.len(), of_row));
 }
 
 fn largest(defects: &[Bands]) -> Bands {
@@ -242,7 +242,7 @@ impl RowSystem {
         let product = |y: &[Bands]| -> Vec<Bands> {
             let scaled = multivector::times(&root, y);
             let others = self.coupling(operator, &scaled);
-            (0..n).into_par_iter().map(|i| root[i] * others[i] + (1.0 + REGULARIZATION) * y[i]).collect()
+            parallel::collect(n, |i| root[i] * others[i] + (1.0 + REGULARIZATION) * y[i])
         };
         let dot = |a: &[Bands], b: &[Bands]| multivector::sum(n, |i| a[i] * b[i]);
         let mut y = vec![Bands::ZERO; n];

@@ -1,6 +1,6 @@
 //! Values in messages between processes.
 
-use rustfft::num_complex::Complex64;
+use zonal_fourier::Complex64;
 use zonal_scene::{Band, Bands};
 
 /// A value of fixed size in messages.

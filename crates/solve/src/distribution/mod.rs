@@ -22,10 +22,10 @@ pub(crate) mod sum_order;
 
 pub(crate) use message::Message;
 
-use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
+use zonal_fourier::Complex64;
+use zonal_math::parallel;
 use zonal_math::simd::{complex_bytes, complex_bytes_mut};
 use zonal_scene::Progress;
 
@@ -285,7 +285,7 @@ impl Blocks {
         f: impl Fn(usize) -> Vec<T> + Sync,
     ) -> Vec<Vec<T>> {
         let items: Vec<usize> = self.own_items().collect();
-        self.gather_lists(communicator, length, items.into_par_iter().map(&f).collect())
+        self.gather_lists(communicator, length, parallel::map(&items, |i| f(*i)))
     }
 
     /// The lists of every item, each of a known length, of which this rank has those of its own items.
@@ -317,7 +317,7 @@ impl Blocks {
         f: &(dyn Fn(usize) -> Vec<T> + Sync),
     ) -> Vec<Vec<T>> {
         let items: Vec<usize> = self.own_items().collect();
-        let own: Vec<Vec<T>> = items.into_par_iter().with_max_len(1).map(f).collect();
+        let own: Vec<Vec<T>> = parallel::collect_tasks(items.len(), |k| f(items[k]));
         let lengths = self.gather(communicator, own.iter().map(|list| list.len() as u64).collect());
         self.gather_lists(communicator, |i| lengths[i] as usize, own)
     }
@@ -329,10 +329,10 @@ impl Blocks {
         f: impl Fn(usize) -> T + Sync,
     ) -> Vec<T> {
         if self.size == 1 {
-            return (0..self.items).into_par_iter().map(&f).collect();
+            return parallel::collect(self.items, &f);
         }
         let items: Vec<usize> = self.own_items().collect();
-        self.gather(communicator, items.into_par_iter().map(&f).collect())
+        self.gather(communicator, parallel::map(&items, |i| f(*i)))
     }
 }
 

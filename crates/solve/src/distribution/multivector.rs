@@ -1,6 +1,6 @@
 //! Vectors over the zones, several side by side. Sums use fixed chunks in a fixed order, so that the bits do not depend on the number of threads.
 
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::Bands;
 
 /// Entries of a chunk.
@@ -59,13 +59,13 @@ impl<T: VectorEntry, const N: usize> VectorEntry for [T; N] {
 pub(crate) fn sum<T: VectorEntry>(n: usize, term: impl Fn(usize) -> T + Sync) -> T {
     let chunk =
         |k: usize| (k * CHUNK_LENGTH..((k + 1) * CHUNK_LENGTH).min(n)).fold(T::ZERO, |s, i| s.plus(term(i)));
-    let partial: Vec<T> = (0..n.div_ceil(CHUNK_LENGTH)).into_par_iter().map(chunk).collect();
+    let partial: Vec<T> = parallel::collect(n.div_ceil(CHUNK_LENGTH), chunk);
     partial.into_iter().fold(T::ZERO, T::plus)
 }
 
 /// The entrywise product of two vectors.
 pub(crate) fn times<T: VectorEntry>(a: &[T], b: &[T]) -> Vec<T> {
-    a.par_iter().zip(b).map(|(x, y)| x.times(*y)).collect()
+    parallel::collect(a.len(), |i| a[i].times(b[i]))
 }
 
 /// The sum of all columns over `n` unknowns, in the order of the columns.

@@ -8,8 +8,8 @@
 
 use crate::distribution::multivector::{CHUNK_LENGTH, VectorEntry};
 use crate::distribution::{Communicator, Message, SingleProcess};
-use rayon::prelude::*;
 use std::ops::{Deref, Range};
+use zonal_math::parallel;
 use zonal_scene::Zones;
 
 /// The order of sums over vectors.
@@ -191,8 +191,8 @@ impl<'a> SumOrder<'a> {
 
     /// Σ term(i) over the `n` entries of a vector, those of the other processes included.
     pub(crate) fn sum<T: VectorEntry + Message>(&self, n: usize, term: impl Fn(usize) -> T + Sync) -> T {
-        let of_chunk = |chunk: Range<usize>| chunk.fold(T::ZERO, |s, i| s.plus(term(i)));
-        let partial: Vec<T> = self.chunks(n).into_par_iter().map(of_chunk).collect();
+        let of_chunk = |chunk: &Range<usize>| chunk.clone().fold(T::ZERO, |s, i| s.plus(term(i)));
+        let partial: Vec<T> = parallel::map(&self.chunks(n), of_chunk);
         self.combine(n, &partial)
     }
 
@@ -260,7 +260,7 @@ impl<'a> SharedZones<'a> {
     }
     /// True if `holds` for some zone.
     pub(crate) fn any(&self, holds: impl Fn(usize) -> bool + Sync) -> bool {
-        let own = (0..self.zones.len()).into_par_iter().any(&holds);
+        let own = parallel::any(self.zones.len(), &holds);
         self.order().over_processes(own, |a, b| a || b)
     }
 }

@@ -20,9 +20,9 @@ use crate::distribution::multivector::times;
 use crate::engines::spectral::SpectralOperator;
 use crate::operator::{ErrorModel, ExchangeOperator};
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_exchange::pair::{Exchange, PairCounts, closure_target, scaled_radiosity_coefficient};
 use zonal_math::Grade;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Zones};
 
 /// The exchange of a box and of patches outside it.
@@ -60,7 +60,7 @@ impl<'a> BorderedOperator<'a> {
                 let factor = exchange.pair(o as usize, j, &mut counts);
                 (factor, counts)
             };
-            let row: Vec<_> = (0..zones.len()).into_par_iter().map(pair).collect();
+            let row: Vec<_> = parallel::collect(zones.len(), pair);
             row.iter().for_each(|(_, c)| counts.merge(*c));
             rows.push(row.iter().map(|(f, _)| f.value).collect::<Vec<Bands>>());
             radii.push(row.iter().map(|(f, _)| f.radius.max_element() as f32).collect());
@@ -85,7 +85,7 @@ impl<'a> BorderedOperator<'a> {
         sky.resize(n, Bands::ZERO);
         self.outside.iter().for_each(|o| sky[*o as usize] = Bands::splat(closure_target(zones, *o as usize)));
         let others = self.border_product(&coefficients);
-        sky.par_iter_mut().zip(&others).for_each(|(loss, other)| *loss = (*loss - *other).max(Bands::ZERO));
+        parallel::for_each_pair(sky, &others, |loss, other| *loss = (*loss - *other).max(Bands::ZERO));
         surroundings.error = self.border_error(&coefficients);
     }
 
@@ -95,7 +95,7 @@ impl<'a> BorderedOperator<'a> {
             let terms = self.outside.iter().zip(&self.rows);
             terms.fold(Bands::ZERO, |sum, (o, row)| sum + row[i] * s[*o as usize])
         };
-        let mut out: Vec<Bands> = (0..s.len()).into_par_iter().map(of_zone).collect();
+        let mut out: Vec<Bands> = parallel::collect(s.len(), of_zone);
         for (o, row) in self.outside.iter().zip(&self.rows) {
             out[*o as usize] = row.iter().zip(s).fold(Bands::ZERO, |sum, (g, s)| sum + g * s);
         }
@@ -109,7 +109,7 @@ impl<'a> BorderedOperator<'a> {
             let terms = self.outside.iter().zip(&self.radii);
             terms.fold(Bands::ZERO, |sum, (o, row)| sum + square(row[i], s[*o as usize])).sqrt()
         };
-        let mut out: Vec<Bands> = (0..s.len()).into_par_iter().map(of_zone).collect();
+        let mut out: Vec<Bands> = parallel::collect(s.len(), of_zone);
         for (o, row) in self.outside.iter().zip(&self.radii) {
             let all = row.iter().zip(s).fold(Bands::ZERO, |sum, (r, s)| sum + square(*r, *s));
             out[*o as usize] = all.sqrt();
@@ -131,7 +131,7 @@ impl ExchangeOperator for BorderedOperator<'_> {
         let x = self.scaled(s);
         let mut out = self.inner.apply(&x);
         self.outside.iter().for_each(|o| out[*o as usize] = Bands::ZERO);
-        out.par_iter_mut().zip(self.border_product(&x)).for_each(|(p, more)| *p += more);
+        parallel::for_each_pair(&mut out, &self.border_product(&x), |p, more| *p += more);
         self.scaled(&out)
     }
 
@@ -141,7 +141,7 @@ impl ExchangeOperator for BorderedOperator<'_> {
 
     fn apply_band(&self, s: &[[f64; 1]]) -> Vec<[f64; 1]> {
         let mut out = self.inner.apply_band(s);
-        out.par_iter_mut().enumerate().for_each(|(i, p)| {
+        parallel::for_each(&mut out, |i, p| {
             let terms = self.outside.iter().zip(&self.rows);
             p[0] += terms.fold(0.0, |sum, (o, row)| sum + row[i].first() * s[*o as usize][0]);
         });

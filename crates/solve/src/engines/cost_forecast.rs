@@ -12,7 +12,7 @@
 use crate::engines::problem_size::ProblemSize;
 use crate::engines::rays::gather::final_gather::expected_samples;
 use crate::engines::rays::stored_rays::ray_sampling::{rays_per_zone, total_rays};
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Patch, Scene, Zones};
 
@@ -73,7 +73,7 @@ impl CostForecast {
     /// For the zones of a scene.
     pub(crate) fn new(scene: &Scene, zones: &Zones, size: &ProblemSize) -> CostForecast {
         let tolerance = scene.options().tolerance;
-        let aligned = zones.patches.par_iter().all(|p| is_aligned([p.plate.e1, p.plate.e2]));
+        let aligned = parallel::all(&zones.patches, |p| is_aligned([p.plate.e1, p.plate.e2]));
         let kind =
             if !aligned || size.cut > 0 || size.panes > 0 { 2 } else { usize::from(size.occluders > 0) };
         let varies = scene.voxel_grid().is_some_and(|g| g.uniform_extinction().is_none());

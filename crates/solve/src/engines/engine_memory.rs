@@ -7,7 +7,7 @@ use crate::engines::spectral::SpectralOperator;
 use crate::engines::spectral::enclosure::BoxEnclosure;
 use crate::errors::discretization;
 use crate::right_hand_side::light_groups;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Band, Light, Scene, Zones};
 
 /// True if no phase of a spectral solve of the scene needs all zones on each process.
@@ -31,7 +31,7 @@ pub(crate) fn spectral_solve_bytes(
     let kappa = enclosure.extinction_groups().1.len();
     let columns = light_groups::select_groups(scene, zones).0.len() as u64;
     let grey = kappa == 1
-        && zones.patches.par_iter().all(|p| p.reflectance.is_grey() && p.emission.is_grey())
+        && parallel::all(&zones.patches, |p| p.reflectance.is_grey() && p.emission.is_grey())
         && zones.sheets.is_empty()
         && zones
             .voxels

@@ -5,8 +5,8 @@
 
 use crate::balance::closure::RowClosure;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_exchange::pair::closure_target;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Zones};
 
 /// Closure defects within this multiple of the standard error of the escaping power are attributed to that error.
@@ -25,7 +25,7 @@ pub(crate) fn unexplained_fractions(
     surroundings: &SurroundingsExchange,
 ) -> Vec<Bands> {
     let explained = DefectExplanation::of(zones, closure, surroundings);
-    closure.defects.par_iter().enumerate().map(|(i, d)| explained.unexplained_fraction(i, *d)).collect()
+    parallel::collect(closure.defects.len(), |i| explained.unexplained_fraction(i, closure.defects[i]))
 }
 
 /// [`unexplained_fractions`] in the place of the defects, which the closure has no longer.
@@ -36,7 +36,7 @@ pub(crate) fn take_unexplained_fractions(
 ) -> Vec<Bands> {
     let mut out = std::mem::take(&mut closure.defects);
     let explained = DefectExplanation::of(zones, closure, surroundings);
-    out.par_iter_mut().enumerate().for_each(|(i, d)| *d = explained.unexplained_fraction(i, *d));
+    parallel::for_each(&mut out, |i, d| *d = explained.unexplained_fraction(i, *d));
     out
 }
 

@@ -22,7 +22,7 @@ use crate::operator::ExchangeOperator;
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::right_hand_side::light_groups::SourceGroup;
 use crate::settings::zone_power::{absorption_area, interception_area, reflected_fraction};
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, Zones};
 
 /// Error of the direct light of a group, W/m²; empty without direct light.
@@ -30,7 +30,7 @@ pub(crate) fn group_error(source: &SourceGroup, direct: &DirectLight) -> Vec<Ban
     let own: Vec<&LightField> = lights_of(source, direct).collect();
     let Some(first) = own.first() else { return Vec::new() };
     let one = |i: usize| own.iter().fold(Bands::ZERO, |s, l| s + l.error_of(i));
-    (0..first.fields.len()).into_par_iter().map(one).collect()
+    parallel::collect(first.fields.len(), one)
 }
 
 fn lights_of<'a>(source: &'a SourceGroup, direct: &'a DirectLight) -> impl Iterator<Item = &'a LightField> {
@@ -46,7 +46,7 @@ fn combined_error(lights: &[&LightField], zones: usize) -> Vec<Bands> {
         }
         sum + square.sqrt()
     };
-    (0..zones).into_par_iter().map(error).collect()
+    parallel::collect(zones, error)
 }
 
 /// Error of the reflected light `incident` of a group, W/m², caused by the errors of its direct light; empty without direct light.
@@ -78,7 +78,7 @@ pub(crate) fn reflected_error(
     }
     let later = later_reflections(zones, &own, &error, sampled);
     let one = |i: usize| first[i] + later * incident(i).abs();
-    (0..n).into_par_iter().map(one).collect()
+    parallel::collect(n, one)
 }
 
 /// Relative error of the incident field after more than one reflection, with the error that all zones have in common.

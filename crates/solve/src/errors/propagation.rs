@@ -5,8 +5,8 @@ use crate::distribution::multivector;
 use crate::iteration::IterationResult;
 use crate::operator::ErrorModel;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_exchange::pair::closure_target;
+use zonal_math::parallel;
 use zonal_scene::{Bands, LightGroup, ZoneValues, Zones};
 
 /// Standard error of the power that escapes, from the independent rays of each zone, W per band.
@@ -45,7 +45,7 @@ pub(crate) fn propagate_factor_errors(
             let (e, incident) = (power[i] / zones.response(i).1, group.incident.at(i));
             e + fractions[i].zip_map(incident * group.incident_scale, error_of_fraction)
         };
-        let error: Vec<Bands> = (0..zones.len()).into_par_iter().map(one).collect();
+        let error: Vec<Bands> = parallel::collect(zones.len(), one);
         sum.iter_mut().zip(&error).for_each(|(s, e)| *s += e);
         group.error = errors_like(&group.incident, &error, group.incident_scale);
     }

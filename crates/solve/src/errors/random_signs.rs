@@ -11,9 +11,9 @@
 //! Cost: one product for each draw.
 
 use crate::distribution::multivector;
-use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_math::low_discrepancy;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Zones};
 
 /// Number of draws of signs; one for more than [`MAX_ZONES_FOR_DRAWS`] zones.
@@ -37,21 +37,17 @@ impl ErrorReflection<'_> {
     /// |L(cρεδ)| over A or V, W/m², with equal signs for draw 0.
     pub(crate) fn of_draw(&self, draw: u64) -> Vec<Bands> {
         let (zones, n) = (self.zones, self.zones.len());
-        let mut s: Vec<Bands> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let signed = |k: usize| {
-                    let is_negative =
-                        draw > 0 && low_discrepancy::split_mix64(draw << 48 | k as u64) & 1 == 1;
-                    if is_negative { -self.error[k] } else { self.error[k] }
-                };
-                scaled_radiosity_coefficient(zones, i) * zones.scattered(i, signed)
-            })
-            .collect();
+        let mut s: Vec<Bands> = parallel::collect(n, |i| {
+            let signed = |k: usize| {
+                let is_negative = draw > 0 && low_discrepancy::split_mix64(draw << 48 | k as u64) & 1 == 1;
+                if is_negative { -self.error[k] } else { self.error[k] }
+            };
+            scaled_radiosity_coefficient(zones, i) * zones.scattered(i, signed)
+        });
         s.resize(self.unknowns, Bands::ZERO);
         let mut p = (self.reflect)(s);
         p.truncate(n);
-        p.par_iter_mut().enumerate().for_each(|(i, p)| *p = p.abs() / zones.response(i).1);
+        parallel::for_each(&mut p, |i, p| *p = p.abs() / zones.response(i).1);
         p
     }
 
@@ -62,7 +58,7 @@ impl ErrorReflection<'_> {
         let mut mean = vec![Bands::ZERO; n];
         for k in 1..=draws {
             let one = self.of_draw(k as u64);
-            mean.par_iter_mut().zip(one).for_each(|(m, x)| *m += x * x / draws as f64);
+            parallel::for_each_pair(&mut mean, &one, |m, x| *m += x * x / draws as f64);
         }
         for range in [0..zones.voxel_offset(), zones.voxel_offset()..n] {
             let start = range.start;
@@ -71,7 +67,7 @@ impl ErrorReflection<'_> {
                 [m, l * l]
             });
             let ratio = means.zip_map(squares, |m, l| if l > 0.0 { (m / l).sqrt() } else { 0.0 });
-            first[range].par_iter_mut().enumerate().for_each(|(k, l)| {
+            parallel::for_each(&mut first[range], |k, l| {
                 let m = mean[start + k];
                 *l = l.min(m.sqrt().max(ERROR_MULTIPLE * ratio * *l));
             });

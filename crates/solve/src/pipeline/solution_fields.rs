@@ -14,7 +14,7 @@ use crate::operator::IncidentPower;
 use crate::pipeline::error_amplification;
 use crate::right_hand_side::light_groups::SourceGroup;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones};
 
 /// Results of the iteration, the incident power if the engine determined it, and vectors whose memory the fields take.
@@ -43,7 +43,7 @@ pub(crate) fn assemble(
         incident_power(built, surroundings, (results, of_error), incident);
     columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     // Compute the fields of each group and their sum.
-    spare.par_iter_mut().for_each(|x| *x = Bands::ZERO);
+    parallel::for_each(&mut spare, |_, x| *x = Bands::ZERO);
     spare.resize(n, Bands::ZERO);
     let mut assembly = GroupAssembly {
         context,
@@ -66,7 +66,7 @@ pub(crate) fn assemble(
     fields.error = match error {
         Some(mut errors) => {
             let over_measure = |errors: &mut Vec<Bands>| {
-                errors.par_iter_mut().enumerate().for_each(|(i, e)| *e /= zones.response(i).1);
+                parallel::for_each(errors, |i, e| *e /= zones.response(i).1);
             };
             over_measure(&mut errors);
             for (group, mut own) in groups.iter_mut().zip(column_errors) {
@@ -135,7 +135,7 @@ fn incident_power(
 
 /// Radiosity of all zones, W/m², in the memory of `out`.
 fn radiosity(zones: &Zones, f: &Fields, mut out: Vec<Bands>) -> Vec<Bands> {
-    out.par_iter_mut().enumerate().for_each(|(i, b)| {
+    parallel::for_each(&mut out, |i, b| {
         *b = zones.emission(i) + zones.scattered(i, |k| f.incident[k] + f.direct_light(k));
     });
     out
@@ -149,9 +149,8 @@ fn add_surroundings_error(context: &SolveContext, surroundings: &SurroundingsExc
     }
     let zones = context.zones;
     let part = |i| surroundings.incoming(i, sky)[1] / zones.response(i).1;
-    f.surroundings_error = (0..zones.len()).into_par_iter().map(part).collect();
-    let both = f.error.par_iter_mut().zip(&f.surroundings_error);
-    both.for_each(|(e, part)| *e = e.hypot(*part));
+    f.surroundings_error = parallel::collect(zones.len(), part);
+    parallel::for_each_pair(&mut f.error, &f.surroundings_error, |e, part| *e = e.hypot(*part));
 }
 
 /// Adds up the fields of the groups.
@@ -194,7 +193,7 @@ impl GroupAssembly<'_> {
         }
         // Add to the fields of all light.
         let f = &mut self.fields;
-        f.incident.par_iter_mut().zip(&incident).for_each(|(f, h)| *f += h);
+        parallel::for_each_pair(&mut f.incident, &incident, |f, h| *f += h);
         if self.context.shared_zones().any(|i| own.get(i).is_some_and(|d| *d != Bands::ZERO)) {
             f.direct.resize(own.len(), Bands::ZERO);
         }
@@ -213,7 +212,7 @@ impl GroupAssembly<'_> {
     fn to_incident_field(&self, incident: &mut [Bands], sky: Bands) {
         let zones = self.context.zones;
         let least = self.min_incident;
-        incident.par_iter_mut().enumerate().for_each(|(i, h)| {
+        parallel::for_each(incident, |i, h| {
             let (_, measure) = zones.response(i);
             let [incoming, _] = self.surroundings.incoming(i, sky);
             // `max` would drop a NaN.

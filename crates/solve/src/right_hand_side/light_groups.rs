@@ -11,8 +11,8 @@
 
 use crate::right_hand_side::direct_light::light_field::DirectLight;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use rayon::prelude::*;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
+use zonal_math::parallel;
 use zonal_scene::light_group::{ALL_LIGHTS_GROUP, MEDIUM_GROUP, PANES_GROUP};
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, Light, LightGroup, LightGroupKind, LightGrouping, Scene, SceneError,
@@ -188,17 +188,14 @@ pub(crate) fn source_strengths(
     direct: &[Bands],
 ) -> Vec<Bands> {
     let sky = source.sky(scene);
-    (0..zones.len())
-        .into_par_iter()
-        .map(|i| {
-            let emits = source.emits(zones, i);
-            let e = if emits { zones.emission(i) } else { Bands::ZERO };
-            let glow = if emits { zones.transparent_source(i) } else { Bands::ZERO };
-            let arrives = |k: usize| {
-                let d = direct.get(k).copied().unwrap_or_default();
-                d + surroundings.sky_of(k) * sky / zones.response(k).1
-            };
-            scaled_radiosity_coefficient(zones, i) * (e + zones.scattered(i, arrives)) + glow
-        })
-        .collect()
+    parallel::collect(zones.len(), |i| {
+        let emits = source.emits(zones, i);
+        let e = if emits { zones.emission(i) } else { Bands::ZERO };
+        let glow = if emits { zones.transparent_source(i) } else { Bands::ZERO };
+        let arrives = |k: usize| {
+            let d = direct.get(k).copied().unwrap_or_default();
+            d + surroundings.sky_of(k) * sky / zones.response(k).1
+        };
+        scaled_radiosity_coefficient(zones, i) * (e + zones.scattered(i, arrives)) + glow
+    })
 }

@@ -3,8 +3,8 @@
 //! In a cube of (2r + 1)³ unobstructed cells fields are smooth, and sums over it need no traversal from cell to cell: a row of the cube is a
 //! range of successive volume zones.
 
-use rayon::prelude::*;
 use std::ops::Range;
+use zonal_math::parallel;
 use zonal_scene::{VoxelGrid, Zones};
 use zonal_transport::Transport;
 
@@ -45,7 +45,7 @@ impl<'a> UnobstructedCells<'a> {
             };
             (0..3).filter(free).map(|k| 1 << k).sum()
         };
-        UnobstructedCells { grid, zones, free: (0..zones.voxels.len()).into_par_iter().map(bits).collect() }
+        UnobstructedCells { grid, zones, free: parallel::collect(zones.voxels.len(), bits) }
     }
 
     /// True if whole zone `z` is connected to the next whole cell along axis `k`.

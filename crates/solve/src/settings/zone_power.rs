@@ -3,8 +3,8 @@
 //! The incident field is the irradiance H of a patch or the fluence G of a volume zone, W/m².
 
 use crate::distribution::sum_order::SharedZones;
-use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_math::parallel;
 use zonal_scene::{Bands, Zones};
 
 /// Intercepted power of zone `i` per unit incident field, m² per band: the area of a patch, κV of a volume zone.
@@ -40,7 +40,7 @@ pub(crate) fn absorbed_power(zones: SharedZones, field: impl Fn(usize) -> Bands 
 
 /// Closure targets t of all zones: A of a patch (m²), 4V of a volume zone (m³).
 pub(crate) fn closure_targets(zones: &Zones) -> Vec<f64> {
-    (0..zones.len()).into_par_iter().map(|i| closure_target(zones, i)).collect()
+    parallel::collect(zones.len(), |i| closure_target(zones, i))
 }
 
 /// Weights w of all zones in s = s⁰ + w g s: c ρ/A of a patch, (ρ + τ)/A of the side of a transmitting sheet ([`crate::operator::mixed_sides`]), c Ω/(4V) of a volume zone, with s = c B the scaled radiosity, s⁰ its emitted
@@ -50,5 +50,5 @@ pub(crate) fn reflection_weights(zones: &Zones) -> Vec<Bands> {
         let (c, (rho, measure)) = (scaled_radiosity_coefficient(zones, i), zones.response(i));
         c * (rho + zones.sheets.transmittance(i)) / measure
     };
-    (0..zones.len()).into_par_iter().map(one).collect()
+    parallel::collect(zones.len(), one)
 }

@@ -14,6 +14,7 @@ use std::ops::Range;
 use std::sync::OnceLock;
 use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_math::Grade;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Zones};
 
 /// Direct exchange areas with a symmetric scaling.
@@ -86,7 +87,7 @@ impl<'a> AreaOperator<'a> {
                 let radius = |b: Band| over(self.matrix(radii, b)[k], i[b] * j[b]);
                 radius_code(Band::all().map(radius).fold(0.0, f64::max))
             };
-            (0..n * n).into_par_iter().map(code).collect()
+            parallel::collect(n * n, code)
         })
     }
 
@@ -103,7 +104,8 @@ impl<'a> AreaOperator<'a> {
             let matrix = self.matrix(matrices, b);
             let x: Vec<f64> =
                 (0..n).map(|j| self.scaling[j][b] * over(strengths[j][b], self.coefficients[j][b])).collect();
-            out.par_iter_mut().zip(matrix.par_chunks(n)).enumerate().for_each(|(i, (p, row))| {
+            parallel::for_each(&mut out, |i, p| {
+                let row = &matrix[i * n..(i + 1) * n];
                 p[b] = self.scaling[i][b] * over(row_product(row, &x), self.coefficients[i][b]);
             });
         }
@@ -164,7 +166,7 @@ impl AdjustableExchange for AreaOperator<'_> {
         let (n, squares) = (self.len(), squared_radii());
         let mut areas = self.adjusted.take().unwrap_or_else(|| self.direct().to_vec());
         let (codes, matrices) = (self.weights.as_deref().unwrap_or(self.codes()), self.matrices());
-        areas.par_chunks_mut(n.max(1)).enumerate().for_each(|(k, row)| {
+        parallel::chunks(&mut areas, n.max(1), |k, row| {
             // The first band of the matrix.
             let band = Band::all()
                 .nth(k / n + matrices.start - self.first_band.min(matrices.start))
@@ -189,7 +191,7 @@ fn squared_product(codes: &[u8], x: &[Bands]) -> Vec<Bands> {
         let used = codes.iter().zip(x).filter(|c| *c.0 > 0);
         used.fold(Bands::ZERO, |s, (code, x)| s + squares[*code as usize] * *x)
     };
-    codes.par_chunks(x.len().max(1)).map(row).collect()
+    parallel::collect(codes.len() / x.len().max(1), |i| row(&codes[i * x.len()..(i + 1) * x.len()]))
 }
 
 impl ErrorModel for AreaOperator<'_> {

@@ -3,6 +3,7 @@
 use super::cholesky::{Cholesky, dot, dot_of_squares};
 use super::exchange_data::ExchangeData;
 use rayon::prelude::*;
+use zonal_math::parallel;
 
 /// Rows of a task of a product.
 const ROWS_PER_TASK: usize = 64;
@@ -84,7 +85,7 @@ impl BandFactor {
         }
         let side: Vec<f64> = root.iter().zip(m.scaling).map(|(r, d)| r * d).collect();
         let mut system = vec![0.0; n * n];
-        system.par_chunks_mut(n).enumerate().for_each(|(i, row)| {
+        parallel::chunks(&mut system, n, |i, row| {
             let (areas, own) = (&m.areas[i * n..i * n + i + 1], -side[i]);
             row.iter_mut().zip(areas).zip(&side).for_each(|((x, f), s)| *x = own * f * s);
             row[i] += 1.0;

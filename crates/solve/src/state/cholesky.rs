@@ -4,7 +4,7 @@
 //! four columns at a time in lanes of fixed number, so that all processors and all numbers of threads give the same bits. Rows are computed in parallel.
 //! Reference: Golub and Van Loan, Matrix Computations, §4.2. Cost: n³/3 multiplications once, n² for each solution.
 
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_math::simd::{LANES, SimdKernel, run};
 
 /// Columns of a block.
@@ -115,7 +115,7 @@ impl Cholesky {
                 row[i] = x.sqrt();
             }
             // All rows below.
-            rest.par_chunks_mut(n).for_each(|row| eliminate(row, done, from, to, n));
+            parallel::chunks(rest, n, |_, row| eliminate(row, done, from, to, n));
         }
         Some(Cholesky { n, l: m })
     }

@@ -1,7 +1,7 @@
 //! Solution of dense linear equations by Gaussian elimination with partial pivoting (Golub and Van Loan, Matrix Computations, §3.4). Cost: n³/3 multiplications.
 
 use super::cholesky::SubtractRow;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_math::simd::run;
 
 /// Solves M x = b of a square matrix, row by row; `None` if it is singular.
@@ -21,7 +21,7 @@ pub(super) fn solve(mut m: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
         // Subtract the row of the pivot from all rows below; the factors stay in their column.
         let (done, rest) = m.split_at_mut((k + 1) * n);
         let row = &done[k * n..];
-        rest.par_chunks_mut(n).for_each(|other| {
+        parallel::chunks(rest, n, |_, other| {
             let x = other[k] / row[k];
             other[k] = x;
             if x != 0.0 {

@@ -15,7 +15,7 @@
 use super::band_state::{BandProblem, BandState};
 use super::gaussian_elimination;
 use super::zone_fractions::ZoneFractions;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::SceneError;
 
 /// Maximum number of steps.
@@ -46,15 +46,12 @@ impl PowerResponse {
         let k = zones.len();
         let of_band = |p: &BandProblem| {
             let mut rows = vec![0.0; k * k];
-            let columns: Vec<Vec<f64>> = zones
-                .par_iter()
-                .map(|&j| {
-                    let mut unit = vec![0.0; p.sources.len()];
-                    unit[j] = 1.0;
-                    let h = p.response(&unit);
-                    zones.iter().map(|&i| h[i]).collect()
-                })
-                .collect();
+            let columns: Vec<Vec<f64>> = parallel::map(&zones, |&j| {
+                let mut unit = vec![0.0; p.sources.len()];
+                unit[j] = 1.0;
+                let h = p.response(&unit);
+                zones.iter().map(|&i| h[i]).collect()
+            });
             for (j, column) in columns.iter().enumerate() {
                 column.iter().enumerate().for_each(|(i, h)| rows[i * k + j] = *h);
             }
@@ -69,9 +66,9 @@ impl Coupling<'_> {
     /// w and ψ of each zone of known power in each solved band for black emissive powers, W/m².
     fn emission(&self, e: &[f64]) -> Vec<Vec<[f64; 2]>> {
         let (solved, count) = self.bands;
-        let of_zone =
-            |(zone, e): (&usize, &f64)| self.fractions.emissive_powers(self.fractions.kind(*zone), *e, count);
-        let all: Vec<_> = self.response.zones.par_iter().zip(e).map(of_zone).collect();
+        let zones = &self.response.zones;
+        let of_zone = |k: usize| self.fractions.emissive_powers(self.fractions.kind(zones[k]), e[k], count);
+        let all: Vec<_> = parallel::collect(zones.len(), of_zone);
         solved.iter().map(|b| all.iter().map(|w| w[*b]).collect()).collect()
     }
 
@@ -79,7 +76,7 @@ impl Coupling<'_> {
     fn jacobian(&self, emission: &[Vec<[f64; 2]>]) -> Vec<f64> {
         let k = self.response.zones.len();
         let mut out = vec![0.0; k * k];
-        out.par_chunks_mut(k).enumerate().for_each(|(i, row)| {
+        parallel::chunks(&mut out, k, |i, row| {
             for ((response, weights), own) in self.response.bands.iter().zip(&self.weights).zip(emission) {
                 let ma = weights[i][0];
                 row[i] += ma * own[i][1];
@@ -103,13 +100,10 @@ impl Coupling<'_> {
     ) -> Result<Vec<f64>, SceneError> {
         let zones = &self.response.zones;
         let k = zones.len();
-        let constant: Vec<Vec<f64>> = problems
-            .par_iter()
-            .map(|p| {
-                let h = p.reflected_incident();
-                zones.iter().map(|&i| h[i] + p.light[0].get(i).copied().unwrap_or(0.0)).collect()
-            })
-            .collect();
+        let constant: Vec<Vec<f64>> = parallel::map(&problems, |p| {
+            let h = p.reflected_incident();
+            zones.iter().map(|&i| h[i] + p.light[0].get(i).copied().unwrap_or(0.0)).collect()
+        });
         let mut e = vec![first; k];
         let mut is_last = false;
         for _ in 0..MAX_STEPS {
@@ -123,7 +117,7 @@ impl Coupling<'_> {
                 };
                 q[i] - (0..problems.len()).map(of_band).sum::<f64>()
             };
-            let missing: Vec<f64> = (0..k).into_par_iter().map(missing).collect();
+            let missing: Vec<f64> = parallel::collect(k, missing);
             let Some(step) = gaussian_elimination::solve(self.jacobian(&emission), missing) else { break };
             e.iter_mut().zip(&step).for_each(|(e, s)| *e += s);
             let largest = |list: &[f64]| list.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -153,15 +147,13 @@ impl Coupling<'_> {
             states.iter_mut().for_each(|s| s.error.fill(f64::INFINITY));
             return;
         };
-        states.par_iter_mut().zip(problems).zip(self.weights.par_iter().zip(&emission)).for_each(
-            |((state, p), (weights, own))| {
-                let mut sent = vec![0.0; state.error.len()];
-                for (k, &i) in zones.iter().enumerate() {
-                    sent[i] = weights[k][1] * own[k][1] * more[k].abs();
-                }
-                state.error.iter_mut().zip(p.response(&sent)).for_each(|(e, h)| *e += h.abs());
-            },
-        );
+        parallel::for_each(states, |s, state| {
+            let mut sent = vec![0.0; state.error.len()];
+            for (k, &i) in zones.iter().enumerate() {
+                sent[i] = self.weights[s][k][1] * emission[s][k][1] * more[k].abs();
+            }
+            state.error.iter_mut().zip(problems[s].response(&sent)).for_each(|(e, h)| *e += h.abs());
+        });
     }
 }
 

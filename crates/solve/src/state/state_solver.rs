@@ -7,7 +7,7 @@ use super::exchange_data::ExchangeData;
 use super::known_powers::{Coupling, PowerResponse};
 use super::thermal_state::ThermalState;
 use crate::settings::DEFAULT_MEMORY_LIMIT;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{SceneError, ThermalCondition};
 
@@ -156,7 +156,7 @@ impl StateSolver {
         let mut problems = self.problems(&roles, &factors, &emissive);
         let coupled: Vec<usize> = (0..roles.len()).filter(|&i| roles[i] == ZoneRole::Coupled).collect();
         if coupled.is_empty() {
-            let mut states: Vec<BandState> = problems.par_iter().map(BandProblem::solve).collect();
+            let mut states: Vec<BandState> = parallel::map(&problems, BandProblem::solve);
             return self.finish(&roles, emissive, &mut states);
         }
         check_memory(self.bands.len(), coupled.len())?;
@@ -180,7 +180,7 @@ impl StateSolver {
                 problem.sources[*i] = weights[k][1] * powers[*i][self.bands[s]][0];
             }
         }
-        let mut states: Vec<BandState> = problems.par_iter().map(BandProblem::solve).collect();
+        let mut states: Vec<BandState> = parallel::map(&problems, BandProblem::solve);
         coupling.add_reemission(&problems, &found, &mut states);
         drop(problems);
         let state = self.finish(&roles, all, &mut states);
@@ -295,14 +295,15 @@ impl StateSolver {
     /// w and dw/dE of each zone in every band; zeros where E is not known.
     fn emissive_powers(&self, e: &[f64]) -> Vec<Vec<[f64; 2]>> {
         let d = &self.data;
-        let of_zone = |(i, e): (usize, &f64)| {
+        let of_zone = |i: usize| {
+            let e = e[i];
             if e.is_nan() {
                 vec![[0.0; 2]; d.bands]
             } else {
-                d.band_fractions.emissive_powers(d.band_fractions.kind(i), *e, d.bands)
+                d.band_fractions.emissive_powers(d.band_fractions.kind(i), e, d.bands)
             }
         };
-        e.par_iter().enumerate().map(of_zone).collect()
+        parallel::collect(e.len(), of_zone)
     }
 
     /// m a and a of zones in each solved band.

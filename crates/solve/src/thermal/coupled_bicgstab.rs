@@ -11,7 +11,7 @@
 use crate::distribution::multivector;
 use crate::iteration::StoppingCriterion;
 use crate::settings::stage_codec::{Decoder, Encoder};
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Bands, CheckpointStore, Progress};
 
 /// Iterations without a new smallest residual after which the gradients have stalled.
@@ -67,7 +67,7 @@ pub(super) fn absolute_sum(a: &[Bands]) -> f64 {
 
 /// One entry for each of `n` unknowns.
 fn entries(n: usize, f: impl Fn(usize) -> Bands + Sync + Send) -> Vec<Bands> {
-    (0..n).into_par_iter().map(f).collect()
+    parallel::collect(n, f)
 }
 
 /// State of a solve: the best iterate, the residual vector, and the gradients unless fixed-point iterations are under state.

@@ -4,8 +4,8 @@ use super::nodes::{NodeLinearization, NodeZones};
 use super::spectral_balance::SpectralBalances;
 use super::zone_balance::ZoneBalance;
 use crate::operator::{ExchangeOperator, extend_to_slopes};
-use rayon::prelude::*;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_math::parallel;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{BandFractions, Bands, ThermalCondition, Zones};
 
@@ -50,7 +50,7 @@ impl Linearization {
     pub(super) fn of(balances: &SpectralBalances, emissive: impl Fn(usize) -> f64 + Sync) -> Linearization {
         let blocks = balances.blocks();
         let all: Vec<Vec<LinearizedZone>> =
-            (0..balances.len()).into_par_iter().map(|i| linearize(balances, i, emissive(i))).collect();
+            parallel::collect(balances.len(), |i| linearize(balances, i, emissive(i)));
         let blocks = (0..blocks).map(|t| all.iter().map(|z| z[t]).collect()).collect();
         Linearization { blocks, nodes: None }
     }
@@ -170,10 +170,9 @@ impl PowerScaling {
         bands: BandCoupling,
         slope_zones: &[u32],
     ) -> PowerScaling {
-        let mut scale: Vec<(f64, Bands)> = (0..zones.len())
-            .into_par_iter()
-            .map(|i| (closure_target(zones, i), scaled_radiosity_coefficient(zones, i)))
-            .collect();
+        let mut scale: Vec<(f64, Bands)> = parallel::collect(zones.len(), |i| {
+            (closure_target(zones, i), scaled_radiosity_coefficient(zones, i))
+        });
         let mut flux_over_power: Vec<f64> = locals.iter().map(|l| l.incident_share / l.measure).collect();
         extend_to_slopes(&mut scale, slope_zones);
         extend_to_slopes(&mut flux_over_power, slope_zones);
@@ -194,18 +193,18 @@ impl PowerScaling {
         t * c * radiosity
     }
     pub(super) fn strengths(&self, u: &[Bands]) -> Vec<Bands> {
-        u.par_iter().zip(&self.scale).map(|(u, (t, _))| u / *t).collect()
+        parallel::collect(u.len(), |i| u[i] / self.scale[i].0)
     }
     /// h of every unknown by the exchange between the zones.
     pub(super) fn incident_flux(&self, operator: &dyn ExchangeOperator, u: &[Bands]) -> Vec<Bands> {
         let s = self.strengths(u);
         let mut p: Vec<Bands> = if self.one_band {
-            let first: Vec<[f64; 1]> = s.par_iter().map(|s| [s.first()]).collect();
-            operator.apply_band(&first).par_iter().map(|p| Bands::splat(p[0])).collect()
+            let first: Vec<[f64; 1]> = parallel::map(&s, |s| [s.first()]);
+            parallel::map(&operator.apply_band(&first), |p| Bands::splat(p[0]))
         } else {
             operator.apply(&s)
         };
-        p.par_iter_mut().zip(&self.flux_over_power).for_each(|(p, o)| *p *= *o);
+        parallel::for_each_pair(&mut p, &self.flux_over_power, |p, o| *p *= *o);
         p
     }
 }
@@ -275,7 +274,7 @@ impl CoupledScaling {
             let place = Place { block, zone: scaling.zone(unknown), is_slope: unknown >= scaling.zones };
             scaling.power_of(unknown, radiosity(place, &|t: usize| self.entry(h, t, unknown)))
         };
-        (0..self.len()).into_par_iter().map(one).collect()
+        parallel::collect(self.len(), one)
     }
 }
 

@@ -34,7 +34,7 @@ use crate::operator::ExchangeOperator;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::check_interrupted;
 use crate::settings::stage_codec::{Decoder, Encoder};
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{Bands, PerBand, SceneError, SolveStatus, ThermalCondition, Zones};
 
@@ -245,7 +245,7 @@ fn outside_flux(blocks: &[BlockEngine], balances: &SpectralBalances, scaling: &C
             None => incoming,
         }
     };
-    (0..scaling.len()).into_par_iter().map(one).collect()
+    parallel::collect(scaling.len(), one)
 }
 
 /// The operators of all blocks with their scaling, with the higher-order unknowns or without them.
@@ -387,7 +387,7 @@ impl EmissiveUpdate<'_> {
         let of_nodes: Vec<f64> =
             old.zip(&found).map(|(old, found)| old + step_length * (found - old)).collect();
         let one = |i: usize| self.zone(i, |t| h(t, i), step_length, (&of_nodes, &response));
-        let all: Vec<(f64, [f64; 2])> = (0..count).into_par_iter().map(one).collect();
+        let all: Vec<(f64, [f64; 2])> = parallel::collect(count, one);
         let [off, given] = multivector::sum(all.len(), |i| all[i].1);
         let e = all.into_iter().map(|x| x.0).chain(of_nodes).collect();
         (e, if given > 0.0 { off / given } else { 0.0 })

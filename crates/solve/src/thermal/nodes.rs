@@ -17,7 +17,7 @@
 
 use super::spectral_balance::SpectralBalances;
 use super::zone_balance::temperature_slope;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
 use zonal_scene::{Bands, LinkLaw, NodeCondition, ThermalNetwork};
 
@@ -131,7 +131,7 @@ impl<'a> NodeZones<'a> {
             balances.first(i).measure * (1..balances.blocks()).fold(of(0), |s, t| s + of(t))
         };
         let of_node = |zones: &Vec<u32>| zones.iter().map(|i| of_zone(*i as usize)).sum();
-        self.zones.par_iter().map(of_node).collect()
+        parallel::map(&self.zones, of_node)
     }
     /// Power that a node emits at `e`, W, and its derivative by e, m².
     fn emitted(&self, balances: &SpectralBalances, node: usize, e: f64) -> [f64; 2] {
@@ -228,7 +228,7 @@ impl<'a> NodeZones<'a> {
             unit[q] = 1.0;
             factors.solve(unit)
         };
-        let columns: Vec<Vec<f64>> = (0..n).into_par_iter().map(column).collect();
+        let columns: Vec<Vec<f64>> = parallel::collect(n, column);
         let gain: Vec<f64> =
             (0..n).flat_map(|p| (0..n).map(|q| per_kelvin[p] * columns[q][p]).collect::<Vec<_>>()).collect();
         let own = (0..n).map(|p| (0..n).map(|q| gain[p * n + q] * residual[q]).sum()).collect();

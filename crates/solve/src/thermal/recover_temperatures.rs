@@ -14,7 +14,7 @@ use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::consistency;
 use crate::errors::estimate::error_estimate;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::thermal::blackbody_temperature;
 use zonal_scene::{
     Band, Bands, Diagnostic, EnergyBalance, Fields, HeatReport, Scene, ThermalCondition, ThermalFields,
@@ -117,7 +117,7 @@ fn find_zones(
         }
         None => balances.emissive_and_net_power(i, |t| incident(t, i)),
     };
-    ((0..balances.len()).into_par_iter().map(find).collect(), of_nodes)
+    (parallel::collect(balances.len(), find), of_nodes)
 }
 
 /// δE of every node with the emissive powers `e`, W/m².
@@ -140,7 +140,7 @@ fn set_emission(balances: &SpectralBalances, t: usize, own: &mut ZonalSolution, 
         let (l, h) = (&zones[i], zones[i].incident_flux(fields, i));
         l.absorb * emissive[i] + l.reflect * h
     };
-    own.fields.radiosity = (0..zones.len()).into_par_iter().map(radiosity).collect();
+    own.fields.radiosity = parallel::collect(zones.len(), radiosity);
     own.report.energy = Default::default();
     let incident = [own.fields.incident.as_slice(), &own.fields.direct];
     for g in own.groups.iter_mut() {
@@ -193,7 +193,7 @@ fn zone_errors(
         let error = q / (emitted + convected);
         [convected * error, error]
     };
-    (0..balances.len()).into_par_iter().map(error).collect()
+    parallel::collect(balances.len(), error)
 }
 
 /// Temperatures and net powers with errors, from E and q of every zone and their errors.

@@ -1,6 +1,6 @@
 //! Coefficients of one zone in the thermal equations (header of [`super`]), in one block of bands.
 
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
 use zonal_scene::{
     BandFractions, Bands, Convection, Fields, NodeCondition, Patch, Scene, Thermal, ThermalCondition,
@@ -181,7 +181,7 @@ impl<'a> ZoneBalances<'a> {
     }
     /// All zones.
     pub(super) fn all(&self, zones: &Zones) -> Vec<ZoneBalance> {
-        (0..zones.len()).into_par_iter().map(|i| self.of(zones, i)).collect()
+        parallel::collect(zones.len(), |i| self.of(zones, i))
     }
 }
 

@@ -6,9 +6,9 @@
 
 use crate::intersect::PreparedPlate;
 use crate::transport::Transport;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Diagnostic, Patch, PlateKind, Scene, Sides, Zones};
 
 /// Most patches that are tested.
@@ -28,7 +28,7 @@ const MAX_REPORTED_PAIRS: usize = 3;
 pub(super) fn coincident_surfaces(scene: &Scene, transport: &Transport, zones: &Zones) -> Vec<Diagnostic> {
     let step = zones.patches.len().div_ceil(MAX_TESTED_PATCHES).max(1);
     let tested: Vec<&Patch> = zones.patches.iter().step_by(step).collect();
-    let found: Vec<Vec<usize>> = tested.par_iter().map(|p| coincident_with(scene, transport, p)).collect();
+    let found: Vec<Vec<usize>> = parallel::map(&tested, |p| coincident_with(scene, transport, p));
     // Area by ordered pair of surfaces, and the first place of each.
     let mut area: BTreeMap<(usize, usize), (f64, Vec3)> = BTreeMap::new();
     let mut of_surface = vec![0.0; scene.surfaces().len()];

@@ -4,6 +4,7 @@ use super::plate_subdivision::{self, MAX_PATCHES};
 use super::wall_splitting;
 use crate::transport::Transport;
 use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::PatchRule;
 use zonal_scene::{Bands, PaneZone, Patch, Plate, Scene, SceneError, Sides};
 
@@ -170,7 +171,7 @@ pub(super) fn patches_of_bands(scene: &Scene, patches: &[Patch]) -> Vec<Patch> {
         let [reflectance, emission] = optics(scene, &direct, p.facet, &p.plate);
         Patch { reflectance, emission, ..p.clone() }
     };
-    patches.par_iter().map(of_bands).collect()
+    parallel::map(&patches, of_bands)
 }
 
 /// For each surface, whether its emission is direct light.

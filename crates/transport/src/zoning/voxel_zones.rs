@@ -6,6 +6,7 @@ use super::cell_parts::{CellPart, ResolvedCell, resolve_cell};
 use super::work_sharing::{WorkSharing, decode_cells, encode_cell};
 use crate::transport::Transport;
 use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Scene, VoxelGrid, VoxelPlace, VoxelZones};
 
 /// Cells that one process resolves together.
@@ -85,7 +86,7 @@ fn whole_cells_without_medium(grid: &VoxelGrid, transport: &Transport, contact: 
     }
     let test = |cell: usize| !transport.has_medium_at(grid.centre(grid.coordinates(cell)));
     let mut lacks_medium: Vec<bool> =
-        (0..grid.len()).into_par_iter().map(|c| contact[c] == CellContact::Touched && test(c)).collect();
+        parallel::collect(grid.len(), |c| contact[c] == CellContact::Touched && test(c));
     let dims = grid.dims();
     let stride = [dims[1] * dims[2], dims[2], 1];
     for cell in (0..grid.len()).filter(|c| contact[*c] == CellContact::Separate) {

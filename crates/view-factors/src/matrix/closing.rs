@@ -12,8 +12,8 @@
 //! would become negative becomes zero and the rest is distributed again. The change is added to the radius.
 
 use crate::matrix::ExchangeRows;
-use rayon::prelude::*;
 use zonal_math::Bounded;
+use zonal_math::parallel;
 
 /// Radius of an exact entry relative to its value, for its weight: rounding.
 const EXACT_ENTRY_RADIUS: f64 = 1e-12;
@@ -58,7 +58,7 @@ fn multipliers(rows: &ExchangeRows, defects: &[f64], areas: &[f64]) -> Vec<f64> 
             let own = (weight(&rows.sky[i]) + weight(&rows.ground[i])) * x[i];
             rows.entries(i).fold(own, |s, (j, b)| s + weight(&b) * (x[i] + x[j]))
         };
-        (0..n).into_par_iter().map(row).collect()
+        parallel::collect(n, row)
     };
     let diagonal: Vec<f64> = (0..n)
         .map(|i| {

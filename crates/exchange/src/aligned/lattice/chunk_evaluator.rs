@@ -1,6 +1,6 @@
 //! Evaluation of the chunks of a table: by the threads of this process, or shared by several processes.
 
-use rayon::prelude::*;
+use zonal_math::parallel;
 
 /// Computes the chunks of a table. A chunk does not depend on who computes it, so that the bits of a table do not either.
 pub trait ChunkEvaluator: Sync {
@@ -19,6 +19,6 @@ impl ChunkEvaluator for OneProcess {
         true
     }
     fn evaluate(&self, chunks: usize, chunk: &(dyn Fn(usize) -> Vec<f64> + Sync)) -> Vec<Vec<f64>> {
-        (0..chunks).into_par_iter().with_max_len(1).map(chunk).collect()
+        parallel::collect_tasks(chunks, chunk)
     }
 }

@@ -38,9 +38,9 @@
 
 use super::chunk_evaluator::ChunkEvaluator;
 use super::pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, PI};
 use zonal_math::gauss_legendre;
+use zonal_math::parallel;
 
 /// Relative radius of a factor, or of a row of factors.
 pub(super) const RELATIVE_RADIUS: f64 = 2e-13;
@@ -303,7 +303,7 @@ pub(super) fn tables(
     let profiles: [Vec<Vec<Vec<f64>>>; 3] = std::array::from_fn(|k| {
         let profile = |term: usize| {
             if terms.iter().any(|t| t[k] == term) {
-                (0..counts[k]).into_par_iter().map(|d| axes[k].profile(&nodes.u, term, d)).collect()
+                parallel::collect(counts[k], |d| axes[k].profile(&nodes.u, term, d))
             } else {
                 Vec::new()
             }

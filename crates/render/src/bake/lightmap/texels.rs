@@ -9,6 +9,7 @@ use super::packing::{AtlasRectangle, PackedAtlas};
 use crate::bake::vertex_lighting::VertexLighting;
 use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Plate, PlateKind, Progress};
 use zonal_transport::patch_locator::{PatchLocator, clamped_parameters, facet_side_locator};
 
@@ -38,7 +39,7 @@ pub(super) fn light_texels(
         let sources = texel_sources(lighting, chart, place, atlas.texel);
         let covered = sources.iter().flatten().filter(|s| s.distance2 == 0.0).count();
         let light = |s: &Option<TexelSource>| s.and_then(|s| light_at(lighting, &locator, s));
-        let mut values: Vec<Option<Bands>> = sources.par_iter().map(light).collect();
+        let mut values: Vec<Option<Bands>> = parallel::map(&sources, light);
         dilate(&mut values, place.size);
         progress.advance(1);
         let single = |v: Option<Bands>| v.unwrap_or(Bands::ZERO).to_rgb().map(|x| x as f32);

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 use zonal_exchange::pair::PairCounts;
 use zonal_math::Grade;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress};
 
 /// Number of chunks of rows; fixed, so that sums do not depend on the number of threads.
@@ -251,7 +252,7 @@ impl RowAssembler<'_> {
             row_chunks(n).skip(communicator.rank()).step_by(communicator.size()).collect();
         own.reverse();
         let computed: Vec<ComputedChunk> =
-            own.into_par_iter().with_max_len(1).map(|rows| self.computed_chunk(rows, count)).collect();
+            parallel::collect_tasks(own.len(), |k| self.computed_chunk(own[k].clone(), count));
         let blocks = RowBlocks::of_rank(self.shared, communicator);
         let mut messages = RowMessages::new(communicator.size(), &blocks);
         computed.into_iter().for_each(|chunk| messages.add(chunk, self.shared));

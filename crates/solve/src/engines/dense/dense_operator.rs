@@ -8,8 +8,8 @@ use crate::distribution::Communicator;
 use crate::distribution::multivector::times;
 use crate::engines::dense::pair_radii::{PairRadii, squared_radii};
 use crate::operator::{AdjustableExchange, ErrorModel, ExchangeOperator, IncidentPower, adjusted_factor};
-use rayon::prelude::*;
 use zonal_math::Grade;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, PerBand};
 
 /// Exchange areas of all pairs of zones.
@@ -166,7 +166,7 @@ impl AdjustableExchange for DenseOperator<'_> {
             let Some(band) = Band::all().find(|&b| self.group[b] == g) else { continue };
             let [m, c] = of_band(band);
             let radii = self.weights.as_ref().unwrap_or(&self.radii);
-            matrix.rows_mut().into_par_iter().for_each(|row| {
+            parallel::for_each(&mut matrix.rows_mut(), |_, row| {
                 let codes = radii.row(row.len() - 1);
                 adjust_row(row, codes, &squares, [&m, &c]);
             });

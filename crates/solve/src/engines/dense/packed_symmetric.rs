@@ -9,7 +9,7 @@
 
 use super::row_blocks::{RowBlocks, packed_length};
 use crate::distribution::Communicator;
-use rayon::prelude::*;
+use zonal_math::parallel;
 
 /// A symmetric matrix in packed storage, or the rows of it that a process has.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ impl PackedSymmetric {
             let rows = self.blocks.rows_of(b);
             self.apply_rows(x, rows.start, rows.end)
         };
-        let partial: Vec<Vec<[f64; K]>> = own.into_par_iter().map(partial).collect();
+        let partial: Vec<Vec<[f64; K]>> = parallel::map(&own, |b| partial(*b));
         self.blocks.sum(partial, communicator, [0.0; K], |a, b| std::array::from_fn(|k| a[k] + b[k]))
     }
 

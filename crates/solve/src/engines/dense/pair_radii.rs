@@ -13,6 +13,7 @@
 use crate::distribution::Communicator;
 use crate::engines::dense::row_blocks::{RowBlocks, packed_length};
 use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::Bands;
 
 /// The code of the radius 1.
@@ -110,7 +111,8 @@ impl PairRadii {
             }
             sum
         };
-        let parts: Vec<Vec<Bands>> = self.blocks.own().into_par_iter().map(block).collect();
+        let blocks: Vec<usize> = self.blocks.own().collect();
+        let parts: Vec<Vec<Bands>> = parallel::map(&blocks, |b| block(*b));
         let mut total = self.blocks.sum(parts, communicator, Bands::ZERO, |a, b| a + b);
         for row in &self.panes {
             let i = row.len() - 1;

@@ -5,9 +5,9 @@ use crate::distribution::multivector::times;
 use crate::engines::dense::packed_symmetric::PackedSymmetric;
 use crate::engines::dense::row_blocks::packed_length;
 use crate::operator::{ErrorModel, ExchangeOperator};
-use rayon::prelude::*;
 use zonal_exchange::layers::LayerFactors;
 use zonal_math::Grade;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, PerBand, Progress};
 
 /// The exchange of the zones of a stack of layers.
@@ -34,7 +34,7 @@ impl LayeredOperator {
             let extinction: Vec<f64> = stack.extinction.iter().map(|k| k[b]).collect();
             let factors = LayerFactors::new(&extinction, &stack.thickness);
             let mut matrix = PackedSymmetric::zeros(factors.elements());
-            matrix.rows_mut().into_par_iter().enumerate().with_max_len(1).for_each(|(i, row)| {
+            parallel::for_each(&mut matrix.rows_mut(), |i, row| {
                 factors.row(i, row);
                 row.iter_mut().for_each(|x| *x *= stack.area);
             });

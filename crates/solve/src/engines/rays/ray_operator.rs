@@ -29,6 +29,7 @@ use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::zone_power::{closure_targets, reflection_weights};
 use rayon::prelude::*;
 use zonal_exchange::pair::{pane_self_exchange, scaled_radiosity_coefficient};
+use zonal_math::parallel;
 use zonal_math::{Grade, low_discrepancy};
 use zonal_scene::{Bands, CheckpointStore, NoCheckpoints, NoProgress, PaneZone, Progress, Scene, Zones};
 use zonal_transport::Transport;
@@ -89,10 +90,7 @@ impl<'a> RayOperator<'a> {
             direct: context.direct,
             table: RayTable::trace(context, rays_per_zone, lights.as_ref()),
             continuation,
-            coefficients: (0..zones.len())
-                .into_par_iter()
-                .map(|i| scaled_radiosity_coefficient(zones, i))
-                .collect(),
+            coefficients: parallel::collect(zones.len(), |i| scaled_radiosity_coefficient(zones, i)),
             sources: Vec::new(),
             pane_self_exchange: zones.panes.iter().map(self_absorbed_fraction).collect(),
             groups: PatchGroups::of(zones),
@@ -132,7 +130,7 @@ impl<'a> RayOperator<'a> {
                     self.times_measure(self.table.incident(&dark, PathExtent::WithSource(source), 1));
                 mix_sides(self.zones, &mut lit);
                 let add = |i: usize, s: &mut Bands| *s += weights[i] * lit[i];
-                column.par_iter_mut().enumerate().for_each(|(i, s)| add(i, s));
+                parallel::for_each(column, |i, s| add(i, s));
             }
         }
         if let Some(count) = context.scene.options().scattering_orders {
@@ -165,7 +163,8 @@ impl<'a> RayOperator<'a> {
     /// The source term of a group with source strengths `column` at path vertices: all of it except the lights sampled there.
     fn vertex_source(&self, context: &SolveContext, group: &SourceGroup, column: &[Bands]) -> VertexSource {
         let direct = group.direct(context.direct);
-        let one = |(i, s): (usize, &Bands)| {
+        let one = |i: usize| {
+            let s = column[i];
             let (c, p) = (self.coefficients[i], &self.zones.patches[i]);
             let lit = direct.get(i).copied().unwrap_or_default();
             let all = s.zip_map(c, |s, c| if c > 0.0 { s / c } else { 0.0 });
@@ -173,7 +172,7 @@ impl<'a> RayOperator<'a> {
         };
         let factor = |l: usize| if group.has_light(l) { 1.0 } else { 0.0 };
         VertexSource {
-            patches: column[..self.zones.voxel_offset()].par_iter().enumerate().map(one).collect(),
+            patches: parallel::collect(self.zones.voxel_offset(), one),
             lights: (0..context.direct.lights.len()).map(factor).collect(),
         }
     }
@@ -202,13 +201,12 @@ impl<'a> RayOperator<'a> {
 
     fn single_radiosities(&self, strengths: &[Bands]) -> Vec<PaddedBands> {
         let over = |s: f64, c: f64| if c > 0.0 { s / c } else { 0.0 };
-        let both = strengths.par_iter().zip(&self.coefficients);
-        both.map(|(s, c)| padded(s.zip_map(*c, over))).collect()
+        parallel::collect(strengths.len(), |i| padded(strengths[i].zip_map(self.coefficients[i], over)))
     }
 
     /// Multiplies H by areas and G by volumes.
     fn times_measure(&self, v: Vec<Bands>) -> Vec<Bands> {
-        v.into_par_iter().enumerate().map(|(i, v)| v * self.zones.response(i).1).collect()
+        parallel::collect(v.len(), |i| v[i] * self.zones.response(i).1)
     }
 }
 
@@ -451,7 +449,7 @@ impl RayOperator<'_> {
         let sign =
             |i: usize| if low_discrepancy::hash_to_unit(i as u64 ^ NOISE_SEED) < 0.5 { -1.0 } else { 1.0 };
         let noise = |i: usize| sign(i) * weights[i] * error[i] * self.zones.response(i).1;
-        let column = [(0..self.len()).into_par_iter().map(noise).collect::<Vec<Bands>>()];
+        let column = [parallel::collect(self.len(), noise)];
         let solve = |divisor: usize| {
             let operator = &ContinuedRays { rays: self, divisor };
             let system =

@@ -21,6 +21,7 @@ use zonal_exchange::aligned::lattice::{
     AxisRelation, ChunkEvaluator, GridTables, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid,
     WallTable,
 };
+use zonal_math::parallel;
 
 /// Relative radius of every table entry.
 pub(crate) const TOLERANCE: f64 = 1e-12;
@@ -231,11 +232,10 @@ impl KernelBuilder<'_> {
         [rows, m1, m2]: [Range<usize>; 3],
         value: impl Fn([i64; 3]) -> f64 + Sync,
     ) -> Vec<f64> {
-        use rayon::prelude::*;
         let mut out = self.buffer();
         let (first, [n0, n1, n2]) = ([rows.start, m1.start, m2.start], [rows, m1, m2].map(|r| r.len()));
         out.resize(n0 * n1 * n2, 0.0);
-        out.par_chunks_mut(n1 * n2).enumerate().for_each(|(i, plane)| {
+        parallel::chunks(&mut out, n1 * n2, |i, plane| {
             for (jk, x) in plane.iter_mut().enumerate() {
                 let at = [i + first[0], jk / n2 + first[1], jk % n2 + first[2]];
                 *x = value(at.map(|d| d as i64));

@@ -11,9 +11,10 @@
 
 use crate::device::grid::half_length;
 use rayon::prelude::*;
-use realfft::RealToComplex;
-use rustfft::num_complex::Complex64;
 use std::sync::Arc;
+use zonal_fourier::Complex64;
+use zonal_fourier::{Planner, RealToComplex};
+use zonal_math::parallel;
 
 /// Symmetry of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +32,7 @@ pub(crate) struct RealSymmetricFft {
 impl RealSymmetricFft {
     /// The transform of a length.
     pub(crate) fn new(length: usize) -> RealSymmetricFft {
-        RealSymmetricFft { length, plan: realfft::RealFftPlanner::new().plan_fft_forward(length) }
+        RealSymmetricFft { length, plan: Planner::default().real_forward(length) }
     }
 
     /// Transforms every line of `m` numbers in `data`, extended as an even or odd sequence, to [`half_length`] numbers each, times `scale`, written
@@ -70,7 +71,7 @@ pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3], ou
     let [p, q, r] = order.map(|k| (dims[k], stride[k]));
     out.resize(data.len(), 0.0);
     // A rank of many may have no rows.
-    out.par_chunks_mut((q.0 * r.0).max(1)).enumerate().for_each(|(i, plane)| {
+    parallel::chunks(out, (q.0 * r.0).max(1), |i, plane| {
         // Square tiles, so that reads and writes stay in the cache.
         const TILE: usize = 16;
         for j0 in (0..q.0).step_by(TILE) {

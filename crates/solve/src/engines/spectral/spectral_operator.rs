@@ -18,6 +18,7 @@ use std::sync::Mutex;
 use zonal_exchange::aligned::lattice::MethodCounts;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_math::Grade;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, PerBand, Zones};
 
 /// Relative error of a transform and its inverse, in units of ε √log₂N.
@@ -210,7 +211,7 @@ impl<'a> SpectralOperator<'a> {
         }
         let mut voxels = self.take_values();
         for g in 0..self.tables.len() {
-            voxels.par_iter_mut().for_each(|x| *x = 0.0);
+            parallel::for_each(&mut voxels, |_, x| *x = 0.0);
             let met = self.convolution.exchange(g, &mut voxels, &faces);
             let of: Vec<Band> = Band::all().filter(|&b| self.group[b] == g).collect();
             let all = self.all_voxels(&voxels);
@@ -227,7 +228,7 @@ impl<'a> SpectralOperator<'a> {
     pub(crate) fn measure_defect(&mut self, zones: &Zones, openings: &[Bands]) -> Vec<Bands> {
         let (n, slopes) = (self.zones(), self.slope_zones());
         let level = |i: usize| if i < n { scaled_radiosity_coefficient(zones, i) } else { Bands::ZERO };
-        let mut rows: Vec<Bands> = (0..self.len()).into_par_iter().map(level).collect();
+        let mut rows: Vec<Bands> = parallel::collect(self.len(), level);
         self.replace(&mut rows);
         let off = |i: usize| {
             // Patches outside have rows elsewhere.
@@ -270,8 +271,8 @@ impl<'a> SpectralOperator<'a> {
             }
         }
         for (p, voxels) in voxels.chunks(self.voxels.max(1)).enumerate() {
-            let all = out[self.voxel_offset(p)..].par_iter_mut().zip(voxels);
-            all.for_each(|(o, x)| put(o, *x));
+            let out = &mut out[self.voxel_offset(p)..][..voxels.len()];
+            parallel::for_each_pair(out, voxels, |o, x| put(o, *x));
         }
     }
 
@@ -296,15 +297,15 @@ impl<'a> SpectralOperator<'a> {
     /// Copies the values of the voxels of this rank by component and cell.
     fn copy_voxels(&self, own: &mut [f64], at: impl Fn(usize) -> f64 + Sync) {
         let voxels = self.own_voxels();
-        own.par_chunks_mut(voxels.len().max(1)).enumerate().for_each(|(p, own)| {
+        parallel::chunks(own, voxels.len().max(1), |p, own| {
             let first = self.voxel_offset(p) + voxels.start;
-            own.par_iter_mut().enumerate().for_each(|(i, x)| *x = at(first + i));
+            parallel::for_each(own, |i, x| *x = at(first + i));
         });
     }
 
     /// True if `holds` for the entries of all processes.
     fn all(&self, s: &[Bands], holds: impl Fn(&Bands) -> bool + Sync) -> bool {
-        self.sums.over_processes(s.par_iter().all(&holds), |a, b| a && b)
+        self.sums.over_processes(parallel::all(&s, &holds), |a, b| a && b)
     }
 
     /// Replaces strengths by their product without scaling, band by band.
@@ -325,7 +326,7 @@ impl<'a> SpectralOperator<'a> {
             of.iter().for_each(|&c| done[c] = true);
             // Bands without light, such as those that fill up the last block, need no product.
             if self.all(s, |x| x[b] == 0.0) {
-                s.par_iter_mut().for_each(|x| of.iter().for_each(|&b| x[b] = 0.0));
+                parallel::for_each(s, |_, x| of.iter().for_each(|&b| x[b] = 0.0));
                 continue;
             }
             self.copy_voxels(&mut voxels, |i| s[i][b]);
@@ -339,7 +340,7 @@ impl<'a> SpectralOperator<'a> {
     fn replace(&self, s: &mut [Bands]) {
         let scale = |s: &mut [Bands]| {
             if let Some(d) = &self.scaling {
-                s.par_iter_mut().zip(d).for_each(|(s, d)| *s *= d);
+                parallel::for_each_pair(s, &d, |s, d| *s *= d);
             }
         };
         scale(s);
@@ -358,7 +359,7 @@ impl<'a> SpectralOperator<'a> {
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
         let radius = self.group.map_to_bands(|g| self.tables[g].radius) + self.defect;
         out.resize(arriving.len(), Bands::ZERO);
-        out.par_iter_mut().zip(arriving).for_each(|(e, p)| *e = radius * p.abs() + rounding * rms);
+        parallel::for_each_pair(&mut out, &arriving, |e, p| *e = radius * p.abs() + rounding * rms);
         out
     }
 }

@@ -4,8 +4,8 @@
 //! numbers. Parts that do not grow are equally coarse in both solves, and the difference of the solves does not show their error; they are reported. So are
 //! zones that are too coarse for the asymptotic range: few or thick cells, patches much wider than the gap in front of them.
 
-use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{
     Bands, Diagnostic, EnergyBalance, HeatReport, HeatRow, HeatRowKind, Patch, Scene, VoxelGrid, ZoneBasis,
     Zones,
@@ -359,7 +359,7 @@ fn wide_patches(zones: &Zones, transport: &Transport) -> Option<&'static str> {
         let reach = width(p) / MAX_WIDTH_OVER_GAP;
         transport.closest_hit(p.plate.centre(), p.normal, 1e-6 * reach, reach).is_some()
     };
-    let is_wide: Vec<bool> = zones.patches.par_iter().map(is_wide).collect();
+    let is_wide: Vec<bool> = parallel::map(&zones.patches, is_wide);
     let all: f64 = zones.patches.iter().map(|p| p.area).sum();
     let wide: f64 = zones.patches.iter().zip(is_wide).filter(|x| x.1).map(|x| x.0.area).sum();
     (wide > MAX_WIDE_AREA_SHARE * all).then_some("patches are wider than twice the gap before them")

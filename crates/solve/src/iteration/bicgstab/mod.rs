@@ -22,7 +22,7 @@
 
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
 use crate::distribution::multivector::{self, MultiVector};
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, PerBand, Progress, SolveStatus};
 
 /// Maximum number of restarts.
@@ -103,7 +103,7 @@ impl<'a> BicgstabColumn<'a> {
         let free = |i: usize, b: Band| system.weights[i][b] > 0.0 && power[b] > 0.0;
         let given =
             |i: usize, s: &mut Bands| *s = Bands::from_fn(|b| if free(i, b) { s[b] } else { source[i][b] });
-        start.par_iter_mut().enumerate().for_each(|(i, s)| given(i, s));
+        parallel::for_each(&mut start, |i, s| given(i, s));
         BicgstabColumn {
             power,
             best: start.clone(),
@@ -163,7 +163,7 @@ impl<'a> BicgstabColumn<'a> {
         let mut product = self.system.operator.apply(v);
         let w = self.system.weights;
         let put = |i: usize, g: &mut Bands| *g = v[i] - w[i] * *g;
-        product.par_iter_mut().enumerate().for_each(|(i, g)| put(i, g));
+        parallel::for_each(&mut product, |i, g| put(i, g));
         self.products += 1;
         self.progress.advance(1);
         product
@@ -174,7 +174,7 @@ impl<'a> BicgstabColumn<'a> {
         let strengths = std::mem::take(&mut self.strengths);
         let mut product = self.apply_system(&strengths);
         let source = self.source;
-        product.par_iter_mut().zip(source).for_each(|(r, s)| *r = s - *r);
+        parallel::for_each_pair(&mut product, &source, |r, s| *r = s - *r);
         (self.strengths, self.residual) = (strengths, product);
         // The measured residual replaces the recursive one.
         self.best_residual = Bands::splat(f64::INFINITY);
@@ -194,10 +194,9 @@ impl<'a> BicgstabColumn<'a> {
                 (self.best_residual[b], self.best_norm[b]) = (share[b], size[b]);
             }
         }
-        let kept = |(best, s): (&mut Bands, &Bands)| {
-            *best = Bands::from_fn(|b| if better[b] { s[b] } else { best[b] })
-        };
-        self.best.par_iter_mut().zip(&self.strengths).for_each(kept);
+        let kept =
+            |best: &mut Bands, s: &Bands| *best = Bands::from_fn(|b| if better[b] { s[b] } else { best[b] });
+        parallel::for_each_pair(&mut self.best, &self.strengths, kept);
     }
 
     /// In which bands the error of the smallest residual is at most `times` the criterion.
@@ -208,7 +207,7 @@ impl<'a> BicgstabColumn<'a> {
 
     /// A relaxation step: s += r.
     fn relax(&mut self) {
-        self.strengths.par_iter_mut().zip(&self.residual).for_each(|(s, r)| *s += r);
+        parallel::for_each_pair(&mut self.strengths, &self.residual, |s, r| *s += r);
     }
 
     /// Iterates from the current residual until every band has converged or broken down, or the maximum of products is reached.
@@ -226,7 +225,7 @@ impl<'a> BicgstabColumn<'a> {
             let alpha = ratio(rho, product(&shadow, &v));
             let alpha = Bands::from_fn(|b| if open[b] { alpha[b] } else { 0.0 });
             let mut h = std::mem::take(&mut self.residual);
-            h.par_iter_mut().zip(&v).for_each(|(h, v)| *h -= alpha * v);
+            parallel::for_each_pair(&mut h, &v, |h, v| *h -= alpha * v);
             let t = self.apply_system(&h);
             let omega = ratio(product(&t, &h), product(&t, &t));
             let omega = omega.zip_map(alpha, |omega, alpha| if alpha != 0.0 { omega } else { 0.0 });
@@ -235,8 +234,8 @@ impl<'a> BicgstabColumn<'a> {
             let change = |i: usize| alpha * v[i] + omega * t[i];
             let inverse = ratio(norm(targets, step), norm(targets, change));
             self.inverse_norm = self.inverse_norm.max(inverse);
-            self.strengths.par_iter_mut().enumerate().for_each(|(i, s)| *s += step(i));
-            h.par_iter_mut().zip(&t).for_each(|(h, t)| *h -= omega * t);
+            parallel::for_each(&mut self.strengths, |i, s| *s += step(i));
+            parallel::for_each_pair(&mut h, &t, |h, t| *h -= omega * t);
             self.residual = h;
             self.iterations += 1;
             self.record();
@@ -244,7 +243,7 @@ impl<'a> BicgstabColumn<'a> {
             let beta = ratio(next, rho) * ratio(alpha, omega);
             let r = &self.residual;
             let turned = |i: usize, p: &mut Bands| *p = r[i] + beta * (*p - omega * v[i]);
-            direction.par_iter_mut().enumerate().for_each(|(i, p)| turned(i, p));
+            parallel::for_each(&mut direction, |i, p| turned(i, p));
             rho = next;
             let met = self.has_converged(1.0);
             open = PerBand::from_fn(|b| beta[b] != 0.0 && !met[b]);

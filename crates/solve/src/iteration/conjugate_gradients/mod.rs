@@ -30,6 +30,7 @@ use crate::operator::ExchangeOperator;
 use crate::settings::stage_codec::{Decoder, Encoder};
 use rayon::prelude::*;
 use std::ops::Range;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
 
 /// Iterations without a new smallest residual after which a band is stalled.
@@ -146,13 +147,13 @@ fn first_lanes<const N: usize>(x: Bands) -> [f64; N] {
 
 /// The first N bands of a vector.
 fn first_bands<E: BandEntry<N>, const N: usize>(v: &[Bands]) -> Vec<E> {
-    v.par_iter().map(|x| E::from_lanes(first_lanes(*x))).collect()
+    parallel::map(&v, |x| E::from_lanes(first_lanes(*x)))
 }
 
 /// True if the bands of all entries are bit-identical.
 fn is_grey(v: &[Bands]) -> bool {
     let is_grey = |x: &Bands| x.all(|y| y.to_bits() == x.first().to_bits());
-    v.par_iter().all(is_grey)
+    parallel::all(&v, is_grey)
 }
 
 /// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any. If all bands are identical, one is solved. The
@@ -187,7 +188,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     checkpoints: &dyn CheckpointStore,
     progress: &dyn Progress,
 ) -> (Vec<IterationResult>, Vec<Bands>) {
-    let root: Vec<E> = system.weights.par_iter().map(|w| E::from_lanes(first_lanes(w.sqrt()))).collect();
+    let root: Vec<E> = parallel::map(&system.weights, |w| E::from_lanes(first_lanes(w.sqrt())));
     let norm = ResidualNorm { root: &root, targets: system.targets, sums: system.sums };
     progress.begin("solving", stop.max_iterations as u64);
     let decode = |bytes: &[u8], unknowns: usize| decode_state::<E, N>(bytes, sources.len(), unknowns);
@@ -206,8 +207,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
         for (&c, product) in active.iter().zip(&mut products) {
             product.resize(root.len(), E::ZERO);
             let [_, _, p] = all[c].vectors.all();
-            let of = root.par_iter().zip(p);
-            product.par_iter_mut().zip(of).for_each(|(x, (root, p))| *x = root.times(*p));
+            parallel::for_each(product, |i, x| *x = root[i].times(p[i]));
         }
         E::replace(system.operator, &mut products);
         for (&c, product) in active.iter().zip(&products) {
@@ -273,12 +273,12 @@ fn start_columns<E: BandEntry<N>, const N: usize>(
         };
         let mut vectors = ColumnVectors(vec![[E::ZERO; 3]; s.len()]);
         let [y, r, p] = vectors.all_mut();
-        (y, &mut *r, p).into_par_iter().enumerate().for_each(|(i, (y, r, p))| {
-            *y = over(i);
-            let (root, g, y) = (norm.root[i].lanes(), g[i].lanes(), y.lanes());
+        parallel::for_each(y, |i, y| *y = over(i));
+        parallel::for_each(r, |i, r| {
+            let (root, g, y) = (norm.root[i].lanes(), g[i].lanes(), y[i].lanes());
             *r = E::per_lane(|b| root[b] * g[b] - y[b]);
-            *p = *r;
         });
+        p.copy_from_slice(r);
         let r = &*r;
         let power = powers[c];
         let left = norm.sums.sum(r.len(), |i| norm.power(i, r[i].lanes()));
@@ -320,7 +320,7 @@ fn iterate_column<E: BandEntry<N>, const N: usize>(
     let beta: [f64; N] = per_band(|b| if c.rr[b] > 0.0 { new[b] / c.rr[b] } else { 0.0 });
     c.rr = new;
     let [_, r, p] = c.vectors.all_mut();
-    p.par_iter_mut().zip(r).for_each(|(p, r)| {
+    parallel::for_each_pair(p, &r, |p, r| {
         let (old, r) = (p.lanes(), r.lanes());
         *p = E::per_lane(|b| r[b] + beta[b] * old[b]);
     });
@@ -405,8 +405,8 @@ fn finish<E: BandEntry<N>, const N: usize>(
 ) -> (IterationResult, ColumnVectors<E>) {
     let of = |b: Band| b.index().min(N - 1);
     let [y, ..] = c.vectors.all();
-    source.par_iter_mut().zip(root).zip(y).for_each(|((s, root), y)| {
-        let (root, y, s0) = (root.lanes(), y.lanes(), *s);
+    parallel::for_each(&mut source, |i, s| {
+        let (root, y, s0) = (root[i].lanes(), y[i].lanes(), *s);
         *s = Bands::from_fn(|b| s0[b] + root[of(b)] * y[of(b)]);
     });
     let result = IterationResult {

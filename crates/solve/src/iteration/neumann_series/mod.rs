@@ -6,7 +6,7 @@
 use super::linear_system::{IterationResult, LinearSystem, source_power};
 use crate::distribution::multivector::MultiVector;
 use crate::settings::stage_codec::{Decoder, Encoder};
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, CheckpointStore, NoCheckpoints, PerBand, Progress, SolveStatus};
 
 /// Name of the stage.
@@ -56,7 +56,7 @@ pub(crate) fn solve(
                 e.residuals[b].push(if e.power[b] > 0.0 { left[b] / e.power[b] } else { 0.0 });
             }
             if order < orders {
-                e.strengths = (0..s0.len()).into_par_iter().map(next).collect();
+                e.strengths = parallel::collect(s0.len(), next);
             }
         }
         if checkpoints.keeps() && order < orders && order % CHECKPOINT_INTERVAL == 0 {

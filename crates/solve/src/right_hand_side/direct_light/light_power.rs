@@ -7,9 +7,9 @@
 //! standard errors. Blocks are summed in their order, so that the bits do not depend on the number of threads.
 
 use crate::right_hand_side::surroundings::zone_rays::lost_transmittance;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{cosine_hemisphere, sin_cos_turns, uniform_sphere};
+use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Band, Bands, Light, Scene, Zones};
 use zonal_transport::lights::{EmissionSample, LightSampler};
@@ -52,14 +52,11 @@ impl LightPower {
             patches: facet_side_locator(scene, zones),
             sampler: LightSampler::new(scene, light),
         };
-        let blocks: Vec<LightPower> = (0..LIGHT_RAYS / BLOCK_RAYS)
-            .into_par_iter()
-            .map(|block| {
-                let mut sum = LightPower::default();
-                (block * BLOCK_RAYS..(block + 1) * BLOCK_RAYS).for_each(|k| tracer.trace(k, &mut sum));
-                sum
-            })
-            .collect();
+        let blocks: Vec<LightPower> = parallel::collect(LIGHT_RAYS / BLOCK_RAYS, |block| {
+            let mut sum = LightPower::default();
+            (block * BLOCK_RAYS..(block + 1) * BLOCK_RAYS).for_each(|k| tracer.trace(k, &mut sum));
+            sum
+        });
         let n = blocks.len() as f64;
         let powers: Vec<[Bands; 4]> = blocks.iter().map(LightPower::powers).collect();
         // The sum of a block over the rays of a block is one estimate of the power.

@@ -8,8 +8,8 @@ use super::stage;
 use super::surroundings_exchange::SurroundingsExchange;
 use crate::operator::AdjustableExchange;
 use crate::settings::SolveSettings;
-use rayon::prelude::*;
 use zonal_exchange::pair::{PairSettings, StripImages, closure_target, scaled_radiosity_coefficient};
+use zonal_math::parallel;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{Bands, Plate, Scene, Sides, Zones};
 use zonal_transport::Transport;
@@ -61,7 +61,7 @@ pub(crate) fn complete(
         Some(list) => list.iter().any(|p| reaches_behind(scene, zones, i, p, slack)),
         None => true,
     };
-    let needs: Vec<bool> = (0..n).into_par_iter().map(|i| !is_exact(i) || may_see_back(i)).collect();
+    let needs: Vec<bool> = parallel::collect(n, |i| !is_exact(i) || may_see_back(i));
     if !needs.contains(&true) {
         return pilot;
     }

@@ -18,9 +18,9 @@ use super::opening_sampling::{
     FIRST_ROUND_RAYS, MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_ERROR_EXPONENT,
 };
 use super::ray_tally::TracedScene;
-use rayon::prelude::*;
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Light, Patch, Scene, Zones};
 use zonal_transport::Transport;
 
@@ -87,7 +87,7 @@ impl<'a> SkyOpenings<'a> {
             let open = OpenCells::mark(traced, &DIVISIONS, &group.zones, rays)?;
             (open.missed <= MAX_MISSED_SHARE * step as f64).then_some(open)
         };
-        let open: Vec<Option<OpenCells>> = groups.par_iter().map(mark).collect();
+        let open: Vec<Option<OpenCells>> = parallel::map(&groups, mark);
         if open.iter().all(Option::is_none) {
             return None;
         }

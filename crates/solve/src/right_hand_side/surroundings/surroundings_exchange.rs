@@ -10,8 +10,8 @@
 use super::opening_sampling::{MIN_RAYS_FOR_OPENINGS, OpeningSampler, RAYS_OVER_ERROR_EXPONENT};
 use super::ray_tally::{RayTally, TracedScene};
 use crate::distribution::Execution;
-use rayon::prelude::*;
 use zonal_exchange::pair::{SUCCESSION_PSEUDO_COUNTS, StripImages, closure_target, sample_seed};
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Scene, Zones};
 use zonal_transport::Transport;
 
@@ -150,7 +150,7 @@ impl SurroundingsExchange {
 
     /// The exchange of infinitely long strips, exact to rounding; zeros if they close.
     pub(crate) fn of_strips(strips: &StripImages, zones: &Zones) -> SurroundingsExchange {
-        let losses: Vec<[f64; 2]> = (0..zones.len()).into_par_iter().map(|i| strips.losses(i)).collect();
+        let losses: Vec<[f64; 2]> = parallel::collect(zones.len(), |i| strips.losses(i));
         let list = |k: usize| -> Vec<Bands> {
             let open = losses.iter().any(|l| l[k] > 0.0);
             losses.iter().filter(|_| open).map(|l| Bands::splat(l[k])).collect()
@@ -247,8 +247,8 @@ impl SurroundingsExchange {
         response: impl Fn(usize) -> f64 + Sync,
         rays: u64,
     ) {
-        self.sky.par_iter_mut().zip(incident).enumerate().for_each(|(i, (factor, incident))| {
-            let measured = *incident * response(i);
+        parallel::for_each(&mut self.sky, |i, factor| {
+            let measured = incident[i] * response(i);
             let replaced = |b: Band| if sky[b] > 0.0 { measured[b] / sky[b] } else { factor[b] };
             *factor = Bands::from_fn(replaced);
         });
@@ -293,8 +293,7 @@ impl SurroundingsExchange {
     ) -> SurroundingsExchange {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
         let traced = TracedScene { scene, zones, transport, seed: 0, sky: None };
-        let tallies: Vec<RayTally> =
-            list.into_par_iter().map(|i| RayTally::of_zone(&traced, i, 0..rays)).collect();
+        let tallies: Vec<RayTally> = parallel::map(&list, |i| RayTally::of_zone(&traced, *i, 0..rays));
         SurroundingsExchange::from_tallies(&tallies, |i| closure_target(zones, i * step))
     }
 

@@ -24,8 +24,8 @@ use super::single_precision::{self, SingleBands};
 use super::zone_groups::ZoneGroups;
 use crate::distribution::Message;
 use crate::settings::stage_codec::{Decoder, Encoder};
-use rayon::prelude::*;
 use std::ops::Range;
+use zonal_math::parallel;
 use zonal_scene::Bands;
 
 /// Numbers of rays.
@@ -200,7 +200,7 @@ impl EscapeRays {
             if rays >= 1.0 { nearest_power(rays) } else { 0 }
         };
         let blocks = blocks(groups);
-        let ratios: Vec<u8> = blocks.par_iter().map(ratio_of).collect();
+        let ratios: Vec<u8> = parallel::map(&blocks, ratio_of);
         let mut of_rows = vec![0; self.counts.len()];
         for (group, ratio) in blocks.iter().zip(ratios) {
             group.iter().filter_map(|i| self.row(*i as usize)).for_each(|row| of_rows[row] = ratio);
@@ -310,7 +310,7 @@ impl<'a> EscapeControl<'a> {
                 covariance.zip_map(variance, ratio)
             };
             let blocks = blocks(groups);
-            let values: Vec<Bands> = blocks.par_iter().map(of_group).collect();
+            let values: Vec<Bands> = parallel::map(&blocks, of_group);
             for (group, value) in blocks.iter().zip(values) {
                 group.iter().filter_map(|i| rays.row(*i as usize)).for_each(|row| list[row] = value);
             }

@@ -15,8 +15,8 @@
 
 use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands};
 use crate::engines::rays::stored_rays::ray_tracer::RayTracer;
-use rayon::prelude::*;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::voxel_samples::subcell_at;
 use zonal_scene::{Band, Bands, SUBCELLS, VoxelGrid, Zones};
 use zonal_transport::zoning::{crossed_cells, crossed_subcells};
@@ -76,8 +76,7 @@ impl<'a> CellZones<'a> {
                 DIVIDED | (divided.len() - 1) as u32
             })
             .collect();
-        let divided =
-            divided.into_par_iter().map(|cell| divided_cell(transport, zones, grid, cell)).collect();
+        let divided = parallel::map(&divided, |cell| divided_cell(transport, zones, grid, *cell));
         for cell in crossed_cells(transport.scene(), grid) {
             if cells[cell] & DIVIDED == 0 {
                 cells[cell] |= WALLED;

@@ -19,6 +19,7 @@ use crate::engines::rays::stored_rays::padded_bands::widened;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Zones};
 
 /// Numbers of samples and the steps of their growth.
@@ -104,8 +105,10 @@ impl Gathered {
         error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
         // Each group inherits its share of the errors of the radiosities.
         for (errors, column) in errors.iter_mut().zip(&values) {
-            let all = errors.par_iter_mut().zip(column).zip(inherited.par_iter().zip(&sum));
-            all.for_each(|((e, v), (i, sum))| *e = e.hypot(*i * v.zip_map(*sum, ratio)));
+            parallel::for_each(errors, |k, e| {
+                let inherited = inherited.get(k).map(|i| *i * column[k].zip_map(sum[k], ratio));
+                *e = e.hypot(inherited.unwrap_or_default());
+            });
         }
         if let Some(of_sky) = task.sky {
             separate(&mut values[of_sky.column], &mut sky);
@@ -165,10 +168,8 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
 
 /// Takes a part out of a field. Noise may raise the part over the whole.
 fn separate(whole: &mut [Bands], part: &mut [Bands]) {
-    whole.par_iter_mut().zip(part).for_each(|(whole, part)| {
-        *part = part.min(*whole);
-        *whole -= *part;
-    });
+    parallel::for_each_pair(part, whole, |part, whole| *part = part.min(*whole));
+    parallel::for_each_pair(whole, part, |whole, part| *whole -= *part);
 }
 
 /// Takes samples of every zone up to the wanted number of each half, and saves them.
@@ -371,7 +372,7 @@ impl Goal {
             };
             worst * (sums.counts[i] as f64).powf(0.5 * p.variance_exponent)
         };
-        let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
+        let deviations: Vec<f64> = parallel::collect(n, deviation);
         let (mut wanted, mut added) = (sums.counts.clone(), 0);
         for (kind, range) in ranges_of_kinds(zones).into_iter().enumerate() {
             // A kind that meets its goal keeps its samples.

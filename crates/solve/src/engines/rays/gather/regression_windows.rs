@@ -5,9 +5,9 @@
 //! The window of a patch holds the patches in the same plane with about the same normal, within a radius proportional to its own size.
 
 use crate::settings::unobstructed_cells::UnobstructedCells;
-use rayon::prelude::*;
 use std::ops::Range;
 use zonal_math::Vec3;
+use zonal_math::parallel;
 use zonal_scene::{Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 use zonal_transport::point_grids::PointGrids;
@@ -154,17 +154,14 @@ impl<'a> VoxelAdjacency<'a> {
         let unobstructed = UnobstructedCells::new(grid, zones, transport);
         let n = zones.voxels.len();
         let faces = FaceNeighbours { zones, grid, transport, unobstructed: &unobstructed };
-        let tasks: Vec<(Vec<u32>, Vec<u32>)> = (0..n.div_ceil(ZONES_PER_TASK))
-            .into_par_iter()
-            .map(|task| {
-                let (mut ends, mut all) = (Vec::new(), Vec::new());
-                for z in task * ZONES_PER_TASK..((task + 1) * ZONES_PER_TASK).min(n) {
-                    faces.append(z, &mut all);
-                    ends.push(all.len() as u32);
-                }
-                (ends, all)
-            })
-            .collect();
+        let tasks: Vec<(Vec<u32>, Vec<u32>)> = parallel::collect(n.div_ceil(ZONES_PER_TASK), |task| {
+            let (mut ends, mut all) = (Vec::new(), Vec::new());
+            for z in task * ZONES_PER_TASK..((task + 1) * ZONES_PER_TASK).min(n) {
+                faces.append(z, &mut all);
+                ends.push(all.len() as u32);
+            }
+            (ends, all)
+        });
         let (mut first, mut all) = (vec![0u32], Vec::new());
         for (ends, list) in tasks {
             first.extend(ends.iter().map(|e| e + all.len() as u32));
@@ -175,7 +172,7 @@ impl<'a> VoxelAdjacency<'a> {
             let v = zones.voxels.at(i);
             (coordinates(v.cell), v.centre)
         };
-        let places = (0..zones.voxels.len()).into_par_iter().map(place).collect();
+        let places = parallel::collect(zones.voxels.len(), place);
         VoxelAdjacency { unobstructed, offset: zones.voxel_offset(), places, first, neighbours: all }
     }
 

@@ -33,9 +33,9 @@ use crate::engines::rays::stored_rays::path_continuation::{
 };
 use crate::engines::rays::stored_rays::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayTracer};
 use crate::right_hand_side::surroundings::zone_rays::{pane_ray_weight, point_in_zone, ray_from_point};
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::Range;
+use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
 use zonal_scene::{Bands, PerBand, Zones};
 
@@ -227,7 +227,7 @@ impl<'a> Gatherer<'a> {
         };
         let list = brightness.iter().take(zones.voxel_offset()).enumerate().map(light).collect();
         let reflectance = match lights {
-            Some(_) => zones.patches.par_iter().map(|p| padded(p.reflectance)).collect(),
+            Some(_) => parallel::map(&zones.patches, |p| padded(p.reflectance)),
             None => Vec::new(),
         };
         Gatherer {

@@ -8,8 +8,8 @@ use super::ray_sampling::RaysPerZone;
 use super::ray_tracer::{FIRST_CODE, RayTracer};
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::settings::zone_power::reflected_fraction;
-use rayon::prelude::*;
 use std::ops::Range;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Scene, Zones};
 use zonal_transport::Transport;
 
@@ -109,7 +109,7 @@ fn trace_sample(tracer: &RayTracer, lights: &PathLights, range: Range<usize>) ->
         vertices: a.vertices + b.vertices,
         response: a.response + b.response,
     };
-    let done: Vec<ProbeSample> = (0..runs).into_par_iter().with_max_len(1).map(one).collect();
+    let done: Vec<ProbeSample> = parallel::collect_tasks(runs, one);
     done.into_iter().fold(ProbeSample::default(), add)
 }
 

@@ -13,7 +13,7 @@
 
 use crate::distribution::sum_order::SharedZones;
 use crate::settings::zone_power::absorbed_power;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::EnergyBalance;
 use zonal_scene::{Bands, Zones};
 
@@ -31,6 +31,6 @@ pub(crate) fn normalize_power(
         let f = if all > 0.0 { off / all } else { 0.0 };
         if f.abs() <= tolerance { f } else { 0.0 }
     });
-    incident.par_iter_mut().for_each(|h| *h *= 1.0 + change);
+    parallel::for_each(incident, |_, h| *h *= 1.0 + change);
     change
 }

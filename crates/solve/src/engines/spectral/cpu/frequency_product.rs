@@ -34,7 +34,7 @@ use crate::device::basis::BasisOrder;
 use crate::device::grid::BoxGrid;
 use crate::device::slabs::FREQUENCIES_PER_BLOCK;
 use crate::device::spectra::{GridSpectra, KernelSpectrum, KernelTerm, SpectrumHalf};
-use rustfft::num_complex::Complex64;
+use zonal_fourier::Complex64;
 use zonal_math::simd;
 
 /// Spectra of two opposite walls, low and high, each by `[component][f_c][f_b]`.

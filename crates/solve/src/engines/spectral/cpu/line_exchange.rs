@@ -8,7 +8,7 @@
 //!     ŵ_± = ŵ_low ± φ ŵ_high,   φ = e^{−2πi f (n−1)/N}         P̂ += Ŝ ŵ_±         û_± += Ŝ ŝ         ŵ_low = û_+ + û_−,   ŵ_high = φ* (û_+ − û_−)
 //! ```
 
-use rustfft::num_complex::Complex64;
+use zonal_fourier::Complex64;
 use zonal_math::simd::{complex_parts, complex_parts_mut};
 
 pub(super) const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };

@@ -5,8 +5,8 @@
 
 use crate::device::slabs::Slabs;
 use crate::distribution::ExchangeBuffers;
-use rustfft::num_complex::Complex64;
 use std::ops::Range;
+use zonal_fourier::Complex64;
 
 /// Numbers of a batch, at least.
 const MIN_BATCH_NUMBERS: usize = 1 << 20;

@@ -16,8 +16,8 @@ use crate::device::slabs::{FREQUENCIES_PER_BLOCK, Slabs};
 use crate::device::spectra::GridSpectra;
 use crate::distribution::ExchangeBuffers;
 use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
 use std::sync::Mutex;
+use zonal_fourier::Complex64;
 use zonal_math::simd;
 
 /// The product of the voxels with voxels and walls.

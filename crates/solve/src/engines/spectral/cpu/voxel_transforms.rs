@@ -18,10 +18,9 @@ use super::transposition::PlaneSlots;
 use crate::device::grid::BoxGrid;
 use crate::device::slabs::FREQUENCIES_PER_BLOCK;
 use rayon::prelude::*;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
+use zonal_fourier::Complex64;
+use zonal_fourier::{ComplexToReal, Fft, Planner, RealToComplex};
 
 /// Plans of the transforms of a grid.
 pub(super) struct VoxelTransforms {
@@ -38,12 +37,12 @@ impl VoxelTransforms {
     /// Plans for a grid.
     pub(super) fn new(grid: BoxGrid) -> VoxelTransforms {
         let n = grid.lengths();
-        let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
+        let mut plans = Planner::default();
         VoxelTransforms {
-            forward: [0, 1].map(|a| complex.plan_fft_forward(n[a])),
-            back: [0, 1].map(|a| complex.plan_fft_inverse(n[a])),
-            real: real.plan_fft_forward(n[2]),
-            unreal: real.plan_fft_inverse(n[2]),
+            forward: [0, 1].map(|a| plans.forward(n[a])),
+            back: [0, 1].map(|a| plans.inverse(n[a])),
+            real: plans.real_forward(n[2]),
+            unreal: plans.real_inverse(n[2]),
             grid,
         }
     }

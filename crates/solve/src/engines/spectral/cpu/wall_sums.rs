@@ -14,9 +14,9 @@ use crate::device::grid::BoxGrid;
 use crate::device::slabs::FREQUENCIES_PER_BLOCK;
 use crate::distribution::fixed_tree::{self, SubtreeRoot};
 use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use zonal_fourier::Complex64;
 use zonal_math::simd::{complex_bytes, complex_bytes_mut};
 
 /// Numbers that one task adds.

@@ -22,11 +22,11 @@ use crate::device::{GridPart, WallValues};
 use crate::distribution::Blocks;
 use crate::distribution::part_of;
 use rayon::prelude::*;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
 use std::ops::Range;
 use std::sync::Arc;
+use zonal_fourier::Complex64;
+use zonal_fourier::{ComplexToReal, Fft, Planner, RealToComplex};
+use zonal_math::parallel;
 use zonal_math::simd::{self, LANES, complex_bytes, complex_bytes_mut};
 
 /// Plans of the transforms along walls.
@@ -70,12 +70,12 @@ impl<'a> WallConvolution<'a> {
     /// Plans for the part of a process.
     pub(super) fn new(part: GridPart<'a>) -> WallConvolution<'a> {
         let n = part.grid.lengths();
-        let (mut complex, mut real) = (FftPlanner::new(), RealFftPlanner::new());
+        let mut plans = Planner::default();
         WallConvolution {
-            forward: n.map(|n| complex.plan_fft_forward(n)),
-            back: n.map(|n| complex.plan_fft_inverse(n)),
-            real: n.map(|n| real.plan_fft_forward(n)),
-            unreal: n.map(|n| real.plan_fft_inverse(n)),
+            forward: n.map(|n| plans.forward(n)),
+            back: n.map(|n| plans.inverse(n)),
+            real: n.map(|n| plans.real_forward(n)),
+            unreal: n.map(|n| plans.real_inverse(n)),
             part,
         }
     }
@@ -235,13 +235,14 @@ impl<'a> WallConvolution<'a> {
             self.along(EdgeComponent { a, c, q }, &sent[a])
         };
         let list: Vec<(usize, usize)> = own.iter().flat_map(|&e| components(e)).collect();
-        let spectra: Vec<Vec<Complex64>> = list.par_iter().map(one).collect();
+        let spectra: Vec<Vec<Complex64>> = parallel::map(&list, one);
         // Bring the own frequencies of all walls here, multiply, and bring the products back.
         let from = self.to_frequencies(&edges, spectra);
         let to = self.adjacent_products(k, &edges, &from);
         let spectra = self.to_walls(&edges, to);
-        let one = |(&e, spectra): (&usize, &[Vec<Complex64>])| {
-            let WallEdge { a, c } = edges[e];
+        let one = |k: usize| {
+            let WallEdge { a, c } = edges[own[k]];
+            let spectra = &spectra[k * parts..(k + 1) * parts];
             let size = parts * self.part.grid.patches(a);
             let mut faces = [(); 2].map(|()| vec![0.0; size]);
             for (q, spectra) in spectra.iter().enumerate() {
@@ -249,7 +250,7 @@ impl<'a> WallConvolution<'a> {
             }
             faces.concat()
         };
-        let added: Vec<Vec<f64>> = own.par_iter().zip(spectra.par_chunks(parts)).map(one).collect();
+        let added: Vec<Vec<f64>> = parallel::collect(own.len(), one);
         let length = |e: usize| 2 * parts * self.part.grid.patches(edges[e].a);
         let all = Blocks::new(communicator, edges.len(), 1).gather_lists(communicator, length, added);
         for (&WallEdge { a, .. }, added) in edges.iter().zip(&all) {

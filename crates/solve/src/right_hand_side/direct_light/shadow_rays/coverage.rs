@@ -5,7 +5,7 @@ use super::zone_sampler::ZoneLightSampler;
 use crate::distribution::Execution;
 use crate::right_hand_side::direct_light::illumination::{PowerNormalization, illuminate_by};
 use crate::right_hand_side::direct_light::light_field::LightField;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_math::{Grade, Vec3, vec3};
 use zonal_reference::test_cases::sampled_cases;
 use zonal_scene::{Bands, Light, NoProgress, Patch, Solution};
@@ -67,16 +67,13 @@ fn check(text: &str, tolerance: f64) -> ErrorCoverage {
     let lit =
         illuminate_by(&scene, &zones, &transport, 0, PowerNormalization::None, Execution::alone(&NoProgress));
     let list: Vec<usize> = (0..zones.len()).step_by((zones.len() / COMPARED_ZONES).max(1)).collect();
-    let truth: Vec<Bands> = list
-        .par_iter()
-        .map(|&i| {
-            if i < zones.pane_offset() {
-                g.sample_zone(i, FIRST_REFERENCE_SAMPLE..FIRST_REFERENCE_SAMPLE + REFERENCE_SAMPLES).value()
-            } else {
-                g.pane(i - zones.pane_offset(), REFERENCE_PANE_POINTS)[0]
-            }
-        })
-        .collect();
+    let truth: Vec<Bands> = parallel::map(&list, |&i| {
+        if i < zones.pane_offset() {
+            g.sample_zone(i, FIRST_REFERENCE_SAMPLE..FIRST_REFERENCE_SAMPLE + REFERENCE_SAMPLES).value()
+        } else {
+            g.pane(i - zones.pane_offset(), REFERENCE_PANE_POINTS)[0]
+        }
+    });
     let (mut off, mut stated, mut all, mut once, mut twice) = (0.0, 0.0, 0.0, 0, 0);
     let mut sums: Vec<(String, [f64; 3])> = Vec::new();
     for (&i, t) in list.iter().zip(&truth) {
@@ -273,7 +270,7 @@ fn stated_errors_hold_for_any_number_of_samples() {
         let list: Vec<usize> = (0..zones.pane_offset()).step_by(zones.len() / COMPARED_ZONES).collect();
         let first = 1 << 18;
         let value = |&i: &usize| g.sample_zone(i, first..first + REFERENCE_SAMPLES).value().first();
-        let truth: Vec<f64> = list.par_iter().map(value).collect();
+        let truth: Vec<f64> = parallel::map(&list, value);
         for samples in [256, 2048, 16384] {
             let (mut off, mut stated, mut within, mut n) = (0.0, 0.0, 0, 0);
             for (&i, t) in list.iter().zip(&truth) {

@@ -16,6 +16,7 @@ use crate::right_hand_side::surroundings::sky_openings::{MIN_SKY_RAYS, SampleNee
 use crate::settings::unobstructed_cells::{CellRow, UnobstructedCells};
 use rayon::prelude::*;
 use std::ops::Range;
+use zonal_math::parallel;
 use zonal_scene::{Bands, Light, Scene, Zones};
 use zonal_transport::Transport;
 
@@ -145,7 +146,7 @@ pub(crate) fn expected_rays(
         let step = (range.len() / sample.max(1)).max(1);
         let list: Vec<usize> = range.step_by(step).collect();
         let pilot: Vec<DirectLightEstimate> =
-            list.par_iter().map(|&i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind])).collect();
+            parallel::map(&list, |&i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind]));
         let target = ErrorTarget::new(scene, &pilot, kind);
         let wanted = pilot.iter().zip(&list).map(|(o, &i)| (i, o, target.of(o)));
         let openings = SkyThroughOpenings::find(&sampler, (limit, step), wanted);
@@ -211,7 +212,7 @@ pub(crate) fn gather(
     });
     if let Some(clusters) = &clusters {
         let agreement = clusters.agreement(&second);
-        second.par_iter_mut().enumerate().for_each(|(i, one)| one.support = agreement.support(i, one).0);
+        parallel::for_each(&mut second, |i, one| one.support = agreement.support(i, one).0);
     }
     let counted = |list: &[DirectLightEstimate]| list.iter().map(|o| o.count as u64).sum::<u64>();
     let rays = counted(&pilot) + counted(&second);

@@ -2,7 +2,7 @@
 
 use super::params::{AGREEMENT_REACH, PILOT_SAMPLES};
 use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler};
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_scene::VoxelGrid;
 
 /// Visibility of the pilot samples around each cell.
@@ -30,7 +30,7 @@ impl<'a> NeighbourAgreement<'a> {
                 let (back, ahead) = (at.min(AGREEMENT_REACH), (dims[axis] - 1 - at).min(AGREEMENT_REACH));
                 (c - back * stride..=c + ahead * stride).step_by(stride).fold(0, |s, d| s | bits[d])
             };
-            bits = (0..grid.len()).into_par_iter().map(spread).collect();
+            bits = parallel::collect(grid.len(), spread);
         }
         NeighbourAgreement { grid, bits }
     }

@@ -8,7 +8,7 @@ use super::point_light::{LitZones, PointLightOnZone};
 use crate::distribution::{Execution, Message};
 use crate::right_hand_side::surroundings::sky_openings::SkyLight;
 use crate::right_hand_side::surroundings::zone_rays::voxel_point;
-use rayon::prelude::*;
+use zonal_math::parallel;
 use zonal_math::{Vec3, scrambled_sobol};
 use zonal_scene::{Bands, IntensityDistribution, Light, Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
@@ -339,7 +339,7 @@ impl<'a> ZoneLightSampler<'a> {
             list
         };
         let own: Vec<Vec<DirectLightEstimate>> =
-            blocks.own().collect::<Vec<_>>().into_par_iter().map(of_block).collect();
+            parallel::map(&blocks.own().collect::<Vec<_>>(), |b| of_block(*b));
         blocks.gather(execution.communicator, own.concat())
     }
 
