@@ -122,52 +122,33 @@ impl Vec3 {
     }
 }
 
-impl Add for Vec3 {
-    type Output = Vec3;
-    #[inline]
-    fn add(self, o: Vec3) -> Vec3 {
-        vec3(self.x + o.x, self.y + o.y, self.z + o.z)
-    }
+/// Implements operators of a vector from the components of their result.
+macro_rules! operators {
+    ($($operator:ident::$method:ident($a:ident: $left:ty $(, $b:ident: $right:ty)?) = $result:expr;)+) => {
+        $(impl $operator$(<$right>)? for $left {
+            type Output = Vec3;
+            #[inline]
+            fn $method(self $(, $b: $right)?) -> Vec3 {
+                let $a = self;
+                $result
+            }
+        })+
+    };
 }
+
+operators! {
+    Add::add(a: Vec3, b: Vec3) = vec3(a.x + b.x, a.y + b.y, a.z + b.z);
+    Sub::sub(a: Vec3, b: Vec3) = vec3(a.x - b.x, a.y - b.y, a.z - b.z);
+    Mul::mul(a: Vec3, s: f64) = vec3(a.x * s, a.y * s, a.z * s);
+    Mul::mul(s: f64, a: Vec3) = a * s;
+    Div::div(a: Vec3, s: f64) = vec3(a.x / s, a.y / s, a.z / s);
+    Neg::neg(a: Vec3) = vec3(-a.x, -a.y, -a.z);
+}
+
 impl AddAssign for Vec3 {
     #[inline]
     fn add_assign(&mut self, o: Vec3) {
         *self = *self + o;
-    }
-}
-impl Sub for Vec3 {
-    type Output = Vec3;
-    #[inline]
-    fn sub(self, o: Vec3) -> Vec3 {
-        vec3(self.x - o.x, self.y - o.y, self.z - o.z)
-    }
-}
-impl Mul<f64> for Vec3 {
-    type Output = Vec3;
-    #[inline]
-    fn mul(self, s: f64) -> Vec3 {
-        vec3(self.x * s, self.y * s, self.z * s)
-    }
-}
-impl Mul<Vec3> for f64 {
-    type Output = Vec3;
-    #[inline]
-    fn mul(self, v: Vec3) -> Vec3 {
-        v * self
-    }
-}
-impl Div<f64> for Vec3 {
-    type Output = Vec3;
-    #[inline]
-    fn div(self, s: f64) -> Vec3 {
-        vec3(self.x / s, self.y / s, self.z / s)
-    }
-}
-impl Neg for Vec3 {
-    type Output = Vec3;
-    #[inline]
-    fn neg(self) -> Vec3 {
-        vec3(-self.x, -self.y, -self.z)
     }
 }
 impl Index<usize> for Vec3 {

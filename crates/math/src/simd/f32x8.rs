@@ -106,6 +106,16 @@ impl<T: F32x8Kernel> pulp::NullaryFnOnce for Avx2Call<T> {
     }
 }
 
+/// Methods of [`F32x8Ops`] with two vectors `$a` and `$b`.
+macro_rules! binary_operations {
+    ($self:ident, $a:ident: $vector:ty, $b:ident; $($name:ident = $result:expr;)+) => {
+        $(#[inline(always)]
+        fn $name($self, $a: $vector, $b: $vector) -> $vector {
+            $result
+        })+
+    };
+}
+
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{F32x8, F32x8Ops};
@@ -127,25 +137,12 @@ mod avx2 {
         fn store(self, x: __m256) -> F32x8 {
             cast(x)
         }
-        #[inline(always)]
-        fn add(self, a: __m256, b: __m256) -> __m256 {
-            self.avx._mm256_add_ps(a, b)
-        }
-        #[inline(always)]
-        fn sub(self, a: __m256, b: __m256) -> __m256 {
-            self.avx._mm256_sub_ps(a, b)
-        }
-        #[inline(always)]
-        fn mul(self, a: __m256, b: __m256) -> __m256 {
-            self.avx._mm256_mul_ps(a, b)
-        }
-        #[inline(always)]
-        fn min(self, a: __m256, b: __m256) -> __m256 {
-            self.avx._mm256_min_ps(a, b)
-        }
-        #[inline(always)]
-        fn max(self, a: __m256, b: __m256) -> __m256 {
-            self.avx._mm256_max_ps(a, b)
+        binary_operations! { self, a: __m256, b;
+            add = self.avx._mm256_add_ps(a, b);
+            sub = self.avx._mm256_sub_ps(a, b);
+            mul = self.avx._mm256_mul_ps(a, b);
+            min = self.avx._mm256_min_ps(a, b);
+            max = self.avx._mm256_max_ps(a, b);
         }
         #[inline(always)]
         fn le(self, a: __m256, b: __m256) -> u32 {
@@ -182,25 +179,12 @@ impl F32x8Ops for ScalarF32x8 {
     fn store(self, x: F32x8) -> F32x8 {
         x
     }
-    #[inline(always)]
-    fn add(self, a: F32x8, b: F32x8) -> F32x8 {
-        map_lanes(a, b, |a, b| a + b)
-    }
-    #[inline(always)]
-    fn sub(self, a: F32x8, b: F32x8) -> F32x8 {
-        map_lanes(a, b, |a, b| a - b)
-    }
-    #[inline(always)]
-    fn mul(self, a: F32x8, b: F32x8) -> F32x8 {
-        map_lanes(a, b, |a, b| a * b)
-    }
-    #[inline(always)]
-    fn min(self, a: F32x8, b: F32x8) -> F32x8 {
-        map_lanes(a, b, |a, b| if a < b { a } else { b })
-    }
-    #[inline(always)]
-    fn max(self, a: F32x8, b: F32x8) -> F32x8 {
-        map_lanes(a, b, |a, b| if a > b { a } else { b })
+    binary_operations! { self, a: F32x8, b;
+        add = map_lanes(a, b, |a, b| a + b);
+        sub = map_lanes(a, b, |a, b| a - b);
+        mul = map_lanes(a, b, |a, b| a * b);
+        min = map_lanes(a, b, |a, b| if a < b { a } else { b });
+        max = map_lanes(a, b, |a, b| if a > b { a } else { b });
     }
     #[inline(always)]
     fn le(self, a: F32x8, b: F32x8) -> u32 {
