@@ -4,7 +4,7 @@
 //! hold every factor. Memory is that of the distinct offsets, for any extinction. The factor of a zone that is neither a cell nor a face is unknown.
 
 use crate::aligned::Cuboid;
-use crate::aligned::lattice::{self, OffsetTable, OneProcess, WallTable};
+use crate::aligned::lattice::{self, FactorTable, OneProcess};
 use zonal_math::{Bounded, Vec3};
 use zonal_scene::Scene;
 
@@ -24,10 +24,10 @@ pub(super) struct PeriodicFactors {
 /// The factors for one extinction: voxels, walls across each axis with voxels and with the walls opposite, and adjacent walls across the axes (0, 1),
 /// (0, 2), (1, 2).
 struct ExtinctionTables {
-    voxels: OffsetTable,
-    walls: [Option<WallTable>; 3],
-    opposite: [Option<WallTable>; 3],
-    adjacent: [Option<WallTable>; 3],
+    voxels: FactorTable,
+    walls: [Option<FactorTable>; 3],
+    opposite: [Option<FactorTable>; 3],
+    adjacent: [Option<FactorTable>; 3],
 }
 
 /// A cell, or its face on the wall across an axis, low (0) or high (1).
@@ -53,10 +53,10 @@ impl PeriodicFactors {
         let images = lattice::PeriodicGrid::new(period, self.edges, kappa);
         let table = |normals: &[usize]| {
             let stand = normals.iter().all(|&a| !self.periodic[a]);
-            stand.then(|| WallTable::repeated(counts, normals, &images, &OneProcess))
+            stand.then(|| FactorTable::repeated(counts, normals, &images, &OneProcess))
         };
         ExtinctionTables {
-            voxels: OffsetTable::repeated(counts, &images, &OneProcess),
+            voxels: FactorTable::repeated(counts, &[], &images, &OneProcess),
             walls: [0, 1, 2].map(|a| table(&[a])),
             opposite: [0, 1, 2].map(|a| table(&[a, a])),
             adjacent: [[0, 1], [0, 2], [1, 2]].map(|pair| table(&pair)),

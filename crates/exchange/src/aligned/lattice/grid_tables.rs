@@ -3,9 +3,7 @@
 use super::chunk_evaluator::{ChunkEvaluator, OneProcess};
 use super::offset_family::OffsetFamily;
 use super::offset_index::OffsetIndex;
-use super::offset_table::OffsetTable;
 use super::table::FactorTable;
-use super::wall_table::WallTable;
 
 /// Tables of a grid of `counts` voxels: every radius is at most `tolerance` · value, as for
 /// [`geometric_factor`](crate::aligned::geometric_factor).
@@ -43,33 +41,33 @@ impl GridTables<'_> {
     ///
     /// # Panics
     /// On an edge or tolerance that is not positive and finite, a negative or infinite extinction, a count of zero or above 65,535.
-    pub fn voxels(&self) -> OffsetTable {
+    pub fn voxels(&self) -> FactorTable {
         let family = self.family(self.edges.map(|e| (e, e)), [0.0; 3]);
-        OffsetTable(FactorTable::new(OffsetIndex::of_edges(self.edges, self.counts), &family, self.evaluator))
+        FactorTable::new(OffsetIndex::of_edges(self.edges, self.counts), &family, self.evaluator)
     }
 
     /// Voxels and the patches of a wall across `axis`; component `axis` of an offset is the voxel's distance in cells.
     ///
     /// # Panics
     /// As [`GridTables::voxels`]; on an axis above 2.
-    pub fn wall(&self, axis: usize) -> WallTable {
+    pub fn wall(&self, axis: usize) -> FactorTable {
         let mut extents = self.edges.map(|e| (e, e));
         let mut shift = [0.0; 3];
         (extents[axis].1, shift[axis]) = (0.0, 0.5);
         let index = OffsetIndex::with_odd_axis(axis, self.others(axis), self.counts);
-        WallTable(FactorTable::new(index, &self.family(extents, shift), self.evaluator))
+        FactorTable::new(index, &self.family(extents, shift), self.evaluator)
     }
 
     /// Patches of the two walls across `axis`; component `axis` of an offset is zero.
     ///
     /// # Panics
     /// As [`GridTables::wall`].
-    pub fn opposite(&self, axis: usize) -> WallTable {
+    pub fn opposite(&self, axis: usize) -> FactorTable {
         let mut extents = self.edges.map(|e| (e, e));
         let (mut shift, mut folded) = ([0.0; 3], self.counts);
         (extents[axis], shift[axis], folded[axis]) = ((0.0, 0.0), self.counts[axis] as f64, 1);
         let index = OffsetIndex::with_odd_axis(axis, self.others(axis), folded);
-        WallTable(FactorTable::new(index, &self.family(extents, shift), self.evaluator))
+        FactorTable::new(index, &self.family(extents, shift), self.evaluator)
     }
 
     /// Patches of two adjacent walls, across two different axes: component `axes[0]` of an offset is the distance in cells of the second wall's
@@ -77,7 +75,7 @@ impl GridTables<'_> {
     ///
     /// # Panics
     /// As [`GridTables::wall`]; on equal axes.
-    pub fn adjacent(&self, axes: [usize; 2]) -> WallTable {
+    pub fn adjacent(&self, axes: [usize; 2]) -> FactorTable {
         assert!(axes[0] != axes[1] && axes[0] < 3 && axes[1] < 3, "axes {axes:?}");
         let mut extents = self.edges.map(|e| (e, e));
         let mut shift = [0.0; 3];
@@ -86,7 +84,7 @@ impl GridTables<'_> {
         }
         let edges = axes.map(|k| self.edges[k]);
         let index = OffsetIndex::with_odd_axis(3 - axes[0] - axes[1], edges, self.counts);
-        WallTable(FactorTable::new(index, &self.family(extents, shift), self.evaluator))
+        FactorTable::new(index, &self.family(extents, shift), self.evaluator)
     }
 
     /// Edges along the axes of a wall across `axis`.

@@ -5,11 +5,8 @@
 //! grid's walls (patches are faces of cells), and of two such patches, the offsets across the plane of the walls fold in
 //! the same way: n²(n+1)/2 entries (766,935 + … for 115³).
 //!
-//! | table | pairs | module that fills it |
-//! |---|---|---|
-//! | [`OffsetTable`] | voxel and voxel | `offset_family.rs`: batches of eight offsets by the moments' series or by Gauss rules of the density, |
-//! | [`WallTable`] | voxel and wall, opposite walls, adjacent walls | near ones by `method_selection.rs`, pair by pair |
-//! | [`voxel_block()`] | one voxel against a block of voxels | |
+//! `offset_family.rs` fills a [`FactorTable`], in batches of eight offsets by the moments' series or by Gauss rules of the density, near ones by
+//! `method_selection.rs`, pair by pair; [`voxel_block()`] the factors of one voxel with a block of voxels.
 //!
 //! Tables for radiosity that is linear inside a cell are in `linear_basis.rs`.
 //!
@@ -24,21 +21,18 @@ mod grid_tables;
 mod linear_basis;
 mod offset_family;
 mod offset_index;
-mod offset_table;
 mod pair_layout;
 mod periodic;
 mod table;
 mod voxel_block;
-mod wall_table;
 
 pub use chunk_evaluator::ChunkEvaluator;
 pub(crate) use chunk_evaluator::OneProcess;
 pub use grid_tables::GridTables;
 pub use offset_family::MethodCounts;
-pub use offset_table::OffsetTable;
 pub use pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
+pub use table::FactorTable;
 pub use voxel_block::{VoxelBlock, voxel_block};
-pub use wall_table::WallTable;
 
 #[cfg(test)]
 mod tests;

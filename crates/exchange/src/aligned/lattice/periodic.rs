@@ -14,8 +14,33 @@ use super::offset_index::OffsetIndex;
 use super::pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
 use super::table::FactorTable;
 
+impl FactorTable {
+    /// The table of a grid that is periodic along axes without walls, as [`GridTables::voxels`](super::GridTables::voxels),
+    /// [`GridTables::wall`](super::GridTables::wall), [`GridTables::opposite`](super::GridTables::opposite) and
+    /// [`GridTables::adjacent`](super::GridTables::adjacent) in turn: `normals` names no axis, one, two times the same one, or two.
+    /// `counts` are the numbers of offsets along each axis, each value the sum over its `images`, which hold edges and extinction; between opposite walls
+    /// the count is the number of cells. Relative radii are 2e-13; they grow for offsets longer than 30 mean free paths, which are negligible in a row sum.
+    /// Without extinction the sum of two voxels diverges for two periodic axes and is given as 0: such voxels do not emit.
+    ///
+    /// # Panics
+    /// As [`GridTables::voxels`](super::GridTables::voxels).
+    pub fn repeated(
+        counts: [usize; 3],
+        normals: &[usize],
+        images: &PeriodicGrid,
+        evaluator: &dyn ChunkEvaluator,
+    ) -> FactorTable {
+        let relations = [0, 1, 2].map(|k| match normals.iter().filter(|&&a| a == k).count() {
+            0 => AxisRelation::Extended,
+            1 => AxisRelation::OffWall,
+            _ => AxisRelation::OppositeWalls,
+        });
+        constant_basis_table(images, counts, relations, evaluator)
+    }
+}
+
 /// The table of constant radiosity; `counts` and `relations` as in [`LinearBasisPairs`].
-pub(super) fn constant_basis_table(
+fn constant_basis_table(
     grid: &PeriodicGrid,
     counts: [usize; 3],
     relations: [AxisRelation; 3],
@@ -52,15 +77,13 @@ pub(super) fn constant_basis_table(
 mod tests {
     use super::super::chunk_evaluator::OneProcess;
     use super::super::grid_tables::GridTables;
-    use super::super::offset_table::OffsetTable;
-    use super::super::wall_table::WallTable;
     use super::*;
 
     #[test]
     fn periodic_table_equals_sum_over_plain_table() {
         let (edges, kappa) = ([0.5, 0.4, 0.3], 9.0);
         let images = PeriodicGrid::new([Some(4), Some(3), None], edges, kappa);
-        let table = OffsetTable::repeated([3, 2, 5], &images, &OneProcess);
+        let table = FactorTable::repeated([3, 2, 5], &[], &images, &OneProcess);
         let plain = GridTables::new(edges, [14, 15, 5], kappa, 1e-12).voxels();
         for (d, e) in [([0, 0, 0], [0, 0, 0]), ([2, 1, 4], [2, 1, 4]), ([1, 0, 2], [1, 0, 2])] {
             let mut sum = 0.0;
@@ -83,8 +106,8 @@ mod tests {
         let (edges, kappa) = ([0.5, 0.4, 0.3], 9.0);
         let one = PeriodicGrid::new([Some(1), None, None], edges, kappa);
         let two = PeriodicGrid::new([Some(2), None, None], edges, kappa);
-        let a = OffsetTable::repeated([1, 3, 3], &one, &OneProcess);
-        let b = OffsetTable::repeated([2, 3, 3], &two, &OneProcess);
+        let a = FactorTable::repeated([1, 3, 3], &[], &one, &OneProcess);
+        let b = FactorTable::repeated([2, 3, 3], &[], &two, &OneProcess);
         for at in [[0, 0, 0], [0, 1, 0], [0, 2, 2]] {
             let sum = b.get(at).value + b.get([1, at[1], at[2]]).value;
             assert!((a.get(at).value / sum - 1.0).abs() < 1e-12, "{at:?}: {:?} {sum}", a.get(at));
@@ -123,7 +146,7 @@ mod tests {
         }
 
         /// Adds the incident power of the wall across axis `a` to each voxel.
-        fn add_wall_to_voxels(&self, a: usize, table: &WallTable, of_voxels: &mut [f64]) {
+        fn add_wall_to_voxels(&self, a: usize, table: &FactorTable, of_voxels: &mut [f64]) {
             for (i, at) in self.all().enumerate() {
                 for to in self.all().filter(|to| to[a] == 0) {
                     let mut d = self.offset(at, to);
@@ -136,12 +159,12 @@ mod tests {
         }
 
         /// Incident power of each patch of the wall across axis `a`.
-        fn wall_rows(&self, a: usize, walls: &[usize], table: &WallTable) -> Vec<f64> {
+        fn wall_rows(&self, a: usize, walls: &[usize], table: &FactorTable) -> Vec<f64> {
             let (counts, images) = (self.counts(), self.grid());
-            let opposite = WallTable::repeated(counts, &[a, a], &images, &OneProcess);
+            let opposite = FactorTable::repeated(counts, &[a, a], &images, &OneProcess);
             let others = walls.iter().filter(|&&b| b != a);
-            let corners: Vec<(usize, WallTable)> =
-                others.map(|&b| (b, WallTable::repeated(counts, &[a, b], &images, &OneProcess))).collect();
+            let corners: Vec<(usize, FactorTable)> =
+                others.map(|&b| (b, FactorTable::repeated(counts, &[a, b], &images, &OneProcess))).collect();
             let row = |at: [usize; 3]| {
                 let mut row = 0.0;
                 for to in self.all() {
@@ -169,7 +192,7 @@ mod tests {
 
         /// Closure defects of a uniform scaled radiosity of one: incident power over A of each wall patch and over 4V of each voxel, less one.
         fn defects(&self) -> Vec<f64> {
-            let voxels = OffsetTable::repeated(self.counts(), &self.grid(), &OneProcess);
+            let voxels = FactorTable::repeated(self.counts(), &[], &self.grid(), &OneProcess);
             let walls: Vec<usize> = (0..3).filter(|&k| !self.periodic[k]).collect();
             let mut of_voxels = vec![0.0; self.cells.iter().product()];
             for (i, at) in self.all().enumerate() {
@@ -179,7 +202,7 @@ mod tests {
             }
             let mut defects: Vec<f64> = Vec::new();
             for &a in &walls {
-                let table = WallTable::repeated(self.counts(), &[a], &self.grid(), &OneProcess);
+                let table = FactorTable::repeated(self.counts(), &[a], &self.grid(), &OneProcess);
                 let area = (0..3).filter(|&k| k != a).map(|k| self.edges[k]).product::<f64>();
                 self.add_wall_to_voxels(a, &table, &mut of_voxels);
                 defects.extend(self.wall_rows(a, &walls, &table).iter().map(|row| row / area - 1.0));
@@ -218,11 +241,11 @@ mod tests {
         // The view factor of opposite walls is 1; each wall is half of the surroundings of a voxel layer.
         let images = PeriodicGrid::new([Some(1), Some(1), None], [0.7, 1.1, 0.25], 0.0);
         let area = 0.7 * 1.1;
-        let opposite = WallTable::repeated([1, 1, 6], &[2, 2], &images, &OneProcess).get([0, 0, 0]);
+        let opposite = FactorTable::repeated([1, 1, 6], &[2, 2], &images, &OneProcess).get([0, 0, 0]);
         assert!((opposite.value / area - 1.0).abs() < opposite.radius / area, "{opposite:?}");
-        let layer = WallTable::repeated([1, 1, 6], &[2], &images, &OneProcess).get([0, 0, 4]);
+        let layer = FactorTable::repeated([1, 1, 6], &[2], &images, &OneProcess).get([0, 0, 4]);
         assert!((layer.value / (2.0 * area * 0.25) - 1.0).abs() < 2e-13, "{layer:?}");
-        assert_eq!(OffsetTable::repeated([1, 1, 6], &images, &OneProcess).get([0, 0, 3]).value, 0.0);
+        assert_eq!(FactorTable::repeated([1, 1, 6], &[], &images, &OneProcess).get([0, 0, 3]).value, 0.0);
     }
 
     #[test]
@@ -230,7 +253,7 @@ mod tests {
         // Opposite walls: 2 E₃(κL) A.
         for kappa in [1e-6, 1e-3, 0.1, 1.0, 5.0] {
             let images = PeriodicGrid::new([Some(3), Some(2), None], [0.7, 1.1, 0.25], kappa);
-            let table = WallTable::repeated([2, 2, 6], &[2, 2], &images, &OneProcess);
+            let table = FactorTable::repeated([2, 2, 6], &[2, 2], &images, &OneProcess);
             let sum: f64 = (0..3)
                 .flat_map(|i| (0..2).map(move |j| [[0, 1, 1][i], j, 0]))
                 .map(|d: [i64; 3]| table.get(d).value)

@@ -1,21 +1,32 @@
-//! A table of factors by offset: values and radii in the order of an [`OffsetIndex`].
+//! A table of factors by offset: values and radii in the order of its index.
 
 use super::chunk_evaluator::ChunkEvaluator;
 use super::offset_family::{MethodCounts, OFFSETS_PER_CHUNK, OffsetFamily};
 use super::offset_index::OffsetIndex;
 use zonal_math::Bounded;
 
-/// Values and radii of a family's distinct offsets.
+/// Factors of the cells of a grid by offset: of two voxels (m⁴), of voxels and wall patches (m³) or of patches of two walls (m²). Patches are the outer
+/// faces of cells, looking inwards.
+///
+/// An offset has a component an axis: along a wall's normal the number of whole cells between the wall and the near side of
+/// the voxel or patch (0 for a zone on the wall), along any other axis the difference of the cells' indices, of any sign.
+///
+/// ```
+/// use zonal_exchange::aligned::lattice::GridTables;
+/// let table = GridTables::new([0.1; 3], [20, 20, 20], 0.0, 1e-10).voxels();
+/// let f = table.get([3, -1, 2]);
+/// assert!(f.radius <= 1e-10 * f.value && f == table.get([-2, 3, 1]));
+/// ```
 #[derive(Clone, Debug)]
-pub(super) struct FactorTable {
-    pub index: OffsetIndex,
-    pub values: Vec<f64>,
-    /// Empty where processes shared the table: then [`FactorTable::worst_relative`] bounds all radii.
-    pub radii: Vec<f64>,
+pub struct FactorTable {
+    pub(super) index: OffsetIndex,
+    pub(super) values: Vec<f64>,
+    /// Empty where processes shared the table: then `worst_relative` bounds all radii.
+    pub(super) radii: Vec<f64>,
     /// Entries by method.
-    pub counts: MethodCounts,
+    pub(super) counts: MethodCounts,
     /// Largest relative radius weighted by the entry's share of a row sum, for tables whose entries have no common relative radius.
-    pub worst_relative: Option<f64>,
+    pub(super) worst_relative: Option<f64>,
 }
 
 impl FactorTable {
@@ -52,17 +63,29 @@ impl FactorTable {
         }
         FactorTable { index, values: all, radii: Vec::new(), counts, worst_relative: Some(worst) }
     }
-    /// Value and radius at an offset.
+    /// The factor at an offset.
     ///
     /// # Panics
     /// On an offset outside the table.
-    pub(super) fn get(&self, offset: [i64; 3]) -> Bounded {
+    pub fn get(&self, offset: [i64; 3]) -> Bounded {
         let i = self.index.place(offset);
         let worst = || self.worst_relative.unwrap_or(f64::INFINITY) * self.values[i];
         Bounded::proved(self.values[i], self.radii.get(i).copied().unwrap_or_else(worst))
     }
-    /// Largest relative radius.
-    pub(super) fn worst_relative_radius(&self) -> f64 {
+    /// Number of distinct offsets.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+    /// False: a table has at least one offset.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+    /// Number of entries by method.
+    pub fn method_counts(&self) -> MethodCounts {
+        self.counts
+    }
+    /// Largest relative radius; of a periodic grid weighted by the share of a row sum.
+    pub fn worst_relative_radius(&self) -> f64 {
         if let Some(worst) = self.worst_relative {
             return worst;
         }

@@ -58,7 +58,7 @@ fn voxel_tables_agree_with_cell_integration() {
         for (kappa, tolerance) in [(0.0, 1e-10), (0.0, 1e-3), (0.15, 1e-10), (2.5, 1e-8)] {
             let table = GridTables::new(edges, counts, kappa, tolerance).voxels();
             assert_eq!(table.method_counts().total(), table.len());
-            let offsets = table.0.index.offsets();
+            let offsets = table.index.offsets();
             for o in offsets.iter().step_by(offsets.len() / 40).chain(&offsets[..12]) {
                 let o = o.map(|x| x as i64);
                 let want = reference_by_cells(&cell(edges, [0; 3]), &cell(edges, o), kappa);
@@ -147,7 +147,7 @@ fn voxel_block_agrees_with_single_pairs() {
 fn threads_do_not_change_a_bit() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| GridTables::new([1.0, 1.0, 0.5], [40, 30, 30], 0.05, 1e-8).voxels().0)
+        pool.install(|| GridTables::new([1.0, 1.0, 0.5], [40, 30, 30], 0.05, 1e-8).voxels())
     };
     let (one, three) = (run(1), run(3));
     assert!(one.values == three.values && one.radii == three.radii && one.counts == three.counts);

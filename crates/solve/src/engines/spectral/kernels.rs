@@ -18,8 +18,7 @@ use crate::distribution::{Blocks, Communicator, Message};
 use std::ops::Range;
 use std::sync::Arc;
 use zonal_exchange::aligned::lattice::{
-    AxisRelation, ChunkEvaluator, GridTables, LinearBasisPairs, MethodCounts, OffsetTable, PeriodicGrid,
-    WallTable,
+    AxisRelation, ChunkEvaluator, FactorTable, GridTables, LinearBasisPairs, MethodCounts, PeriodicGrid,
 };
 use zonal_math::parallel;
 
@@ -132,7 +131,7 @@ struct KernelBuilder<'a> {
     transforms: [RealSymmetricFft; 3],
     counts: [usize; 3],
     /// Finished tables of walls, by the axes of their normals.
-    wall_tables: Vec<(Vec<usize>, Arc<WallTable>)>,
+    wall_tables: Vec<(Vec<usize>, Arc<FactorTable>)>,
     /// The same for a linear basis.
     linear_tables: Vec<LinearBasisTables>,
     /// A buffer for the next table: each kernel needs one beside its own spectrum.
@@ -151,7 +150,7 @@ struct LinearBasisTables {
 
 /// A table for permuted axes: axis k of an offset is axis `permutation[k]` of the table.
 struct PermutedTable {
-    table: Arc<WallTable>,
+    table: Arc<FactorTable>,
     permutation: [usize; 3],
 }
 
@@ -321,7 +320,7 @@ impl KernelBuilder<'_> {
         }
         let (edges, chunks) = (self.grid.edges, SharedChunks(self.slabs.communicator));
         let table = if self.images.is_periodic() {
-            OffsetTable::repeated(self.counts, &self.images, &chunks)
+            FactorTable::repeated(self.counts, &[], &self.images, &chunks)
         } else {
             GridTables::new(edges, self.counts, self.kappa, TOLERANCE).by(&chunks).voxels()
         };
@@ -345,11 +344,11 @@ impl KernelBuilder<'_> {
         PermutedTable { table, permutation: [0, 1, 2] }
     }
 
-    fn new_table(&self, normals: &[usize]) -> WallTable {
+    fn new_table(&self, normals: &[usize]) -> FactorTable {
         let (counts, chunks) = (self.counts, SharedChunks(self.slabs.communicator));
         let tables = GridTables::new(self.grid.edges, counts, self.kappa, TOLERANCE).by(&chunks);
         match *normals {
-            _ if self.images.is_periodic() => WallTable::repeated(counts, normals, &self.images, &chunks),
+            _ if self.images.is_periodic() => FactorTable::repeated(counts, normals, &self.images, &chunks),
             [a] => tables.wall(a),
             [a, b] if a == b => tables.opposite(a),
             [a, b] => tables.adjacent([a, b]),
