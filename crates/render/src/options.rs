@@ -22,25 +22,15 @@ impl Default for RenderOptions {
     }
 }
 
-/// Sampling that the options leave open.
-pub(crate) struct RenderParams {
-    /// Rays of a pixel behind a lens where `samples` is 0.
-    pub lens_rays: usize,
-    /// Rays of a pixel from which skies are sampled in the medium; fewer take the fluence of the zones, which has no grain.
-    pub sky_rays: usize,
-    /// Maximum number of steps of a ray through the deep shadow map of a sun, where a pixel has several rays.
-    pub max_sun_steps: usize,
-    /// … and where a pixel has one ray or shares it with its neighbours.
-    pub max_sun_steps_adaptive: usize,
-    /// Spacing of the nodes of optical depth along a ray, edges of a cube with the volume of a voxel.
-    pub depth_node_spacing: f64,
-}
+// Sampling that the options leave open.
 
-/// The values in use.
-pub(crate) const RENDER_PARAMS: RenderParams = RenderParams {
-    lens_rays: 64,
-    sky_rays: 64,
-    max_sun_steps: 256,
-    max_sun_steps_adaptive: 1024,
-    depth_node_spacing: 1.5,
-};
+/// Rays of a pixel behind a lens where `samples` is 0.
+pub(crate) const LENS_RAYS: usize = 64;
+/// Rays of a pixel from which skies are sampled in the medium; fewer take the fluence of the zones, which has no grain.
+pub(crate) const SKY_RAYS: usize = 64;
+/// Maximum number of steps of a ray through the deep shadow map of a sun, where a pixel has several rays.
+pub(crate) const MAX_SUN_STEPS: usize = 256;
+/// … and where a pixel has one ray or shares it with its neighbours.
+pub(crate) const MAX_SUN_STEPS_ADAPTIVE: usize = 1024;
+/// Spacing of the nodes of optical depth along a ray, edges of a cube with the volume of a voxel.
+pub(crate) const DEPTH_NODE_SPACING: f64 = 1.5;

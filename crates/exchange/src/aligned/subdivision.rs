@@ -139,10 +139,10 @@ impl IntegrationCell {
         let longest = (0..3).fold(0, |m, k| if len[k] > len[m] { k } else { m });
         let shortest = len.iter().copied().fold(f64::INFINITY, f64::min);
         let half = 0.5 * len[longest];
-        if len[longest] > SUBDIVISION.max_touching_aspect * shortest {
-            Some((longest, if half > SUBDIVISION.max_touching_aspect * shortest { half } else { shortest }))
+        if len[longest] > MAX_TOUCHING_ASPECT * shortest {
+            Some((longest, if half > MAX_TOUCHING_ASPECT * shortest { half } else { shortest }))
         } else {
-            (kernel.kappa * len[longest] > SUBDIVISION.max_touching_depth).then_some((longest, half))
+            (kernel.kappa * len[longest] > MAX_TOUCHING_DEPTH).then_some((longest, half))
         }
     }
 
@@ -164,10 +164,10 @@ impl IntegrationCell {
                 (thickest, depth) = (k, d);
             }
         }
-        if rho < SUBDIVISION.min_ellipse_parameter {
+        if rho < MIN_ELLIPSE_PARAMETER {
             Some(narrowest)
         } else {
-            (depth > SUBDIVISION.max_depth_variation).then_some(thickest)
+            (depth > MAX_DEPTH_VARIATION).then_some(thickest)
         }
     }
 }
@@ -186,31 +186,21 @@ const SLAB_CONSTANT: f64 = 1.5; // bound
 const BOUND_ROUNDING: f64 = 1.000_001; // bound
 /// Roundings in lo and len of a span: a difference of coordinates, one of lengths, a sum.
 const SPAN_ULPS: f64 = 3.0; // bound
-/// (a + b)/(a − b) for a ≥ `max_touching_aspect` b: amplification of relative errors by a difference.
+/// (a + b)/(a − b) for a ≥ `MAX_TOUCHING_ASPECT` b: amplification of relative errors by a difference.
 const DIFFERENCE_AMPLIFICATION: f64 = 5.0; // bound
 
-/// Limits of the cells that are integrated without further cuts.
-struct SubdivisionParams {
-    /// Longest over shortest edge of an undivided touching cell.
-    max_touching_aspect: f64,
-    /// Longest edge of an undivided touching cell, mean free paths.
-    max_touching_depth: f64,
-    /// Largest variation of κr along an edge of a separated cell.
-    max_depth_variation: f64,
-    /// Smallest ellipse parameter ϱ of a direction of an undivided cell.
-    min_ellipse_parameter: f64,
-    /// Leaves, at most; further cells stay undivided with the radius that they have.
-    max_leaves: usize,
-}
+// Limits of the cells that are integrated without further cuts.
 
-/// The values in use.
-const SUBDIVISION: SubdivisionParams = SubdivisionParams {
-    max_touching_aspect: 1.5,
-    max_touching_depth: 4.0,
-    max_depth_variation: 6.0,
-    min_ellipse_parameter: 3.0,
-    max_leaves: 400_000,
-};
+/// Longest over shortest edge of an undivided touching cell.
+const MAX_TOUCHING_ASPECT: f64 = 1.5;
+/// Longest edge of an undivided touching cell, mean free paths.
+const MAX_TOUCHING_DEPTH: f64 = 4.0;
+/// Largest variation of κr along an edge of a separated cell.
+const MAX_DEPTH_VARIATION: f64 = 6.0;
+/// Smallest ellipse parameter ϱ of a direction of an undivided cell.
+const MIN_ELLIPSE_PARAMETER: f64 = 3.0;
+/// Leaves, at most; further cells stay undivided with the radius that they have.
+const MAX_LEAVES: usize = 400_000;
 
 pub(super) fn norm(t: [f64; 3]) -> f64 {
     (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt()
@@ -281,7 +271,7 @@ impl CellSubdivision {
                 return;
             }
         }
-        let room = self.leaves.len() + stack.len() < SUBDIVISION.max_leaves;
+        let room = self.leaves.len() + stack.len() < MAX_LEAVES;
         match cell.cut_position(&kernel) {
             Some((axis, length)) if room => {
                 let (near, far) = cell.cut_at(axis, length);
@@ -332,10 +322,7 @@ mod tests {
         let (difference, of_lengths, sum) = (1.0, 1.0, 1.0);
         let counted = [
             (SPAN_ULPS, difference + of_lengths + sum),
-            (
-                DIFFERENCE_AMPLIFICATION,
-                (SUBDIVISION.max_touching_aspect + 1.0) / (SUBDIVISION.max_touching_aspect - 1.0),
-            ),
+            (DIFFERENCE_AMPLIFICATION, (MAX_TOUCHING_ASPECT + 1.0) / (MAX_TOUCHING_ASPECT - 1.0)),
         ];
         for (constant, derived) in counted {
             assert!(constant >= derived * (1.0 - f64::EPSILON), "{constant} {derived}");

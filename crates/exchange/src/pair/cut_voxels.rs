@@ -6,7 +6,7 @@ use super::prepared_zone::{PreparedShape, PreparedZone};
 use super::ray_average::ZonePair;
 use super::second_moments::SecondMoments;
 use super::subcells::{SUBCELL_OFFSETS, whole_samples};
-use crate::pair::visibility::ray_samples::RAYS;
+use crate::pair::visibility::ray_samples::{FIRST_RAYS, PARTIAL_RAYS};
 use crate::solid_angle_quadrature::{self, DistanceMoments};
 use zonal_math::{Bounded, Vec3, vec3};
 use zonal_scene::SUBCELLS;
@@ -30,7 +30,7 @@ impl Exchange<'_> {
     pub(super) fn cut_voxel_pair(&self, pair: ZonePair, counts: &mut PairCounts) -> PairFactor {
         let ZonePair { a, b, .. } = pair;
         let near = (a.centre - b.centre).length() < MIN_POINT_DISTANCE * (a.diameter.max(b.diameter));
-        let rays = if near { RAYS.partial } else { RAYS.first };
+        let rays = if near { PARTIAL_RAYS } else { FIRST_RAYS };
         let (plate, pane, part) = match (&a.shape, &b.shape) {
             (PreparedShape::Plate { plate, pane }, _) => (plate, pane, b),
             (_, PreparedShape::Plate { plate, pane }) => (plate, pane, a),

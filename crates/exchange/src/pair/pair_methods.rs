@@ -7,7 +7,7 @@ use super::prepared_zone::{PreparedShape, PreparedZone, is_behind, prepared_plat
 use super::ray_average::{ZonePair, pane_self_exchange};
 use super::volume_factors::{SelfAttenuation, VolumeFactorMethod, VoxelPair};
 use crate::aligned::Cuboid;
-use crate::pair::visibility::ray_samples::RAYS;
+use crate::pair::visibility::ray_samples::{PANE_EDGE_SPLITS, PANE_SPLITS, SMALL_TOLERANCE};
 use crate::solid_angle_quadrature::DistanceMoments;
 use zonal_math::{Bounded, Grade, low_discrepancy};
 use zonal_scene::{Band, Bands};
@@ -188,9 +188,8 @@ impl Exchange<'_> {
                     .settings
                     .volume_factors
                     .is_some_and(|m| m.self_attenuation() == SelfAttenuation::AtCentre);
-                let f = kappa.map_to(|k| self.aligned(c, c, if at_centre { 0.0 } else { k }));
-                let all =
-                    PairFactor { value: f.map_to_bands(|f| f.value), radius: f.map_to_bands(|f| f.radius) };
+                let f = kappa.map(|k| self.aligned(c, c, if at_centre { 0.0 } else { k }));
+                let all = PairFactor { value: f.map(|f| f.value), radius: f.map(|f| f.radius) };
                 self.visible_self_exchange(i, all, counts)
             }
             PreparedShape::CutVoxel(samples) => {
@@ -223,7 +222,7 @@ impl Exchange<'_> {
     /// Subdivisions of a pane and another zone close to it.
     fn pane_splits(&self, a: &PreparedZone, b: &PreparedZone) -> u32 {
         let plates = [a, b].iter().all(|z| matches!(z.shape, PreparedShape::Plate { .. }));
-        if plates && self.tolerance < RAYS.small_tolerance { RAYS.pane_edge_splits } else { RAYS.pane_splits }
+        if plates && self.tolerance < SMALL_TOLERANCE { PANE_EDGE_SPLITS } else { PANE_SPLITS }
     }
 
     /// A pane and any zone but a cut voxel. The larger plate of a close pair is divided into quarters: paths through the pane vary strongly

@@ -14,7 +14,11 @@ use super::exchange::Exchange;
 use super::pair_factor::{PairCounts, PairFactor};
 use super::prepared_zone::{PreparedShape, PreparedZone, is_close, power_share};
 use crate::pair::visibility::occlusion::{RayConsensus, RimVisibility, shaft_end};
-use crate::pair::visibility::ray_samples::{PairPoints, RAYS, WeightedMean, pair_kernel};
+use crate::pair::visibility::ray_samples::{
+    AGREEING_RAYS, CLOSE_RAYS, FIRST_RAYS, IMPORTANT_RAYS, IMPORTANT_SHARE, MAX_CUMULANT_DEPTH, MAX_RAYS,
+    MAX_REFERENCE_DEPTH, MAX_ROUNDS, OPEN_SHARE, PARTIAL_RAYS, PairPoints, SELF_PAIR_RAYS, UNIMPORTANT_RAYS,
+    WeightedMean, pair_kernel,
+};
 use crate::pair::visibility::visibility_uncertainty::succession_bound;
 use crate::solid_angle_quadrature::DistanceMoments;
 use std::ops::Range;
@@ -41,21 +45,21 @@ impl ZonePair<'_> {
     /// Number of first rays, `important` for a pair that carries an important share of power.
     fn first_rays(&self, important: bool) -> usize {
         if self.is_close() {
-            RAYS.partial
+            PARTIAL_RAYS
         } else if important {
-            RAYS.first
+            FIRST_RAYS
         } else {
-            RAYS.unimportant
+            UNIMPORTANT_RAYS
         }
     }
     /// Number of rays if the pair is partly visible and carries an important share of power.
     fn important_rays(&self) -> usize {
         if self.is_self() {
-            RAYS.self_pair
+            SELF_PAIR_RAYS
         } else if self.is_close() {
-            RAYS.close
+            CLOSE_RAYS
         } else {
-            RAYS.important
+            IMPORTANT_RAYS
         }
     }
     /// κ of the uniform medium, 1/m; zero where there is none.
@@ -129,7 +133,7 @@ impl Exchange<'_> {
     ) -> PairFactor {
         let share = power_share(base.value.first(), pair.a, pair.b);
         let v = self.visible_fraction(pair, share, counts);
-        let (mean, error) = (v.map_to_bands(|v| v.0), v.map_to_bands(|v| v.1));
+        let (mean, error) = (v.map(|v| v.0), v.map(|v| v.1));
         PairFactor { value: base.value * mean, radius: base.radius * mean + base.value * error }
     }
 
@@ -152,7 +156,7 @@ impl Exchange<'_> {
         let rays = if important && partial {
             pair.important_rays()
         } else if important {
-            first.max(RAYS.agreeing)
+            first.max(AGREEING_RAYS)
         } else {
             first
         };
@@ -192,7 +196,7 @@ impl Exchange<'_> {
 
     /// Adds rays to a partly visible pair, from ray `start` on, until the error leaves an admissible share of power open.
     fn add_rays_by_error(&self, pair: ZonePair, start: usize, share: f64, tally: &mut PerBand<WeightedMean>) {
-        for _ in 0..RAYS.max_rounds {
+        for _ in 0..MAX_ROUNDS {
             let first = tally[Band::first()];
             let error = tally.iter().fold(0.0f64, |m, t| m.max(t.mean_and_error().1));
             let (have, want) = (first.n as usize, self.rays_for(first.n as usize, share * error));
@@ -205,7 +209,7 @@ impl Exchange<'_> {
 
     /// True for a pair that carries an important share of a zone's power.
     fn is_important(&self, share: f64) -> bool {
-        share > self.tolerance * RAYS.important_share
+        share > self.tolerance * IMPORTANT_SHARE
     }
 
     fn trace_visibility(&self, pair: ZonePair, range: Range<usize>, tally: &mut PerBand<WeightedMean>) {
@@ -226,8 +230,8 @@ impl Exchange<'_> {
 
     /// The number of rays of a pair whose `n` rays leave the share `open` of a zone's power open.
     fn rays_for(&self, n: usize, open: f64) -> usize {
-        let over = open / (RAYS.open_share * self.tolerance);
-        if over > 1.0 { ((n as f64 * over * over) as usize).min(RAYS.max) } else { n }
+        let over = open / (OPEN_SHARE * self.tolerance);
+        if over > 1.0 { ((n as f64 * over * over) as usize).min(MAX_RAYS) } else { n }
     }
 
     /// False where no pane can dim a part of a pair.
@@ -250,12 +254,12 @@ impl Exchange<'_> {
         let rays = if near && (pane || self.is_thick(a, b))
             || pair.is_varied() && distance < a.diameter.max(b.diameter)
         {
-            RAYS.important
+            IMPORTANT_RAYS
         } else if near && pair.is_varied() || self.occlusion.has_occluders && pair.is_close() {
-            RAYS.partial
+            PARTIAL_RAYS
         } else if self.occlusion.has_occluders || pair.is_varied() || near {
             // In a varying medium e^{−δ} between the centres is no mean over the pair.
-            RAYS.first
+            FIRST_RAYS
         } else {
             1
         };
@@ -308,9 +312,9 @@ impl Exchange<'_> {
         let distance = pair.distance();
         let scale = self.pane_scale(a) * self.pane_scale(b);
         let points = PairPoints::new(seed);
-        let mut traced: Vec<PairRay> = Vec::with_capacity(rays.max(RAYS.partial));
+        let mut traced: Vec<PairRay> = Vec::with_capacity(rays.max(PARTIAL_RAYS));
         let share = power_share(m.factor.value, a, b);
-        let undecided = divided && rays > 1 && rays < RAYS.important;
+        let undecided = divided && rays > 1 && rays < IMPORTANT_RAYS;
         let important = undecided && self.is_important(share);
         // Rays without weight show whether an important pair is partly visible.
         let start = if important { rays } else { 0 };
@@ -331,22 +335,22 @@ impl Exchange<'_> {
             counts.rays += rays as u64 + rim.rays;
             if blocked > 0 && blocked < rays || rim.disagrees(RayConsensus::of(blocked as u64)) {
                 counts.partial += 1;
-                n = RAYS.important;
+                n = IMPORTANT_RAYS;
             }
         } else if undecided {
-            n = rays.max(RAYS.unimportant);
+            n = rays.max(UNIMPORTANT_RAYS);
         }
         // Trace the rays of the mean.
         trace(n, &mut traced);
         // Trace enough rays that an undetected pane is unimportant.
         let dimmed = rays > 1 && self.may_dim(a, b);
         if dimmed {
-            let n = (share / (RAYS.open_share * self.tolerance)) as usize;
-            trace(n.min(RAYS.max).max(traced.len()), &mut traced);
+            let n = (share / (OPEN_SHARE * self.tolerance)) as usize;
+            trace(n.min(MAX_RAYS).max(traced.len()), &mut traced);
         }
         // Add rays until the error leaves an admissible share of power open.
         let mut means = self.band_means(a, b, &traced);
-        for _ in 0..if rays > 1 { RAYS.max_rounds } else { 0 } {
+        for _ in 0..if rays > 1 { MAX_ROUNDS } else { 0 } {
             let open = means.iter().fold(0.0f64, |m, s| m.max(scale * s.error * (-s.kappa * distance).exp()));
             let want = self.rays_for(traced.len(), share * open);
             if want <= traced.len() {
@@ -383,15 +387,13 @@ impl Exchange<'_> {
         let length: f64 = rays.iter().map(|r| r.weight * r.length).sum();
         let weights: f64 = rays.iter().map(|r| r.weight).sum();
         PerBand::from_fn(|k| {
-            let chords =
-                thick && a.optical_thickness[k].max(b.optical_thickness[k]) > RAYS.max_cumulant_depth;
+            let chords = thick && a.optical_thickness[k].max(b.optical_thickness[k]) > MAX_CUMULANT_DEPTH;
             let depth: f64 = rays.iter().map(|r| r.weight * r.depth[k]).sum();
             let mean = depth / length;
             // Rays much longer than the medium that dims them would have unbounded ratios.
             let excess = rays.iter().fold(0.0f64, |m, r| m.max(mean * r.length - r.depth[k]));
-            let usable = length > 0.0
-                && depth <= RAYS.max_reference_depth * weights
-                && excess <= RAYS.max_reference_depth;
+            let usable =
+                length > 0.0 && depth <= MAX_REFERENCE_DEPTH * weights && excess <= MAX_REFERENCE_DEPTH;
             let kappa = if usable && !chords { mean } else { 0.0 };
             let (mut all, mut open) = (WeightedMean::default(), WeightedMean::default());
             for r in rays {
@@ -437,7 +439,7 @@ impl Exchange<'_> {
     /// True where the cumulants of the distance do not determine the attenuation.
     pub(super) fn is_thick(&self, a: &PreparedZone, b: &PreparedZone) -> bool {
         let cut = a.samples().or(b.samples()).is_some();
-        !cut && a.optical_thickness.max(b.optical_thickness).any(|depth| depth > RAYS.max_cumulant_depth)
+        !cut && a.optical_thickness.max(b.optical_thickness).any(|depth| depth > MAX_CUMULANT_DEPTH)
     }
 
     /// Attenuation along the line through x and y, averaged over its chords in both zones: on a given line the points of a pair

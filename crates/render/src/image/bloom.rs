@@ -13,17 +13,14 @@ use crate::image::Image;
 use rayon::prelude::*;
 use zonal_math::parallel;
 
-/// Shape of the glare.
-struct BloomParams {
-    /// σ_0, widths of the picture.
-    min_sigma: f64,
-    /// The largest σ_k, widths of the picture.
-    max_sigma: f64,
-    /// w_{k+1} / w_k.
-    octave_ratio: f64,
-}
+// Shape of the glare.
 
-const PARAMS: BloomParams = BloomParams { min_sigma: 0.0015, max_sigma: 0.06, octave_ratio: 0.8 };
+/// σ_0, widths of the picture.
+const MIN_SIGMA: f64 = 0.0015;
+/// The largest σ_k, widths of the picture.
+const MAX_SIGMA: f64 = 0.06;
+/// w_{k+1} / w_k.
+const OCTAVE_RATIO: f64 = 0.8;
 
 /// Box filters that approximate one Gaussian.
 const BOXES_PER_BLUR: usize = 3;
@@ -50,12 +47,12 @@ pub fn bloom(image: &Image, strength: f64) -> Image {
     let finite = |p: &[f32; 3]| p.map(|x| if x.is_finite() { x as f64 } else { 0.0 });
     let mut blurred: Vec<LinearColour> = image.pixels.iter().map(finite).collect();
     let mut glare = vec![[0.0; 3]; blurred.len()];
-    let (mut sigma, mut before) = (PARAMS.min_sigma * image.width as f64, 0.0);
-    let octaves = (PARAMS.max_sigma / PARAMS.min_sigma).log2().round() as usize + 1;
-    let total: f64 = (0..octaves).map(|k| PARAMS.octave_ratio.powi(k as i32)).sum();
+    let (mut sigma, mut before) = (MIN_SIGMA * image.width as f64, 0.0);
+    let octaves = (MAX_SIGMA / MIN_SIGMA).log2().round() as usize + 1;
+    let total: f64 = (0..octaves).map(|k| OCTAVE_RATIO.powi(k as i32)).sum();
     for k in 0..octaves {
         blurred = blur(blurred, image.width, (sigma * sigma - before * before).sqrt());
-        let share = PARAMS.octave_ratio.powi(k as i32) / total;
+        let share = OCTAVE_RATIO.powi(k as i32) / total;
         parallel::for_each_pair(&mut glare, &blurred, |g, x| (0..3).for_each(|b| g[b] += share * x[b]));
         (before, sigma) = (sigma, 2.0 * sigma);
     }

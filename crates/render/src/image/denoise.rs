@@ -9,7 +9,7 @@
 //! ```
 //!
 //! over patches within 3r that face nearly the same way or follow round a column; r is a few patches wide, s and e_min are
-//! `noise_share_of_estimate` and `min_relative_error`. Differences above the noise (shadows, other rooms) remain, and values with a
+//! `NOISE_SHARE_OF_ESTIMATE` and `MIN_RELATIVE_ERROR`. Differences above the noise (shadows, other rooms) remain, and values with a
 //! relative error below e_min are not changed. Cost: the patches within 3r of each patch.
 
 use rayon::prelude::*;
@@ -18,27 +18,18 @@ use zonal_math::simd::{self, LANES, dispatch};
 use zonal_scene::{Bands, Patch};
 use zonal_transport::point_grids::PointGrids;
 
-/// Widths and thresholds of the filter.
-struct DenoiseParams {
-    /// Share s of the estimated error that counts as noise: estimates are two to five times the error that they bound.
-    noise_share_of_estimate: f64,
-    /// Relative error e_min below which noise is not visible.
-    min_relative_error: f64,
-    /// r over the square root of a patch's area.
-    filter_radius: f64,
-    /// Least cosine between the normals of two patches: neighbouring sides of a round column pass.
-    min_normal_cosine: f64,
-    /// Largest height of a patch over the plane of the other, over their distance.
-    max_plane_distance: f64,
-}
+// Widths and thresholds of the filter.
 
-const PARAMS: DenoiseParams = DenoiseParams {
-    noise_share_of_estimate: 0.7,
-    min_relative_error: 0.015,
-    filter_radius: 4.0,
-    min_normal_cosine: 0.78,
-    max_plane_distance: 0.34,
-};
+/// Share s of the estimated error that counts as noise: estimates are two to five times the error that they bound.
+const NOISE_SHARE_OF_ESTIMATE: f64 = 0.7;
+/// Relative error e_min below which noise is not visible.
+const MIN_RELATIVE_ERROR: f64 = 0.015;
+/// r over the square root of a patch's area.
+const FILTER_RADIUS: f64 = 4.0;
+/// Least cosine between the normals of two patches: neighbouring sides of a round column pass.
+const MIN_NORMAL_COSINE: f64 = 0.78;
+/// Largest height of a patch over the plane of the other, over their distance.
+const MAX_PLANE_DISTANCE: f64 = 0.34;
 
 /// Distance of the farthest patches of a mean over r, and largest square root of a patch's area over the mean one that widens r.
 const REACH: f64 = 3.0;
@@ -54,8 +45,8 @@ pub(crate) struct NoisyField<'a> {
 impl NoisyField<'_> {
     /// The part of the error of every patch that counts as noise, all bands together, W/m².
     fn noise(&self, patches: usize) -> Vec<f64> {
-        let excess = |i: usize| self.error[i].sum() - PARAMS.min_relative_error * self.incident[i].sum();
-        (0..patches).map(|i| PARAMS.noise_share_of_estimate * excess(i).max(0.0)).collect()
+        let excess = |i: usize| self.error[i].sum() - MIN_RELATIVE_ERROR * self.incident[i].sum();
+        (0..patches).map(|i| NOISE_SHARE_OF_ESTIMATE * excess(i).max(0.0)).collect()
     }
 }
 
@@ -67,7 +58,7 @@ pub(crate) fn denoise_patches(patches: &[Patch], fields: &[NoisyField]) -> Vec<V
     }
     let mean = patches.iter().map(|p| p.area.sqrt()).sum::<f64>() / patches.len() as f64;
     let centres: Vec<Vec3> = patches.iter().map(|p| p.plate.centre()).collect();
-    let largest_radius = REACH * PARAMS.filter_radius * MAX_RELATIVE_SIZE * mean;
+    let largest_radius = REACH * FILTER_RADIUS * MAX_RELATIVE_SIZE * mean;
     let grids = PointGrids::new(&centres, largest_radius);
     let filter = PatchFilter { patches, fields, noises: &noises, centres: &centres, grids, mean };
     let mut filtered = vec![Bands::ZERO; patches.len() * fields.len()];
@@ -117,16 +108,16 @@ impl PatchFilter<'_> {
     /// The patches within the filter's radius of patch `i` that face nearly the same way or follow round a column.
     fn find_near(&self, i: usize, near: &mut Vec<NearPatch>) {
         let (own, at) = (&self.patches[i], self.centres[i]);
-        let r = PARAMS.filter_radius * own.area.sqrt().min(MAX_RELATIVE_SIZE * self.mean);
+        let r = FILTER_RADIUS * own.area.sqrt().min(MAX_RELATIVE_SIZE * self.mean);
         let (reach2, scale) = (REACH * REACH * r * r, -0.5 / (r * r));
-        let max_height2 = PARAMS.max_plane_distance * PARAMS.max_plane_distance;
-        self.grids.for_each_near(at, own.normal, REACH * r, PARAMS.max_plane_distance, |j| {
+        let max_height2 = MAX_PLANE_DISTANCE * MAX_PLANE_DISTANCE;
+        self.grids.for_each_near(at, own.normal, REACH * r, MAX_PLANE_DISTANCE, |j| {
             let away = self.centres[j] - at;
             let d2 = away.length2();
             if d2 > reach2 || own.normal.dot(away).powi(2) > max_height2 * d2 {
                 return;
             }
-            if own.normal.dot(self.patches[j].normal) >= PARAMS.min_normal_cosine {
+            if own.normal.dot(self.patches[j].normal) >= MIN_NORMAL_COSINE {
                 near.push(NearPatch { index: j as u32, exponent: scale * d2 });
             }
         });
@@ -226,7 +217,7 @@ mod tests {
 
     #[test]
     fn values_with_small_errors_are_unchanged() {
-        let (patches, value, error, _) = floor(PARAMS.min_relative_error);
+        let (patches, value, error, _) = floor(MIN_RELATIVE_ERROR);
         assert_eq!(denoise_one(&patches, &value, &error), value);
     }
 }

@@ -20,34 +20,25 @@ use crate::medium::analytic_area_light::AnalyticAreaLight;
 use crate::medium::deep_shadow_map::{DeepShadowMap, MapSamples};
 use crate::medium::ray_path::RayPath;
 use crate::medium::single_scattering::SingleScattering;
-use crate::options::RENDER_PARAMS;
+use crate::options::DEPTH_NODE_SPACING;
 use crate::view_ray::ViewRay;
 use zonal_math::Vec3;
 use zonal_scene::{Band, Bands, Light};
 use zonal_transport::Transport;
 use zonal_transport::lights::{EmissionSample, LightSampler, Receiver};
 
-/// Sampling of direct light on surfaces.
-struct DirectLightParams {
-    /// Samples of a sky over those of other lights: it fills the hemisphere.
-    sky_sample_factor: usize,
-    /// Samples of a sun or an emitter in its penumbra over those elsewhere.
-    penumbra_sample_factor: usize,
-    /// Share of the indirect irradiance below which a clustered emitter has one shadow ray.
-    single_ray_share: f64,
-    /// Points at which the extinction is sampled on the way to a clustered emitter.
-    depth_samples: usize,
-    /// Share of the indirect irradiance below which Russian roulette decides about that ray.
-    roulette_share: f64,
-}
+// Sampling of direct light on surfaces.
 
-const PARAMS: DirectLightParams = DirectLightParams {
-    sky_sample_factor: 4,
-    penumbra_sample_factor: 4,
-    single_ray_share: 0.04,
-    depth_samples: 4,
-    roulette_share: 0.015,
-};
+/// Samples of a sky over those of other lights: it fills the hemisphere.
+const SKY_SAMPLE_FACTOR: usize = 4;
+/// Samples of a sun or an emitter in its penumbra over those elsewhere.
+const PENUMBRA_SAMPLE_FACTOR: usize = 4;
+/// Share of the indirect irradiance below which a clustered emitter has one shadow ray.
+const SINGLE_RAY_SHARE: f64 = 0.04;
+/// Points at which the extinction is sampled on the way to a clustered emitter.
+const DEPTH_SAMPLES: usize = 4;
+/// Share of the indirect irradiance below which Russian roulette decides about that ray.
+const ROULETTE_SHARE: f64 = 0.015;
 
 /// Evaluation of emitters of many facets on surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +101,7 @@ impl<'a> DirectLights<'a> {
     /// Prepares the lights of `samplers`.
     pub(crate) fn new(transport: &'a Transport<'a>, samplers: Vec<LightSampler<'a>>) -> DirectLights<'a> {
         let scene = transport.scene();
-        let spacing = RENDER_PARAMS.depth_node_spacing;
+        let spacing = DEPTH_NODE_SPACING;
         let node_spacing = scene.voxel_grid().map_or(1.0, |v| spacing * v.cell().product().cbrt());
         let casters = ShadowCasters::new(scene);
         DirectLights {
@@ -150,11 +141,11 @@ impl<'a> DirectLights<'a> {
             }
             let n = match light_sampler.light() {
                 _ if light_sampler.is_delta() => 1,
-                Light::Sky { .. } => PARAMS.sky_sample_factor * sampler.count,
+                Light::Sky { .. } => SKY_SAMPLE_FACTOR * sampler.count,
                 _ => sampler.count,
             };
             let penumbra = || map.as_ref().is_some_and(|c| c.may_be_penumbra(point, sampler.shift));
-            let factor = if n > 1 && penumbra() { PARAMS.penumbra_sample_factor } else { 1 };
+            let factor = if n > 1 && penumbra() { PENUMBRA_SAMPLE_FACTOR } else { 1 };
             let own = sampler.with_count(factor * n);
             let clustered = self.accuracy == DirectLightAccuracy::Clustered && light_sampler.is_clustered();
             let h = match light.narrow_sun_depths() {
@@ -172,7 +163,7 @@ impl<'a> DirectLights<'a> {
         let (point, receiver, few) = (at.point, Receiver::Surface(at.normal), own.count);
         match light_sampler.light() {
             Light::Emitter { .. } => {
-                let many = PARAMS.penumbra_sample_factor * few;
+                let many = PENUMBRA_SAMPLE_FACTOR * few;
                 let all = own.with_count(few + many);
                 light_sampler
                     .gather_adaptively(self.transport, point, receiver, [few, many], |i| all.sample(i))
@@ -188,11 +179,8 @@ impl<'a> DirectLights<'a> {
         // Compare the unoccluded irradiance with the indirect one.
         let unoccluded = light_sampler.estimate_unoccluded(point, receiver);
         let share = Band::all().fold(0.0, |s: f64, b| s.max(unoccluded[b] / at.indirect[b].max(1e-300)));
-        let (n, probability) = if share > PARAMS.single_ray_share {
-            (own.count, 1.0)
-        } else {
-            (1, (share / PARAMS.roulette_share).min(1.0))
-        };
+        let (n, probability) =
+            if share > SINGLE_RAY_SHARE { (own.count, 1.0) } else { (1, (share / ROULETTE_SHARE).min(1.0)) };
         let mut sum = Bands::ZERO;
         if own.roulette() >= probability {
             return sum;
@@ -211,7 +199,7 @@ impl<'a> DirectLights<'a> {
 
     /// Optical depth between two points by the midpoint rule: the extinction at a few points, and the panes.
     fn sampled_depth(&self, a: Vec3, b: Vec3) -> Bands {
-        let n = PARAMS.depth_samples;
+        let n = DEPTH_SAMPLES;
         let mut sum = self.transport.pane_depth_inside(a, b);
         if let Some(map) = self.transport.scene().voxel_grid() {
             let part = (b - a).length() / n as f64;

@@ -1,6 +1,6 @@
 //! Light samples of a camera ray: low-discrepancy sequences, shifted by a hash of the pixel (Cranley–Patterson rotation).
 
-use crate::options::RENDER_PARAMS;
+use crate::options::MAX_SUN_STEPS;
 use zonal_math::low_discrepancy;
 
 /// The light samples of one ray: `first..first + count` of a shifted sequence.
@@ -18,7 +18,7 @@ pub(crate) struct RaySampler {
 impl RaySampler {
     /// Samples of ray number `i` of a pixel, `count` of each light.
     pub(crate) fn of_ray(i: usize, count: usize, shift: [f64; 3]) -> RaySampler {
-        let max_sun_steps = RENDER_PARAMS.max_sun_steps;
+        let max_sun_steps = MAX_SUN_STEPS;
         RaySampler { first: i * count, count, shift, max_sun_steps, medium_repeats: 1 }
     }
 

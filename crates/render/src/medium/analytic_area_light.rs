@@ -34,27 +34,18 @@ const GAUSS_3_OUTER: f64 = 0.774_596_669_241_483_4;
 /// The two Gauss–Legendre points on [0,1].
 const GAUSS_2: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
-/// Choice and discretization of analytic area lights.
-struct AreaLightParams {
-    /// Largest number of facets: beyond, the closed form costs more than samples.
-    max_facets: usize,
-    /// Length of a cell over the distance to the emitter.
-    cell_length: f64,
-    /// Least length of a cell over the radius of the emitter.
-    min_cell_length: f64,
-    /// Points along each side of a facet for the mean distance of an emitter nearby.
-    near_points_per_side: usize,
-    /// Length of a part over the distance to the emitter below which one point is enough.
-    max_one_point_length: f64,
-}
+// Choice and discretization of analytic area lights.
 
-const PARAMS: AreaLightParams = AreaLightParams {
-    max_facets: 8,
-    cell_length: 0.6,
-    min_cell_length: 0.03,
-    near_points_per_side: 4,
-    max_one_point_length: 0.08,
-};
+/// Largest number of facets: beyond, the closed form costs more than samples.
+const MAX_FACETS: usize = 8;
+/// Length of a cell over the distance to the emitter.
+const CELL_LENGTH: f64 = 0.6;
+/// Least length of a cell over the radius of the emitter.
+const MIN_CELL_LENGTH: f64 = 0.03;
+/// Points along each side of a facet for the mean distance of an emitter nearby.
+const NEAR_POINTS_PER_SIDE: usize = 4;
+/// Length of a part over the distance to the emitter below which one point is enough.
+const MAX_ONE_POINT_LENGTH: f64 = 0.08;
 
 /// An emitter whose unoccluded fluence is known in closed form.
 #[derive(Clone, Debug)]
@@ -118,7 +109,7 @@ impl AnalyticAreaLight {
         };
         let share_defined = scene.surfaces()[*surface].sides == Sides::Both || plates.iter().all(coplanar);
         let unoccluded = light_sampler.unoccluded(first.centre() + normal * radius, Receiver::Free);
-        let qualifies = share_defined && plates.len() <= PARAMS.max_facets && unoccluded != Bands::ZERO;
+        let qualifies = share_defined && plates.len() <= MAX_FACETS && unoccluded != Bands::ZERO;
         let quadrature = quadrature(&plates);
         qualifies.then_some(AnalyticAreaLight { plates, centre, radius, quadrature })
     }
@@ -182,8 +173,8 @@ impl AnalyticAreaLight {
         for end in planes {
             while t0 < end {
                 let distance = self.distance(origin + dir * t0);
-                let least = PARAMS.min_cell_length * self.radius;
-                let length = (PARAMS.cell_length * distance).max(least).max(1e-6 * (hi - lo));
+                let least = MIN_CELL_LENGTH * self.radius;
+                let length = (CELL_LENGTH * distance).max(least).max(1e-6 * (hi - lo));
                 let t1 = if t0 + 1.3 * length < end { t0 + length } else { end };
                 cells.push(SmoothCell { t0, t1, distance, parabolas: None });
                 t0 = t1;
@@ -222,7 +213,7 @@ impl AnalyticAreaLight {
 
 /// Points of the plates with their vector areas, m²: 2 × 2 a facet, and a finer grid.
 fn quadrature(plates: &[Plate]) -> [Vec<(Vec3, Vec3)>; 2] {
-    let side = PARAMS.near_points_per_side;
+    let side = NEAR_POINTS_PER_SIDE;
     let few = GAUSS_2.iter().flat_map(|u| GAUSS_2.map(|v| [*u, v]));
     let many = (0..side * side).map(|i| [i % side, i / side].map(|k| (k as f64 + 0.5) / side as f64));
     [few.collect::<Vec<_>>(), many.collect()].map(|grid| {
@@ -270,7 +261,7 @@ impl LitRay<'_> {
             return;
         }
         let length = b - a;
-        let (start, slope) = if length < PARAMS.max_one_point_length * cell.distance {
+        let (start, slope) = if length < MAX_ONE_POINT_LENGTH * cell.distance {
             (self.arriving_fluence(cell, &panes, middle), Bands::ZERO)
         } else {
             let [p, q] = GAUSS_2.map(|g| self.arriving_fluence(cell, &panes, a + g * length));

@@ -30,27 +30,18 @@ use zonal_scene::{Band, Bands, LightGroup, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
-/// Split and sampling of the light of many facets.
-struct ManyLightsParams {
-    /// Largest number of shadow rays of a voxel to an emitter.
-    max_shadow_rays: usize,
-    /// Share of B above which an emitter has all shadow rays; below, their number is proportional to its share.
-    full_sampling_share: f64,
-    /// R over the longest edge of a voxel.
-    window_radius: f64,
-    /// The square of the softening length over the square of the cluster's radius.
-    softening: f64,
-    /// Largest radius of a cluster, over R, for which there is a near part.
-    max_cluster_radius: f64,
-}
+// Split and sampling of the light of many facets.
 
-const PARAMS: ManyLightsParams = ManyLightsParams {
-    max_shadow_rays: 16,
-    full_sampling_share: 0.1,
-    window_radius: 2.0,
-    softening: 0.12,
-    max_cluster_radius: 0.25,
-};
+/// Largest number of shadow rays of a voxel to an emitter.
+const MAX_SHADOW_RAYS: usize = 16;
+/// Share of B above which an emitter has all shadow rays; below, their number is proportional to its share.
+const FULL_SAMPLING_SHARE: f64 = 0.1;
+/// R over the longest edge of a voxel.
+const WINDOW_RADIUS: f64 = 2.0;
+/// The square of the softening length over the square of the cluster's radius.
+const SOFTENING: f64 = 0.12;
+/// Largest radius of a cluster, over R, for which there is a near part.
+const MAX_CLUSTER_RADIUS: f64 = 0.25;
 
 /// A cluster of an emitter's facets.
 #[derive(Clone, Copy, Debug)]
@@ -98,8 +89,8 @@ impl<'a> ManyLights<'a> {
             return None;
         }
         let cell = map.cell();
-        let window_radius = PARAMS.window_radius * cell.x.max(cell.y).max(cell.z);
-        let small = clusters.iter().all(|c| c.radius <= PARAMS.max_cluster_radius * window_radius);
+        let window_radius = WINDOW_RADIUS * cell.x.max(cell.y).max(cell.z);
+        let small = clusters.iter().all(|c| c.radius <= MAX_CLUSTER_RADIUS * window_radius);
         let window_radius = if small { window_radius } else { 0.0 };
         let (begin, near) = (Vec::new(), Vec::new());
         let mut out = ManyLights { s, transport, emitters, groups, clusters, window_radius, begin, near };
@@ -165,11 +156,10 @@ impl<'a> ManyLights<'a> {
                 continue;
             }
             let unoccluded = emitter.estimate_unoccluded(z.centre, Receiver::Free);
-            let scale = 4.0 * PARAMS.full_sampling_share;
+            let scale = 4.0 * FULL_SAMPLING_SHARE;
             let share = |b: Band| unoccluded[b] * z.albedo[b] / (scale * indirect[b]).max(1e-300);
             let share = Band::all().fold(0.0, |s: f64, b| s.max(share(b)));
-            let n =
-                ((PARAMS.max_shadow_rays as f64 * share).ceil() as usize).clamp(1, PARAMS.max_shadow_rays);
+            let n = ((MAX_SHADOW_RAYS as f64 * share).ceil() as usize).clamp(1, MAX_SHADOW_RAYS);
             for i in 0..n {
                 let [u, v] = low_discrepancy::r2(i, [shift[0], shift[1]]);
                 let s = [u, v, (i as f64 + shift[2]) / n as f64];
@@ -210,7 +200,7 @@ impl<'a> ManyLights<'a> {
         let mut out = Bands::ZERO;
         for c in self.near_clusters(segment.zone) {
             let foot = (c.centre - origin).dot(dir);
-            let d2 = (origin + dir * foot - c.centre).length2() + PARAMS.softening * c.radius * c.radius;
+            let d2 = (origin + dir * foot - c.centre).length2() + SOFTENING * c.radius * c.radius;
             let (r2, d) = (self.window_radius * self.window_radius, d2.sqrt());
             let half = (r2 - d2).max(0.0).sqrt();
             let (a, b) = ((segment.t0 - foot).max(-half), (segment.t1 - foot).min(half));

@@ -19,7 +19,7 @@ use crate::image::to_pixel;
 use crate::integrator::medium_segment::MediumSegment;
 use crate::integrator::radiance::Integrator;
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
-use crate::options::{RENDER_PARAMS, RenderOptions};
+use crate::options::{MAX_SUN_STEPS_ADAPTIVE, RenderOptions};
 use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
@@ -33,46 +33,31 @@ const CENTRE_RAY: usize = 4;
 const CORNER_RAYS: [usize; 4] = [0, 2, 6, 8];
 const EDGE_RAYS: [usize; 4] = [1, 3, 5, 7];
 
-/// Density and thresholds of adaptive sampling. The thresholds hold the mean difference from pictures of nine rays per pixel below 1 %
-/// in blocks of 8 × 8 pixels (`approximation_tests`).
-struct AdaptiveSamplingParams {
-    /// Spacing of the first medium segments, pixels.
-    segment_spacing: usize,
-    /// Rows of a strip.
-    strip_rows: usize,
-    /// Number of times that suns and emitters are sampled along a segment of the medium.
-    medium_repeats: usize,
-    /// Largest difference of L_m between neighbouring segments that agree, as a share of L.
-    max_inscattered_difference: f64,
-    /// Largest difference of their lengths, in optical depth …
-    max_depth_difference: f64,
-    /// … and as a share of the length.
-    max_length_difference: f64,
-    /// Largest difference between the length of a ray and the mean of its neighbours, in optical depth …
-    max_own_depth_difference: f64,
-    /// … and as a share of the length.
-    max_own_length_difference: f64,
-    /// Contrast of neighbouring pixels above which a pixel has corner rays.
-    corner_contrast: f64,
-    /// Contrast of the rays of a pixel above which it has edge rays.
-    edge_contrast: f64,
-    /// Width, pixels, up to which an emitting plate is small.
-    max_small_emitter_width: f64,
-}
+// Density and thresholds of adaptive sampling. The thresholds hold the mean difference from pictures of nine rays per pixel below 1 %
+// in blocks of 8 × 8 pixels (`approximation_tests`).
 
-const PARAMS: AdaptiveSamplingParams = AdaptiveSamplingParams {
-    segment_spacing: 4,
-    strip_rows: 128,
-    medium_repeats: 4,
-    max_inscattered_difference: 0.05,
-    max_depth_difference: 0.06,
-    max_length_difference: 0.2,
-    max_own_depth_difference: 0.01,
-    max_own_length_difference: 0.05,
-    corner_contrast: 0.06,
-    edge_contrast: 0.2,
-    max_small_emitter_width: 4.0,
-};
+/// Spacing of the first medium segments, pixels.
+const SEGMENT_SPACING: usize = 4;
+/// Rows of a strip.
+const STRIP_ROWS: usize = 128;
+/// Number of times that suns and emitters are sampled along a segment of the medium.
+const MEDIUM_REPEATS: usize = 4;
+/// Largest difference of L_m between neighbouring segments that agree, as a share of L.
+const MAX_INSCATTERED_DIFFERENCE: f64 = 0.05;
+/// Largest difference of their lengths, in optical depth …
+const MAX_DEPTH_DIFFERENCE: f64 = 0.06;
+/// … and as a share of the length.
+const MAX_LENGTH_DIFFERENCE: f64 = 0.2;
+/// Largest difference between the length of a ray and the mean of its neighbours, in optical depth …
+const MAX_OWN_DEPTH_DIFFERENCE: f64 = 0.01;
+/// … and as a share of the length.
+const MAX_OWN_LENGTH_DIFFERENCE: f64 = 0.05;
+/// Contrast of neighbouring pixels above which a pixel has corner rays.
+const CORNER_CONTRAST: f64 = 0.06;
+/// Contrast of the rays of a pixel above which it has edge rays.
+const EDGE_CONTRAST: f64 = 0.2;
+/// Width, pixels, up to which an emitting plate is small.
+const MAX_SMALL_EMITTER_WIDTH: f64 = 4.0;
 
 /// A picture that is sampled adaptively.
 pub(crate) struct AdaptiveSampler<'a> {
@@ -111,10 +96,10 @@ impl PixelStrip {
         };
         let [a, b] = [(f, i), (g, j)].map(|(f, i)| f.in_front_of(self.centres[i].behind));
         let kappa = f.end_extinction.max(g.end_extinction).max_element();
-        let depth_edge = (f.length - g.length).abs() * kappa > PARAMS.max_own_depth_difference
-            || (f.length - g.length).abs() > PARAMS.max_own_length_difference * f.length;
+        let depth_edge = (f.length - g.length).abs() * kappa > MAX_OWN_DEPTH_DIFFERENCE
+            || (f.length - g.length).abs() > MAX_OWN_LENGTH_DIFFERENCE * f.length;
         let behind = |f: &MediumSegment, i: usize| f.transmittance * self.centres[i].behind;
-        let contrast = PARAMS.corner_contrast;
+        let contrast = CORNER_CONTRAST;
         differ_relative_to(behind(&f, i), behind(&g, j), contrast, a + b)
             || depth_edge && differ(a, b, contrast)
     }
@@ -149,7 +134,7 @@ impl<'a> AdaptiveSampler<'a> {
             let place = [x * o.width as f64, y * o.height as f64];
             (lo, hi) = ([0, 1].map(|k| lo[k].min(place[k])), [0, 1].map(|k| hi[k].max(place[k])));
         }
-        if (0..2).any(|k| hi[k] - lo[k] > PARAMS.max_small_emitter_width || hi[k] < 0.0) {
+        if (0..2).any(|k| hi[k] - lo[k] > MAX_SMALL_EMITTER_WIDTH || hi[k] < 0.0) {
             return;
         }
         let range = |k: usize, n: usize| lo[k].max(0.0) as usize..(hi[k] as usize + 1).min(n);
@@ -162,8 +147,8 @@ impl<'a> AdaptiveSampler<'a> {
     pub(crate) fn render(&self, progress: &dyn Progress) -> Vec<[f32; 3]> {
         let height = self.options.height;
         let mut out = Vec::with_capacity(self.options.width * height);
-        for first in (0..height).step_by(PARAMS.strip_rows) {
-            let last = (first + PARAMS.strip_rows).min(height);
+        for first in (0..height).step_by(STRIP_ROWS) {
+            let last = (first + STRIP_ROWS).min(height);
             let strip = self.sample_strip(first, last);
             let rows: Vec<Vec<[f32; 3]>> = (first..last)
                 .into_par_iter()
@@ -180,9 +165,9 @@ impl<'a> AdaptiveSampler<'a> {
 
     /// The centres of the pixels of some rows and of their margin, with their medium segments.
     fn sample_strip(&self, first: usize, last: usize) -> PixelStrip {
-        let up = |n: usize| n.div_ceil(PARAMS.segment_spacing) * PARAMS.segment_spacing;
+        let up = |n: usize| n.div_ceil(SEGMENT_SPACING) * SEGMENT_SPACING;
         let width = up(self.options.width - 1) + 1;
-        let margin = PARAMS.segment_spacing;
+        let margin = SEGMENT_SPACING;
         let (first, last) = (first.saturating_sub(margin), up(last.min(self.options.height - 1)) + 1);
         // Sample the radiance behind the medium in every pixel.
         let rows: Vec<Vec<PixelCentre>> =
@@ -190,7 +175,7 @@ impl<'a> AdaptiveSampler<'a> {
         let centres: Vec<PixelCentre> = rows.into_iter().flatten().collect();
         let mut strip = PixelStrip { first, width, segments: vec![None; centres.len()], centres };
         // Fill the medium segments on successively finer grids.
-        let mut step = PARAMS.segment_spacing;
+        let mut step = SEGMENT_SPACING;
         while step > 0 {
             let rows: Vec<(usize, Vec<Option<MediumSegment>>)> = (first.next_multiple_of(step)..last)
                 .into_par_iter()
@@ -214,7 +199,7 @@ impl<'a> AdaptiveSampler<'a> {
         let [dx, dy] = subpixel(i, RAYS);
         let dir = self.camera.direction((x as f64 + dx) / o.width as f64, (y as f64 + dy) / o.height as f64);
         let count = o.light_samples.max(1);
-        let max_sun_steps = RENDER_PARAMS.max_sun_steps_adaptive;
+        let max_sun_steps = MAX_SUN_STEPS_ADAPTIVE;
         let sampler = RaySampler { max_sun_steps, ..RaySampler::of_ray(i, count, pixel_shift(x, y)) };
         (ViewRay { origin: self.camera.origin, dir }, sampler)
     }
@@ -230,7 +215,7 @@ impl<'a> AdaptiveSampler<'a> {
     fn segment(&self, strip: &PixelStrip, x: usize, y: usize, step: usize) -> Option<MediumSegment> {
         let coarse = 2 * step;
         let length = strip.centres[strip.index(x, y)].length;
-        if step < PARAMS.segment_spacing {
+        if step < SEGMENT_SPACING {
             let side = |x: usize| [x - x % coarse, x.next_multiple_of(coarse)];
             let ([x0, x1], [y0, y1]) = (side(x), side(y));
             if x0 == x1 && y0 == y1 {
@@ -242,7 +227,7 @@ impl<'a> AdaptiveSampler<'a> {
             }
         }
         let (ray, sampler) = self.ray(x, y, CENTRE_RAY);
-        let sampler = RaySampler { medium_repeats: PARAMS.medium_repeats, ..sampler };
+        let sampler = RaySampler { medium_repeats: MEDIUM_REPEATS, ..sampler };
         Some(self.integrator.medium_segment(ray, length, sampler))
     }
 
@@ -256,7 +241,7 @@ impl<'a> AdaptiveSampler<'a> {
         }
         let (mut sum, mut count, mut range) = (own, 1.0, (own, own));
         for (k, i) in CORNER_RAYS.into_iter().chain(EDGE_RAYS).enumerate() {
-            if k == CORNER_RAYS.len() && !has_emitter && !differ(range.0, range.1, PARAMS.edge_contrast) {
+            if k == CORNER_RAYS.len() && !has_emitter && !differ(range.0, range.1, EDGE_CONTRAST) {
                 break;
             }
             let l = self.extra_ray(strip, x, y, i);
@@ -275,8 +260,8 @@ impl<'a> AdaptiveSampler<'a> {
         let segments = self.around(x, y).filter_map(|(x, y)| strip.segments[strip.index(x, y)]);
         let closest = segments.map(|f| ((f.length - t).abs(), f)).min_by(|a, b| a.0.total_cmp(&b.0));
         match closest.filter(|(d, f)| {
-            d * f.end_extinction.max_element() <= PARAMS.max_own_depth_difference
-                && *d <= PARAMS.max_own_length_difference * t
+            d * f.end_extinction.max_element() <= MAX_OWN_DEPTH_DIFFERENCE
+                && *d <= MAX_OWN_LENGTH_DIFFERENCE * t
         }) {
             Some((_, f)) => f.with_end_at(t),
             None => self.integrator.medium_segment(ray, t, sampler),
@@ -316,10 +301,10 @@ fn lengths_agree(segments: &[MediumSegment; 4], mean: f64, t: f64) -> bool {
     let (lo, hi) = segments.iter().fold((t, t), |(lo, hi), f| (lo.min(f.length), hi.max(f.length)));
     let kappa = segments.iter().fold(0.0, |k: f64, f| k.max(f.end_extinction.max_element()));
     let off = (t - mean).abs();
-    let differ = (hi - lo) * kappa > PARAMS.max_depth_difference
-        || hi - lo > PARAMS.max_length_difference * lo
-        || off * kappa > PARAMS.max_own_depth_difference
-        || off > PARAMS.max_own_length_difference * t;
+    let differ = (hi - lo) * kappa > MAX_DEPTH_DIFFERENCE
+        || hi - lo > MAX_LENGTH_DIFFERENCE * lo
+        || off * kappa > MAX_OWN_DEPTH_DIFFERENCE
+        || off > MAX_OWN_LENGTH_DIFFERENCE * t;
     !differ
 }
 
@@ -334,8 +319,8 @@ fn radiances_agree(strip: &PixelStrip, around: [usize; 4], segments: &[MediumSeg
                 segments.iter().map(of).fold((f64::INFINITY, 0.0f64), |(lo, hi), x| (lo.min(x), hi.max(x)));
             hi - lo
         };
-        if range(&|f| f.inscattered[b]) > PARAMS.max_inscattered_difference * 0.5 * (seen[b] + all)
-            || range(&|f| f.transmittance[b]) > PARAMS.max_depth_difference
+        if range(&|f| f.inscattered[b]) > MAX_INSCATTERED_DIFFERENCE * 0.5 * (seen[b] + all)
+            || range(&|f| f.transmittance[b]) > MAX_DEPTH_DIFFERENCE
         {
             return false;
         }

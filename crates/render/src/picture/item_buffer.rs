@@ -33,17 +33,14 @@ const MAX_STRIP_PIXELS: usize = 1 << 18;
 const COS_CREASE: f64 = 0.939_692_620_785_908_4;
 const SIN_CREASE: f64 = 0.342_020_143_325_668_7;
 
-/// Contrast of the lines between surfaces: dark on light colours, and light on dark ones.
-struct LineParams {
-    /// Luminance below which a colour is dark.
-    dark_luminance: f32,
-    /// Share by which a line darkens a light colour.
-    darkening: f32,
-    /// Share by which a line lightens a dark colour.
-    lightening: f32,
-}
+// Contrast of the lines between surfaces: dark on light colours, and light on dark ones.
 
-const LINE: LineParams = LineParams { dark_luminance: 0.06, darkening: 0.62, lightening: 0.22 };
+/// Luminance below which a colour is dark.
+const DARK_LUMINANCE: f32 = 0.06;
+/// Share by which a line darkens a light colour.
+const DARKENING: f32 = 0.62;
+/// Share by which a line lightens a dark colour.
+const LIGHTENING: f32 = 0.22;
 
 /// Visibility of panes in an item buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -384,11 +381,5 @@ impl ItemStrip {
 /// The colour of a line on a colour.
 fn line_colour(c: [f32; 3]) -> [f32; 3] {
     let luminance = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-    c.map(|x| {
-        if luminance < LINE.dark_luminance {
-            x + LINE.lightening * (1.0 - x)
-        } else {
-            x * (1.0 - LINE.darkening)
-        }
-    })
+    c.map(|x| if luminance < DARK_LUMINANCE { x + LIGHTENING * (1.0 - x) } else { x * (1.0 - DARKENING) })
 }

@@ -13,7 +13,7 @@ use crate::integrator::node_lattice::Viewpoint;
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
 use crate::integrator::sky_field::StoredSkies;
-use crate::options::{RENDER_PARAMS, RenderOptions};
+use crate::options::{LENS_RAYS, RenderOptions, SKY_RAYS};
 use crate::picture::adaptive_sampling::AdaptiveSampler;
 use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
@@ -149,7 +149,7 @@ pub fn render_each<E>(
 
 /// True if skies in the medium are sampled along every ray; false if the means over the voxel zones give their light.
 fn samples_skies(options: &RenderOptions) -> bool {
-    options.samples >= RENDER_PARAMS.sky_rays
+    options.samples >= SKY_RAYS
 }
 
 /// The warning of a picture whose sky light in the medium is sampled by few directions of each ray: that of a solution without it apart.
@@ -276,7 +276,7 @@ pub(crate) fn render_pixels(
         return Image { width, height, pixels };
     }
     // Behind a lens every ray has its own origin, so that neighbouring pixels cannot share medium segments.
-    let samples = if adaptive { RENDER_PARAMS.lens_rays } else { options.samples };
+    let samples = if adaptive { LENS_RAYS } else { options.samples };
     let options = &RenderOptions { samples, ..options.clone() };
     let rows: Vec<Vec<[f32; 3]>> = parallel::collect(height, |y| {
         let row = (0..width).map(|x| render_pixel(integrator, camera, options, [x, y])).collect();

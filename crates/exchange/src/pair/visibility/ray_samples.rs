@@ -3,62 +3,41 @@
 use crate::pair::prepared_zone::{PreparedShape, PreparedZone};
 use zonal_math::{Vec3, low_discrepancy};
 
-/// Numbers of rays of a pair, and the limits by which they are chosen.
-pub(crate) struct PairRayParams {
-    /// Rays that show whether an important pair is partly visible.
-    pub first: usize,
-    /// Rays of such a pair that is not.
-    pub agreeing: usize,
-    /// Rays of a pair that carries no important share of a zone's power.
-    pub unimportant: usize,
-    /// Rays of a pair of close zones of that kind.
-    pub partial: usize,
-    /// Rays of a partly visible pair that carries an important share of a zone's power.
-    pub important: usize,
-    /// Rays of a nearly touching pair of that kind.
-    pub close: usize,
-    /// Rays of a voxel to itself.
-    pub self_pair: usize,
-    /// Rays of any pair, at most.
-    pub max: usize,
-    /// Rounds of additional rays, at most.
-    pub max_rounds: usize,
-    /// Share of a zone's power, over the tolerance, from which a pair is important.
-    pub important_share: f64,
-    /// Share of a zone's power, over the tolerance, that the rays of a pair may leave open.
-    pub open_share: f64,
-    /// Optical depth along the diagonal of a voxel beyond which the cumulants of the distance do not determine the attenuation.
-    pub max_cumulant_depth: f64,
-    /// Optical depth beyond which the ratio of a pair's rays to a uniform medium is not used: their mean depth, and the excess of the uniform
-    /// medium's depth along any of them.
-    pub max_reference_depth: f64,
-    /// Subdivisions into quarters of a pane and of a zone close to it.
-    pub pane_splits: u32,
-    /// The same of a pane and a patch, which may share an edge, for tolerances below `small_tolerance`.
-    pub pane_edge_splits: u32,
-    /// The tolerance below which `pane_edge_splits` applies.
-    pub small_tolerance: f64,
-}
+// Numbers of rays of a pair, and the limits by which they are chosen.
 
-/// The parameters of all pairs.
-pub(crate) const RAYS: PairRayParams = PairRayParams {
-    first: 4,
-    agreeing: 12,
-    unimportant: 8,
-    partial: 16,
-    important: 64,
-    close: 256,
-    self_pair: 2048,
-    max: 4096,
-    max_rounds: 2,
-    important_share: 0.1,
-    open_share: 0.1,
-    max_cumulant_depth: 1.7,
-    max_reference_depth: 20.0,
-    pane_splits: 2,
-    pane_edge_splits: 4,
-    small_tolerance: 0.01,
-};
+/// Rays that show whether an important pair is partly visible.
+pub(crate) const FIRST_RAYS: usize = 4;
+/// Rays of such a pair that is not.
+pub(crate) const AGREEING_RAYS: usize = 12;
+/// Rays of a pair that carries no important share of a zone's power.
+pub(crate) const UNIMPORTANT_RAYS: usize = 8;
+/// Rays of a pair of close zones of that kind.
+pub(crate) const PARTIAL_RAYS: usize = 16;
+/// Rays of a partly visible pair that carries an important share of a zone's power.
+pub(crate) const IMPORTANT_RAYS: usize = 64;
+/// Rays of a nearly touching pair of that kind.
+pub(crate) const CLOSE_RAYS: usize = 256;
+/// Rays of a voxel to itself.
+pub(crate) const SELF_PAIR_RAYS: usize = 2048;
+/// Rays of any pair, at most.
+pub(crate) const MAX_RAYS: usize = 4096;
+/// Rounds of additional rays, at most.
+pub(crate) const MAX_ROUNDS: usize = 2;
+/// Share of a zone's power, over the tolerance, from which a pair is important.
+pub(crate) const IMPORTANT_SHARE: f64 = 0.1;
+/// Share of a zone's power, over the tolerance, that the rays of a pair may leave open.
+pub(crate) const OPEN_SHARE: f64 = 0.1;
+/// Optical depth along the diagonal of a voxel beyond which the cumulants of the distance do not determine the attenuation.
+pub(crate) const MAX_CUMULANT_DEPTH: f64 = 1.7;
+/// Optical depth beyond which the ratio of a pair's rays to a uniform medium is not used: their mean depth, and the excess of the uniform
+/// medium's depth along any of them.
+pub(crate) const MAX_REFERENCE_DEPTH: f64 = 20.0;
+/// Subdivisions into quarters of a pane and of a zone close to it.
+pub(crate) const PANE_SPLITS: u32 = 2;
+/// The same of a pane and a patch, which may share an edge, for tolerances below `SMALL_TOLERANCE`.
+pub(crate) const PANE_EDGE_SPLITS: u32 = 4;
+/// The tolerance below which `PANE_EDGE_SPLITS` applies.
+pub(crate) const SMALL_TOLERANCE: f64 = 0.01;
 
 /// Squared distance below which the kernel is bounded, relative to the smaller squared diameter.
 const MIN_RELATIVE_SQUARED_DISTANCE: f64 = 0.0025;

@@ -13,7 +13,7 @@
 //! the hidden part of such a pair.
 
 use super::occlusion::{Occlusion, RayConsensus, RimVisibility};
-use super::ray_samples::{PairPoints, RAYS};
+use super::ray_samples::{FIRST_RAYS, PARTIAL_RAYS, PairPoints};
 use crate::pair::prepared_zone::{PreparedZone, PreparedZones, is_behind, is_close};
 use crate::pair::settings::PairSettings;
 use zonal_math::low_discrepancy;
@@ -68,7 +68,7 @@ impl VisibilityUncertainty {
                 continue;
             }
             kind.tested += 1;
-            let first = if is_close(a, b) { RAYS.partial } else { RAYS.first };
+            let first = if is_close(a, b) { PARTIAL_RAYS } else { FIRST_RAYS };
             let points = PairPoints::new(settings.seed(i.max(j), i.min(j)));
             let [rays, blocked] = first_rays(occlusion, [a, b], &points, first);
             if blocked > 0 && blocked < rays {

@@ -23,7 +23,7 @@
 //! cells too near or too thick are cut.
 //!
 //! **Error.** The numbers of points give a relative error of about 1e-11 of a cell (see [`points`]): estimated, and compared in tests with
-//! the proven tables for constant radiosity and by refinement. Cells beyond `max_optical_depth` mean free paths are left out. Tables of periodic
+//! the proven tables for constant radiosity and by refinement. Cells beyond `MAX_OPTICAL_DEPTH` mean free paths are left out. Tables of periodic
 //! grids are in `gaussian_sums.rs`. The images of a period of one cell are a row without end, of density one: slopes along it are zero by symmetry,
 //! and so are their factors there.
 
@@ -36,37 +36,24 @@ use zonal_math::simd::{self, LANES};
 /// Shares of a cell by density: `[x][y][z]`, for an axis between first the three terms above the offset, then those below.
 type DensityShares = [[[f64; LANES]; 6]; 6];
 
-/// Limits of the cells of t that are integrated without further cuts, and the cost of a task.
-struct LinearBasisParams {
-    /// Distance in mean free paths beyond which a cell is left out: e^{−36} of a row.
-    max_optical_depth: f64,
-    /// Planes of the lattice of t per task.
-    planes_per_chunk: usize,
-    /// Tasks whose planes are in memory at a time.
-    chunks_in_memory: usize,
-    /// Points of the rules in pyramid coordinates.
-    pyramid_points: usize,
-    /// Longest edge over nearest distance of an undivided cell.
-    max_edge_over_distance: f64,
-    /// Longest over shortest edge of an undivided touching cell.
-    max_touching_aspect: f64,
-    /// Longest edge of an undivided cell, mean free paths.
-    max_cell_depth: f64,
-    /// Nested cuts of a cell, at most.
-    max_cuts: u32,
-}
+// Limits of the cells of t that are integrated without further cuts, and the cost of a task.
 
-/// The values in use.
-const LINEAR_BASIS: LinearBasisParams = LinearBasisParams {
-    max_optical_depth: 36.0,
-    planes_per_chunk: 4,
-    chunks_in_memory: 16,
-    pyramid_points: 20,
-    max_edge_over_distance: 1.25,
-    max_touching_aspect: 1.5,
-    max_cell_depth: 4.0,
-    max_cuts: 60,
-};
+/// Distance in mean free paths beyond which a cell is left out: e^{−36} of a row.
+const MAX_OPTICAL_DEPTH: f64 = 36.0;
+/// Planes of the lattice of t per task.
+const PLANES_PER_CHUNK: usize = 4;
+/// Tasks whose planes are in memory at a time.
+const CHUNKS_IN_MEMORY: usize = 16;
+/// Points of the rules in pyramid coordinates.
+const PYRAMID_POINTS: usize = 20;
+/// Longest edge over nearest distance of an undivided cell.
+const MAX_EDGE_OVER_DISTANCE: f64 = 1.25;
+/// Longest over shortest edge of an undivided touching cell.
+const MAX_TOUCHING_ASPECT: f64 = 1.5;
+/// Longest edge of an undivided cell, mean free paths.
+const MAX_CELL_DEPTH: f64 = 4.0;
+/// Nested cuts of a cell, at most.
+const MAX_CUTS: u32 = 60;
 
 /// The entry to which a share is added along an axis: offset, first density, factors of even and odd terms.
 #[derive(Clone, Copy)]
@@ -138,8 +125,8 @@ impl LinearBasisPairs<'_> {
         }
         let [n0, n1, n2] = self.slots();
         let mut out = vec![vec![0.0; n0 * n1 * n2]; terms.len()];
-        let firsts: Vec<usize> = (0..self.slots()[0]).step_by(LINEAR_BASIS.planes_per_chunk).collect();
-        for some in firsts.chunks(LINEAR_BASIS.chunks_in_memory) {
+        let firsts: Vec<usize> = (0..self.slots()[0]).step_by(PLANES_PER_CHUNK).collect();
+        for some in firsts.chunks(CHUNKS_IN_MEMORY) {
             let done = evaluator.evaluate(some.len(), &|k| self.compute_planes(some[k], terms).concat());
             for (&first, planes) in some.iter().zip(done) {
                 for (raw, plane) in planes.chunks(terms.len() * n1 * n2).enumerate() {
@@ -191,7 +178,7 @@ impl LinearBasisPairs<'_> {
 
     /// Some planes of the lattice of t: their shares by raw offset along the first axis and term.
     fn compute_planes(&self, first: usize, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
-        let last = (first + LINEAR_BASIS.planes_per_chunk).min(self.slots()[0]);
+        let last = (first + PLANES_PER_CHUNK).min(self.slots()[0]);
         let [_, n1, n2] = self.slots();
         let above = usize::from(self.along[0] == AxisRelation::Extended);
         let mut planes = vec![vec![0.0; n1 * n2]; (last - first + above) * terms.len()];
@@ -233,7 +220,7 @@ impl LinearBasisPairs<'_> {
             };
             (piece.lo[k], piece.len[k]) = (lo, len);
         }
-        if self.kappa * piece.nearest() > LINEAR_BASIS.max_optical_depth {
+        if self.kappa * piece.nearest() > MAX_OPTICAL_DEPTH {
             return None;
         }
         let mut shares = Box::new([[[0.0; LANES]; 6]; 6]);
@@ -251,16 +238,16 @@ impl LinearBasisPairs<'_> {
     fn integrate_box(&self, piece: OctantBox, origin: [f64; 3], cuts: u32, shares: &mut DensityShares) {
         let k = piece.longest();
         let (near, long) = (piece.nearest(), piece.len[k]);
-        if cuts < LINEAR_BASIS.max_cuts {
+        if cuts < MAX_CUTS {
             let shortest = piece.len.iter().copied().fold(f64::INFINITY, f64::min);
             let unfit = if near == 0.0 {
-                long > LINEAR_BASIS.max_touching_aspect * shortest
+                long > MAX_TOUCHING_ASPECT * shortest
             } else {
-                long > LINEAR_BASIS.max_edge_over_distance * near
+                long > MAX_EDGE_OVER_DISTANCE * near
             };
-            if unfit || self.kappa * long > LINEAR_BASIS.max_cell_depth {
+            if unfit || self.kappa * long > MAX_CELL_DEPTH {
                 return piece.halves(k).into_iter().for_each(|half| {
-                    if self.kappa * half.nearest() <= LINEAR_BASIS.max_optical_depth {
+                    if self.kappa * half.nearest() <= MAX_OPTICAL_DEPTH {
                         self.integrate_box(half, origin, cuts + 1, shares);
                     }
                 });
@@ -291,7 +278,7 @@ impl LinearBasisPairs<'_> {
 
     /// A piece that touches zero, a corner of the cell at zero.
     fn integrate_pyramids(&self, piece: OctantBox, shares: &mut DensityShares) {
-        let (rule, power) = (gauss_legendre::rule(LINEAR_BASIS.pyramid_points), self.power());
+        let (rule, power) = (gauss_legendre::rule(PYRAMID_POINTS), self.power());
         let q = 2 + power.iter().sum::<i32>();
         let volume: f64 = piece.len.iter().product();
         let nodes = || rule.nodes.iter().zip(&rule.weights);
