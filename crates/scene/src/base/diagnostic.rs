@@ -1,5 +1,6 @@
 //! Diagnostics: notes and warnings about a scene or a solution.
 
+use crate::base::named_enum::named_enum;
 use std::fmt;
 
 /// Severity of a [`Diagnostic`].
@@ -12,14 +13,7 @@ pub enum Severity {
     Warning,
 }
 
-impl Severity {
-    /// All severities, ascending.
-    pub const VARIANTS: [Severity; 2] = [Severity::Note, Severity::Warning];
-    /// The name in reports.
-    pub fn name(self) -> &'static str {
-        ["note", "warning"][self as usize]
-    }
-}
+named_enum!(Severity: Note "note", Warning "warning");
 
 /// A message of a report: severity, a stable code, the location and a sentence.
 ///

@@ -1,5 +1,7 @@
 //! Settings of a solve: engine, accuracy, size and basis of the zones.
 
+use crate::base::named_enum::named_enum;
+
 /// Representation of the exchange between all zones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
@@ -17,17 +19,7 @@ pub enum Engine {
     Layered,
 }
 
-impl Engine {
-    /// The names in scene files, in the order of [`Engine::VARIANTS`].
-    pub const NAMES: [&str; 5] = ["auto", "dense", "rays", "spectral", "layered"];
-    /// All engines.
-    pub const VARIANTS: [Engine; 5] =
-        [Engine::Auto, Engine::Dense, Engine::Rays, Engine::Spectral, Engine::Layered];
-    /// The name in scene files and reports.
-    pub fn name(self) -> &'static str {
-        Engine::NAMES[self as usize]
-    }
-}
+named_enum!(Engine: Auto "auto", Dense "dense", Rays "rays", Spectral "spectral", Layered "layered");
 
 /// The lights that are solved separately, so that they can be scaled after the solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,16 +34,7 @@ pub enum LightGrouping {
     All,
 }
 
-impl LightGrouping {
-    /// The names in scene files, in the order of [`LightGrouping::VARIANTS`].
-    pub const NAMES: [&str; 3] = ["auto", "each", "all"];
-    /// All groupings.
-    pub const VARIANTS: [LightGrouping; 3] = [LightGrouping::Auto, LightGrouping::Each, LightGrouping::All];
-    /// The name in scene files.
-    pub fn name(self) -> &'static str {
-        LightGrouping::NAMES[self as usize]
-    }
-}
+named_enum!(LightGrouping: Auto "auto", Each "each", All "all");
 
 /// The measure of a patch that the patch size limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,16 +49,7 @@ pub enum PatchRule {
     Voxels,
 }
 
-impl PatchRule {
-    /// The names in scene files, in the order of [`PatchRule::VARIANTS`].
-    pub const NAMES: [&str; 3] = ["edge", "area", "voxels"];
-    /// All rules.
-    pub const VARIANTS: [PatchRule; 3] = [PatchRule::Edge, PatchRule::Area, PatchRule::Voxels];
-    /// The name in scene files.
-    pub fn name(self) -> &'static str {
-        PatchRule::NAMES[self as usize]
-    }
-}
+named_enum!(PatchRule: Edge "edge", Area "area", Voxels "voxels");
 
 /// Basis of the radiosity inside a zone. A constant is a coarse approximation inside optically thick voxels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,16 +64,7 @@ pub enum ZoneBasis {
     Constant,
 }
 
-impl ZoneBasis {
-    /// The names in scene files, in the order of [`ZoneBasis::VARIANTS`].
-    pub const NAMES: [&str; 3] = ["auto", "linear", "constant"];
-    /// All bases.
-    pub const VARIANTS: [ZoneBasis; 3] = [ZoneBasis::Auto, ZoneBasis::Linear, ZoneBasis::Constant];
-    /// The name in scene files.
-    pub fn name(self) -> &'static str {
-        ZoneBasis::NAMES[self as usize]
-    }
-}
+named_enum!(ZoneBasis: Auto "auto", Linear "linear", Constant "constant");
 
 /// Settings of a solve; each has a default.
 ///

@@ -1,5 +1,6 @@
 //! Temperatures and heat flows by name.
 
+use crate::base::named_enum::named_enum;
 /// The subject of a [`HeatRow`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeatRowKind {
@@ -11,14 +12,7 @@ pub enum HeatRowKind {
     Pane,
 }
 
-impl HeatRowKind {
-    /// All kinds.
-    pub const VARIANTS: [HeatRowKind; 3] = [HeatRowKind::Surface, HeatRowKind::Medium, HeatRowKind::Pane];
-    /// The name in reports.
-    pub fn name(self) -> &'static str {
-        ["surface", "medium", "pane"][self as usize]
-    }
-}
+named_enum!(HeatRowKind: Surface "surface", Medium "medium", Pane "pane");
 
 /// Temperature and net power of a named surface, of the medium or of a pane. Errors are sums of the moduli of the zones' estimated errors: of the
 /// exchange, of direct light and of the solver. That of the finite zones is apart, in [`crate::DiscretizationError::heat`].

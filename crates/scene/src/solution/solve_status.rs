@@ -1,5 +1,6 @@
 //! The final state of an iterative solve.
 
+use crate::base::named_enum::named_enum;
 /// Why the iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SolveStatus {
@@ -13,17 +14,5 @@ pub enum SolveStatus {
     FixedOrder,
 }
 
-impl SolveStatus {
-    /// The name in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            SolveStatus::Converged => "converged",
-            SolveStatus::Stalled => "stalled",
-            SolveStatus::MaxIterations => "max_iterations",
-            SolveStatus::FixedOrder => "fixed_order",
-        }
-    }
-    /// All statuses, from best to worst.
-    pub const VARIANTS: [SolveStatus; 4] =
-        [SolveStatus::Converged, SolveStatus::FixedOrder, SolveStatus::MaxIterations, SolveStatus::Stalled];
-}
+// From best to worst.
+named_enum!(SolveStatus: Converged "converged", FixedOrder "fixed_order", MaxIterations "max_iterations", Stalled "stalled");
