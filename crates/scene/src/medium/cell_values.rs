@@ -63,7 +63,7 @@ impl CellValues<Bands> {
             return;
         }
         let new = |i: usize| value(i, self.get(i));
-        let (first, bits) = (new(0), |x: Bands| x.map_to(f64::to_bits));
+        let (first, bits) = (new(0), |x: Bands| x.map(f64::to_bits));
         if (1..len).all(|i| bits(new(i)) == bits(first)) {
             *self = CellValues::Uniform(first);
             return;
@@ -72,5 +72,47 @@ impl CellValues<Bands> {
             CellValues::Uniform(v) => *self = CellValues::PerCell((0..len).map(|i| value(i, *v)).collect()),
             CellValues::PerCell(list) => list.iter_mut().enumerate().for_each(|(i, x)| *x = value(i, *x)),
         }
+    }
+}
+
+/// The properties of all cells of a grid, or of all zones of it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MediumValues {
+    /// Extinction κ, 1/m.
+    pub extinction: CellValues<Bands>,
+    /// Scattering albedo Ω.
+    pub albedo: CellValues<Bands>,
+    /// Blackbody emissive power E, W/m².
+    pub emission: CellValues<Bands>,
+    /// Volumetric source q, W/m³.
+    pub source: CellValues<Bands>,
+}
+
+impl MediumValues {
+    /// The same extinction, albedo, emission and source everywhere.
+    pub(crate) fn uniform(values: [Bands; 4]) -> MediumValues {
+        let [extinction, albedo, emission, source] = values.map(CellValues::Uniform);
+        MediumValues { extinction, albedo, emission, source }
+    }
+    /// Extinction, albedo, emission and source.
+    pub(crate) fn each(&self) -> [&CellValues<Bands>; 4] {
+        [&self.extinction, &self.albedo, &self.emission, &self.source]
+    }
+    /// The same, to be changed.
+    pub(crate) fn each_mut(&mut self) -> [&mut CellValues<Bands>; 4] {
+        [&mut self.extinction, &mut self.albedo, &mut self.emission, &mut self.source]
+    }
+    /// The values of a list of cells.
+    pub(crate) fn gathered(&self, cells: impl Iterator<Item = usize> + Clone) -> MediumValues {
+        let [extinction, albedo, emission, source] = self.each().map(|v| v.gathered(cells.clone()));
+        MediumValues { extinction, albedo, emission, source }
+    }
+    /// True if each property is stored once.
+    pub(crate) fn is_uniform(&self) -> bool {
+        self.each().into_iter().all(|v| matches!(v, CellValues::Uniform(_)))
+    }
+    /// Heap memory, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.each().map(CellValues::bytes).iter().sum()
     }
 }

@@ -9,7 +9,7 @@ use crate::base::limits::{
     MAX_CELLS, MAX_COORDINATE, MAX_EXTINCTION, MAX_FLUX, MAX_UNIFORM_CELLS, MIN_CELL_EDGE,
 };
 use crate::base::scene_error::{SceneError, invalid};
-use crate::medium::cell_values::CellValues;
+use crate::medium::cell_values::{CellValues, MediumValues};
 use crate::medium::grid_geometry::GridGeometry;
 use crate::thermal::ThermalCondition;
 use zonal_math::{Vec3, vec3};
@@ -31,10 +31,7 @@ use zonal_math::{Vec3, vec3};
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoxelGrid {
     geometry: GridGeometry,
-    extinction: CellValues<Bands>,
-    albedo: CellValues<Bands>,
-    emission: CellValues<Bands>,
-    source: CellValues<Bands>,
+    media: MediumValues,
     /// Thermal conditions, in thermal mode.
     heat: Option<CellValues<ThermalCondition>>,
     /// True for cells between which pictures interpolate the extinction.
@@ -73,10 +70,7 @@ impl VoxelGrid {
         }
         Ok(VoxelGrid {
             geometry: GridGeometry { min, cell, dims },
-            extinction: CellValues::Uniform(Bands::ZERO),
-            albedo: CellValues::Uniform(Bands::ZERO),
-            emission: CellValues::Uniform(Bands::ZERO),
-            source: CellValues::Uniform(Bands::ZERO),
+            media: MediumValues::uniform([Bands::ZERO; 4]),
             heat: None,
             interpolated: CellValues::Uniform(false),
             has_too_many_values: false,
@@ -86,16 +80,12 @@ impl VoxelGrid {
     /// Sets one cell: extinction κ (1/m), albedo Ω, blackbody emissive power E (W/m²), volumetric source q (W/m³).
     /// Call [`VoxelGrid::seal`] after the last one.
     pub fn set(&mut self, index: usize, extinction: Bands, albedo: Bands, emission: Bands, source: Bands) {
-        let len = self.len();
+        let (len, values) = (self.len(), [extinction, albedo, emission, source]);
         if len > MAX_CELLS {
-            let values = [extinction, albedo, emission, source];
-            self.has_too_many_values |= self.properties().map(|p| p.get(index)) != values;
+            self.has_too_many_values |= self.media.each().map(|p| p.get(index)) != values;
             return;
         }
-        self.extinction.set(index, extinction, len);
-        self.albedo.set(index, albedo, len);
-        self.emission.set(index, emission, len);
-        self.source.set(index, source, len);
+        self.media.each_mut().into_iter().zip(values).for_each(|(own, value)| own.set(index, value, len));
     }
 
     /// Marks a cell between which and its marked neighbours pictures interpolate the extinction: it samples a smooth field. Solves do not depend on it.
@@ -127,10 +117,7 @@ impl VoxelGrid {
 
     /// Sets all cells to the same values, without memory for each cell; otherwise as [`VoxelGrid::set`].
     pub fn fill(&mut self, extinction: Bands, albedo: Bands, emission: Bands, source: Bands) {
-        self.extinction = CellValues::Uniform(extinction);
-        self.albedo = CellValues::Uniform(albedo);
-        self.emission = CellValues::Uniform(emission);
-        self.source = CellValues::Uniform(source);
+        self.media = MediumValues::uniform([extinction, albedo, emission, source]);
     }
 
     /// Sets the thermal condition of one cell: temperature (K) or heat source (W/m³). The first call gives all other cells the condition
@@ -157,7 +144,7 @@ impl VoxelGrid {
     /// Multiplies emission and source of every cell by a factor per band. Call [`VoxelGrid::seal`] afterwards.
     pub fn scale_sources(&mut self, factor: Bands) {
         let scaled = |v: Bands| v * factor;
-        for values in [&mut self.emission, &mut self.source] {
+        for values in [&mut self.media.emission, &mut self.media.source] {
             match values {
                 CellValues::Uniform(v) => *v = scaled(*v),
                 CellValues::PerCell(list) => list.iter_mut().for_each(|v| *v = scaled(*v)),
@@ -167,7 +154,7 @@ impl VoxelGrid {
 
     /// Replaces the albedo of every cell. Call [`VoxelGrid::seal`] afterwards.
     pub fn set_albedo(&mut self, albedo: Bands) {
-        self.albedo = CellValues::Uniform(albedo);
+        self.media.albedo = CellValues::Uniform(albedo);
     }
 
     /// Validates all cells and merges equal values.
@@ -185,9 +172,7 @@ impl VoxelGrid {
         for i in self.distinct_cells() {
             self.check_cell(i)?;
         }
-        for values in [&mut self.extinction, &mut self.albedo, &mut self.emission, &mut self.source] {
-            values.seal();
-        }
+        self.media.each_mut().into_iter().for_each(CellValues::seal);
         self.interpolated.seal();
         if let Some(heat) = &mut self.heat {
             heat.seal();
@@ -256,10 +241,7 @@ impl VoxelGrid {
             VoxelGrid::new(self.geometry.min - vec3(shift(0), shift(1), shift(2)), self.geometry.cell, dims)?;
         let cells = if self.is_uniform() { Vec::new() } else { self.cells_of_extension(axes, low, &out) };
         let cells = || cells.iter().copied();
-        out.extinction = self.extinction.gathered(cells());
-        out.albedo = self.albedo.gathered(cells());
-        out.emission = self.emission.gathered(cells());
-        out.source = self.source.gathered(cells());
+        out.media = self.media.gathered(cells());
         out.heat = self.heat.as_ref().map(|h| h.gathered(cells()));
         if !self.is_uniform() {
             out.interpolated = self.interpolated.gathered(cells());
@@ -297,13 +279,13 @@ impl VoxelGrid {
         &self.geometry
     }
     /// Extinction, albedo, emission and source of the cells.
-    pub(crate) fn properties(&self) -> [&CellValues<Bands>; 4] {
-        [&self.extinction, &self.albedo, &self.emission, &self.source]
+    pub(crate) fn media(&self) -> &MediumValues {
+        &self.media
     }
     /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         let heat = self.heat.as_ref().map_or(0, CellValues::bytes);
-        self.properties().map(CellValues::bytes).iter().sum::<usize>() + heat + self.interpolated.bytes()
+        self.media.bytes() + heat + self.interpolated.bytes()
     }
     /// Number of cells.
     pub fn len(&self) -> usize {
@@ -359,19 +341,19 @@ impl VoxelGrid {
     }
     /// Extinction κ of a cell, 1/m.
     pub fn extinction(&self, index: usize) -> Bands {
-        self.extinction.get(index)
+        self.media.extinction.get(index)
     }
     /// Scattering albedo Ω of a cell.
     pub fn albedo(&self, index: usize) -> Bands {
-        self.albedo.get(index)
+        self.media.albedo.get(index)
     }
     /// Blackbody emissive power E of a cell, W/m².
     pub fn emission(&self, index: usize) -> Bands {
-        self.emission.get(index)
+        self.media.emission.get(index)
     }
     /// Volumetric source q of a cell, W/m³.
     pub fn source(&self, index: usize) -> Bands {
-        self.source.get(index)
+        self.media.source.get(index)
     }
     /// Thermal condition of a cell; `None` in light mode.
     pub fn heat(&self, index: usize) -> Option<ThermalCondition> {
@@ -383,12 +365,11 @@ impl VoxelGrid {
     }
     /// True if all cells are equal in all properties.
     pub fn is_uniform(&self) -> bool {
-        let same = |v: &CellValues<Bands>| matches!(v, CellValues::Uniform(_));
-        self.properties().into_iter().all(same) && !matches!(self.heat, Some(CellValues::PerCell(_)))
+        self.media.is_uniform() && !matches!(self.heat, Some(CellValues::PerCell(_)))
     }
     /// The extinction, if it is equal in all cells.
     pub fn uniform_extinction(&self) -> Option<Bands> {
-        if let CellValues::Uniform(k) = self.extinction { Some(k) } else { None }
+        if let CellValues::Uniform(k) = self.media.extinction { Some(k) } else { None }
     }
     /// True if the extinction is uniform, or varies only along the one axis that is not among two `periodic` ones.
     pub(crate) fn has_extinction_of_layers(&self, periodic: [bool; 3]) -> bool {

@@ -56,115 +56,66 @@ pub struct SceneParts {
     pub notes: Vec<Diagnostic>,
 }
 
-/// Data common to all bands of a scene.
-#[derive(Clone, Debug)]
-pub(crate) struct SceneGeometry {
-    pub(crate) name: String,
-    pub(crate) facets: Vec<Facet>,
-    pub(crate) shading: ShadingNormals,
-    pub(crate) periodic: [bool; 3],
-    pub(crate) symmetry_planes: [[bool; 2]; 3],
-    pub(crate) boundary_box: Option<(Vec3, Vec3)>,
-    pub(crate) cameras: Vec<Camera>,
-    pub(crate) bands: BandSet,
-    pub(crate) options: SolveOptions,
-    pub(crate) notes: Vec<Diagnostic>,
-    /// Smallest and largest coordinates, m.
-    pub(crate) bounds: (Vec3, Vec3),
+/// Divides the parts of a scene into what is common to all bands and what has optical properties. A part that is not named here does not compile.
+macro_rules! division {
+    (geometry { $($common:ident: $of_common:ty,)+ } optics { $($own:ident: $of_own:ty,)+ }) => {
+        /// Data common to all bands of a scene.
+        #[derive(Clone, Debug)]
+        pub(crate) struct SceneGeometry {
+            $(pub(crate) $common: $of_common,)+
+            /// Smallest and largest coordinates, m.
+            pub(crate) bounds: (Vec3, Vec3),
+        }
+
+        /// Objects with optical properties, in one block of bands.
+        #[derive(Clone, Debug)]
+        pub(crate) struct BlockOptics {
+            $(pub(crate) $own: $of_own,)+
+        }
+
+        impl SceneParts {
+            /// The geometry and the optical properties.
+            pub(crate) fn divided(self) -> (SceneGeometry, BlockOptics) {
+                let bounds = self.bounds();
+                let SceneParts { $($common,)+ $($own,)+ } = self;
+                (SceneGeometry { $($common,)+ bounds }, BlockOptics { $($own,)+ })
+            }
+
+            /// The parts of a geometry and optical properties.
+            pub(crate) fn joined(geometry: SceneGeometry, optics: BlockOptics) -> SceneParts {
+                SceneParts { $($common: geometry.$common,)+ $($own: optics.$own,)+ }
+            }
+        }
+    };
 }
 
-/// Objects with optical properties, in one block of bands.
-#[derive(Clone, Debug)]
-pub(crate) struct BlockOptics {
-    pub(crate) surfaces: Vec<Surface>,
-    pub(crate) faces: FaceTable,
-    pub(crate) textures: Vec<Texture>,
-    pub(crate) panes: Vec<Pane>,
-    pub(crate) voxel_grid: Option<VoxelGrid>,
-    pub(crate) lights: Vec<Light>,
-    pub(crate) surroundings: Surroundings,
-    pub(crate) thermal: Option<Thermal>,
-    pub(crate) block: usize,
+division! {
+    geometry {
+        name: String,
+        facets: Vec<Facet>,
+        shading: ShadingNormals,
+        periodic: [bool; 3],
+        symmetry_planes: [[bool; 2]; 3],
+        boundary_box: Option<(Vec3, Vec3)>,
+        cameras: Vec<Camera>,
+        bands: BandSet,
+        options: SolveOptions,
+        notes: Vec<Diagnostic>,
+    }
+    optics {
+        surfaces: Vec<Surface>,
+        faces: FaceTable,
+        textures: Vec<Texture>,
+        panes: Vec<Pane>,
+        voxel_grid: Option<VoxelGrid>,
+        lights: Vec<Light>,
+        surroundings: Surroundings,
+        thermal: Option<Thermal>,
+        block: usize,
+    }
 }
 
 impl SceneParts {
-    /// The geometry and the optical properties.
-    pub(crate) fn divided(self) -> (SceneGeometry, BlockOptics) {
-        let bounds = self.bounds();
-        // Every part has a place: a part that is not named here does not compile.
-        let SceneParts {
-            name,
-            surfaces,
-            facets,
-            shading,
-            faces,
-            textures,
-            panes,
-            voxel_grid,
-            lights,
-            surroundings,
-            periodic,
-            symmetry_planes,
-            boundary_box,
-            thermal,
-            cameras,
-            bands,
-            block,
-            options,
-            notes,
-        } = self;
-        let geometry = SceneGeometry {
-            name,
-            facets,
-            shading,
-            periodic,
-            symmetry_planes,
-            boundary_box,
-            cameras,
-            bands,
-            options,
-            notes,
-            bounds,
-        };
-        let optics = BlockOptics {
-            surfaces,
-            faces,
-            textures,
-            panes,
-            voxel_grid,
-            lights,
-            surroundings,
-            thermal,
-            block,
-        };
-        (geometry, optics)
-    }
-
-    /// The parts of a geometry and optical properties.
-    pub(crate) fn joined(geometry: SceneGeometry, optics: BlockOptics) -> SceneParts {
-        SceneParts {
-            name: geometry.name,
-            surfaces: optics.surfaces,
-            facets: geometry.facets,
-            shading: geometry.shading,
-            faces: optics.faces,
-            textures: optics.textures,
-            panes: optics.panes,
-            voxel_grid: optics.voxel_grid,
-            lights: optics.lights,
-            surroundings: optics.surroundings,
-            periodic: geometry.periodic,
-            symmetry_planes: geometry.symmetry_planes,
-            boundary_box: geometry.boundary_box,
-            thermal: optics.thermal,
-            cameras: geometry.cameras,
-            bands: geometry.bands,
-            block: optics.block,
-            options: geometry.options,
-            notes: geometry.notes,
-        }
-    }
-
     /// Gives a grey scene in thermal mode its one band in place of red, green and blue.
     pub(crate) fn give_grey_band(&mut self) {
         let is_grey = self.thermal.as_ref().is_some_and(|t| t.band_fractions.is_grey());

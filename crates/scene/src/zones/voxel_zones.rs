@@ -6,7 +6,7 @@
 //! one 24 bytes for each property that varies.
 
 use crate::bands::Bands;
-use crate::medium::cell_values::CellValues;
+use crate::medium::cell_values::MediumValues;
 use crate::medium::grid_geometry::GridGeometry;
 use crate::medium::voxel_grid::VoxelGrid;
 use crate::medium::voxel_samples::VoxelSamples;
@@ -137,10 +137,7 @@ pub struct VoxelZones {
     is_divided: bool,
     /// `None` if every cell is one whole zone. All bands share it.
     list: Option<Arc<ZoneList>>,
-    extinction: CellValues<Bands>,
-    albedo: CellValues<Bands>,
-    emission: CellValues<Bands>,
-    source: CellValues<Bands>,
+    media: MediumValues,
 }
 
 impl Default for VoxelZones {
@@ -160,9 +157,7 @@ impl PartialEq for VoxelZones {
 impl VoxelZones {
     /// Every cell of a grid as one zone.
     pub fn whole(grid: &VoxelGrid) -> VoxelZones {
-        let [extinction, albedo, emission, source] = grid.properties().map(Clone::clone);
-        let out = VoxelZones::without_medium(*grid.geometry(), None);
-        VoxelZones { extinction, albedo, emission, source, ..out }
+        VoxelZones { media: grid.media().clone(), ..VoxelZones::without_medium(*grid.geometry(), None) }
     }
 
     /// Zones at given places of a grid, by ascending cell, with the properties of their cells.
@@ -171,23 +166,19 @@ impl VoxelZones {
         if list.is_all_cells(grid.geometry()) {
             return VoxelZones::whole(grid);
         }
-        let of_cells = |values: &CellValues<Bands>| values.gathered(list.cells.iter().map(|c| *c as usize));
-        let [extinction, albedo, emission, source] = grid.properties().map(of_cells);
-        let out = VoxelZones::without_medium(*grid.geometry(), Some(Arc::new(list)));
-        VoxelZones { extinction, albedo, emission, source, ..out }
+        let media = grid.media().gathered(list.cells.iter().map(|c| *c as usize));
+        VoxelZones { media, ..VoxelZones::without_medium(*grid.geometry(), Some(Arc::new(list))) }
     }
 
     /// Zones at the same places with the properties of the cells of another grid of the same geometry.
     #[must_use]
     pub fn with_media_of(&self, grid: &VoxelGrid) -> VoxelZones {
-        let of_cells = |values: &CellValues<Bands>| match &self.list {
-            Some(list) => values.gathered(list.cells.iter().map(|c| *c as usize)),
-            None if self.is_divided => values.gathered(self.first..self.first + self.len),
-            None => values.clone(),
+        let media = match &self.list {
+            Some(list) => grid.media().gathered(list.cells.iter().map(|c| *c as usize)),
+            None if self.is_divided => grid.media().gathered(self.first..self.first + self.len),
+            None => grid.media().clone(),
         };
-        let [extinction, albedo, emission, source] = grid.properties().map(of_cells);
-        let list = self.list.clone();
-        VoxelZones { extinction, albedo, emission, source, list, ..*self }
+        VoxelZones { media, list: self.list.clone(), ..*self }
     }
 
     /// Zones at given places, by ascending cell, each with the properties of the zone `of_zone` of others.
@@ -199,28 +190,18 @@ impl VoxelZones {
     ) -> VoxelZones {
         let list = ZoneList::new(&geometry, places);
         let list = (!list.is_all_cells(&geometry)).then(|| Arc::new(list));
-        let of = |values: &CellValues<Bands>| values.gathered(of_zone.iter().copied());
-        VoxelZones {
-            extinction: of(&others.extinction),
-            albedo: of(&others.albedo),
-            emission: of(&others.emission),
-            source: of(&others.source),
-            ..VoxelZones::without_medium(geometry, list)
-        }
+        let media = others.media.gathered(of_zone.iter().copied());
+        VoxelZones { media, ..VoxelZones::without_medium(geometry, list) }
     }
 
     fn without_medium(geometry: GridGeometry, list: Option<Arc<ZoneList>>) -> VoxelZones {
-        let zero = || CellValues::Uniform(Bands::ZERO);
         VoxelZones {
             geometry,
             first: 0,
             is_divided: false,
             len: list.as_ref().map_or(geometry.len(), |l| l.cells.len()),
             list,
-            extinction: zero(),
-            albedo: zero(),
-            emission: zero(),
-            source: zero(),
+            media: MediumValues::uniform([Bands::ZERO; 4]),
         }
     }
 
@@ -237,17 +218,13 @@ impl VoxelZones {
     #[must_use]
     pub fn of_cells(&self, cells: std::ops::Range<usize>) -> Option<VoxelZones> {
         let is_whole = self.list.is_none() && self.len == self.geometry.len() && cells.end <= self.len;
-        let of = |values: &CellValues<Bands>| values.gathered(cells.clone());
         is_whole.then(|| VoxelZones {
             geometry: self.geometry,
             first: cells.start,
             len: cells.len(),
             is_divided: true,
             list: None,
-            extinction: of(&self.extinction),
-            albedo: of(&self.albedo),
-            emission: of(&self.emission),
-            source: of(&self.source),
+            media: self.media.gathered(cells.clone()),
         })
     }
 
@@ -295,10 +272,10 @@ impl VoxelZones {
             centre,
             volume,
             samples,
-            extinction: self.extinction.get(i),
-            albedo: self.albedo.get(i),
-            emission: self.emission.get(i),
-            source: self.source.get(i),
+            extinction: self.media.extinction.get(i),
+            albedo: self.media.albedo.get(i),
+            emission: self.media.emission.get(i),
+            source: self.media.source.get(i),
         }
     }
     /// All zones in their order.
@@ -316,14 +293,9 @@ impl VoxelZones {
             Some(list) => list.cell_starts[cell] as usize..list.cell_starts[cell + 1] as usize,
         }
     }
-    /// True if extinction, albedo, emission and source are each stored once for all zones.
-    fn is_uniform(&self) -> bool {
-        let all = [&self.extinction, &self.albedo, &self.emission, &self.source];
-        all.into_iter().all(|v| matches!(v, CellValues::Uniform(_)))
-    }
     /// Zones with every extinction, albedo, emission and source that some zone has: the first of a uniform medium, else all.
     pub fn distinct_media(&self) -> impl Iterator<Item = VoxelZone<'_>> {
-        self.iter().take(if self.is_uniform() { 1 } else { self.len })
+        self.iter().take(if self.media.is_uniform() { 1 } else { self.len })
     }
     /// Largest optical depth across a zone, along the longest edge of a cell of `grid`; 0 without a grid.
     pub fn max_thickness(&self, grid: Option<&VoxelGrid>) -> f64 {
@@ -338,25 +310,24 @@ impl VoxelZones {
     }
     /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
-        let values = [&self.extinction, &self.albedo, &self.emission, &self.source].map(CellValues::bytes);
-        self.list.as_ref().map_or(0, |l| l.bytes()) + values.iter().sum::<usize>()
+        self.list.as_ref().map_or(0, |l| l.bytes()) + self.media.bytes()
     }
 
     /// Replaces the extinction of every zone (1/m) by a function of its index and extinction.
     pub fn update_extinction(&mut self, value: impl Fn(usize, Bands) -> Bands) {
-        self.extinction.update(self.len, value);
+        self.media.extinction.update(self.len, value);
     }
     /// Replaces the albedo of every zone by a function of its index and albedo.
     pub fn update_albedo(&mut self, value: impl Fn(usize, Bands) -> Bands) {
-        self.albedo.update(self.len, value);
+        self.media.albedo.update(self.len, value);
     }
     /// Replaces the emission of every zone (W/m²) by a function of its index and emission.
     pub fn update_emission(&mut self, value: impl Fn(usize, Bands) -> Bands) {
-        self.emission.update(self.len, value);
+        self.media.emission.update(self.len, value);
     }
     /// Replaces the source of every zone (W/m³) by a function of its index and source.
     pub fn update_source(&mut self, value: impl Fn(usize, Bands) -> Bands) {
-        self.source.update(self.len, value);
+        self.media.source.update(self.len, value);
     }
 }
 
