@@ -125,7 +125,8 @@ fn pixels_have_the_value_of_the_first_zone_on_their_ray() {
     assert!(heat.temperature.iter().any(|t| t.is_nan()));
     let size = (97, 64);
     let door = s.scene.cameras()[0].clone();
-    let overview = Camera::overview(s.scene.bounds(), size.0 as f64 / size.1 as f64);
+    let (low, high) = s.scene.bounds();
+    let overview = Camera::overview(low, high, size.0 as f64 / size.1 as f64);
     let panes = s.zones.pane_offset();
     let net = |i: usize| heat.net[i] * if i < panes { 1.0 } else { s.zones.panes[i - panes].thickness };
     let light = |i: usize| s.fields.incident[i].to_rgb()[0] + s.fields.direct_light(i).to_rgb()[0];
@@ -189,7 +190,8 @@ fn back_to_back_walls_are_distinguished() {
     assert!(seen("cold").iter().all(|t| *t == 300.0) && seen("warm").iter().all(|t| *t == 400.0));
     // From outside: rays pass through the backs of walls.
     let s = read_solution(f.path().join("rooms.npz")).unwrap();
-    let overview = Camera::overview(s.scene.bounds(), 60.0 / 44.0);
+    let (low, high) = s.scene.bounds();
+    let overview = Camera::overview(low, high, 60.0 / 44.0);
     for (i, got) in seen("overview").iter().enumerate() {
         let list = zones_on_ray(&s, overview.origin, pixel_ray(&overview, (60, 44), i % 60, i / 60), false);
         let expected =
@@ -221,7 +223,8 @@ fn slice_shows_the_voxels_that_it_cuts() {
     let s = read_solution(f.path().join("gas.npz")).unwrap();
     let (grid, heat) = (s.scene.voxel_grid().unwrap(), s.fields.heat.as_ref().unwrap());
     let size = (90, 70);
-    let camera = Camera::overview(s.scene.bounds(), 90.0 / 70.0);
+    let (low, high) = s.scene.bounds();
+    let camera = Camera::overview(low, high, 90.0 / 70.0);
     // Planes inside cells, and one between two cells, which shows the upper one.
     for (slice, axis, place) in
         [("x=0.3", 0, 0.3), ("y = 0.6", 1, 0.6), ("z=0.75", 2, 0.75), ("z=0.1", 2, 0.1)]

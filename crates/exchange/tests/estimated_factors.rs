@@ -351,7 +351,7 @@ fn whole_zones_agree_with_oracle() {
                 if std::env::var_os("ZONAL_PAIRS").is_some() {
                     print_pair(&zones, [i, j], &f, &e);
                 }
-                let (truth, error) = (e.map_to_bands(|e| e.value), e.map_to_bands(|e| e.error));
+                let (truth, error) = (e.map(|e| e.value), e.map(|e| e.error));
                 // The length scale of a zone makes all kinds of pairs comparable.
                 let weight = truth.min(Bands::ONE);
                 sum += f.value / truth.max(Bands::splat(1e-300)) * weight;
@@ -444,7 +444,7 @@ fn cut_voxels_agree_with_oracle() {
                 continue;
             }
             m += 1.0;
-            let truth = e.map_to_bands(|e| e.value);
+            let truth = e.map(|e| e.value);
             let off = Bands::from_fn(|k| relative_error(f.value[k], &e[k], 1e-6));
             squares += (off * truth).map(|x| x.powi(2));
             all += truth * truth;

@@ -115,7 +115,6 @@ fn per_band_values_map_zip_and_iterate_in_order() {
     let joined = names.clone().zip_map(PerBand::from_rgb([1, 2, 3]), |n, k| n.repeat(k));
     assert_eq!(joined.into_iter().collect::<Vec<_>>(), ["0!", "1!1!", "2!2!2!"]);
     *names.as_mut()[Band::all().next().unwrap()] = "first".into();
-    assert!(names.any(|n| n == "first") && names.all(|n| !n.is_empty()));
+    assert!(names.as_ref().any(|n| n == "first") && names.as_ref().all(|n| !n.is_empty()));
     assert_eq!(PerBand::splat(7).as_slice(), [7; 3]);
-    assert_eq!(Bands::from(PerBand::from(Bands::splat(0.1))), Bands::splat(0.1));
 }

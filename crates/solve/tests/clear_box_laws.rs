@@ -6,7 +6,7 @@ use common::{count, mean, patches_of, read, solve, solved, unit_room, unlevel, w
 use std::fmt::Write as _;
 use zonal_reference::{BruteForceScene, Rng, radiance};
 use zonal_scene::{Band, Bands, NoProgress, PerBand, Progress, SolveStatus};
-use zonal_solve::engines::dense::band_groups;
+use zonal_solve::engines::dense::band_groups::{BandGroups, InteriorPanes};
 
 /// A random closed clear box at one emissive power.
 fn isothermal(seed: u64, m: f64, extra: &str) -> String {
@@ -191,8 +191,8 @@ fn bands_with_equal_extinction_share_factors() {
     for (extinction, groups, count) in
         [("[1,1,1]", [0, 0, 0], 1), ("[1,2,1]", [0, 1, 0], 2), ("[1,2,3]", [0, 1, 2], 3)]
     {
-        let found = band_groups::band_groups(&scene(extinction), band_groups::InteriorPanes::Absent);
-        assert_eq!(found, (PerBand::from_rgb(groups), count));
+        let found = BandGroups::of_scene(&scene(extinction), InteriorPanes::Absent);
+        assert_eq!((found.group, found.firsts.len()), (PerBand::from_rgb(groups), count));
     }
     // Shared and separate factors give the same band.
     let s = |k: &str| {

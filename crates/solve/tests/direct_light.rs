@@ -155,13 +155,8 @@ fn sky_fraction_is_the_closure_remainder() {
     for (name, scene) in [("open", WALLS.to_string()), ("half covered", format!("{WALLS}{CANOPY}"))] {
         let scene = read(&scene);
         with_exchange(&scene, |zones, transport, exchange| {
-            let escape = SurroundingsExchange::measure(
-                &scene,
-                zones,
-                transport,
-                (256, 0),
-                Execution::alone(&NoProgress),
-            );
+            let escape =
+                SurroundingsExchange::measure(zones, transport, 256, 0, Execution::alone(&NoProgress), None);
             let inside: Vec<usize> =
                 (0..zones.len()).filter(|&i| zones.patches[i].plate.centre().z <= 1.0).collect();
             let mut count = count();
@@ -192,11 +187,12 @@ fn error_of_the_surroundings_is_stated() {
         let zones = build_zones(&scene, &transport).unwrap_or_else(|e| panic!("{e}"));
         (
             SurroundingsExchange::measure(
-                &scene,
                 &zones,
                 &transport,
-                (256, sample),
+                256,
+                sample,
                 Execution::alone(&NoProgress),
+                None,
             ),
             zones.voxel_offset(),
         )

@@ -264,7 +264,7 @@ fn nearly_white_rooms_by_rays_have_known_errors() {
         assert!(stated < 0.1 * b.first(), "{stated} of {}", b.first());
     }
     let said = |word: &str| rays.report.warnings.iter().any(|w| w.contains(word));
-    let spent = rays.report.status.any(|s| *s == SolveStatus::MaxIterations);
+    let spent = rays.report.status.any(|s| s == SolveStatus::MaxIterations);
     assert_eq!(said("increase max_iterations"), spent, "{:?}", rays.report.warnings);
     assert!(!said("nothing absorbs"), "{:?}", rays.report.warnings);
 }

@@ -164,7 +164,7 @@ fn a_gather_measures_the_surroundings_through_panes() {
     with_site(&scene, |context, _| {
         let (zones, transport) = (context.zones, context.transport);
         let wanted =
-            SurroundingsExchange::measure(&scene, zones, transport, (4096, 0), Execution::alone(&NoProgress));
+            SurroundingsExchange::measure(zones, transport, 4096, 0, Execution::alone(&NoProgress), None);
         let operator = RayOperator::new(context, [32, 16], PathContinuation::On);
         let radiosity = scene.surroundings().radiosity();
         for share in [1.0, 0.5, 0.0] {

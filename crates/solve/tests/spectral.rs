@@ -322,7 +322,7 @@ fn auto_selects_spectral_for_many_zones_or_gives_the_reason() {
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
         let forecast = ProblemSize::new(&scene, &zones, &transport);
-        select_engine(&scene, &zones, &transport, &forecast, (Default::default(), 4 << 30), 1).unwrap()
+        select_engine(&scene, &zones, &transport, &forecast, Default::default(), 4 << 30, 1).unwrap()
     };
     let told = |c: EngineChoice| (c.engine, c.reason);
     let (engine, why) = told(chosen(room.parts()));

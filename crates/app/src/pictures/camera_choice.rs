@@ -73,7 +73,8 @@ fn select_among(
     name: Option<&str>,
     size: (usize, usize),
 ) -> Result<Camera, Failure> {
-    let overview = || Camera::overview(s.scene.bounds(), size.0 as f64 / size.1 as f64);
+    let (low, high) = s.scene.bounds();
+    let overview = || Camera::overview(low, high, size.0 as f64 / size.1 as f64);
     let Some(name) = name else { return Ok(cameras.first().cloned().unwrap_or_else(overview)) };
     let found = cameras.iter().find(|c| c.name == name).cloned();
     found.or_else(|| (name == "overview").then(overview)).ok_or_else(|| {

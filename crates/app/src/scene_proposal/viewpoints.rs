@@ -150,9 +150,9 @@ pub(super) fn cameras(scene: &Scene, transport: &Transport, inside: Option<&Mode
     match inside {
         Some(inside) => cameras_inside(transport, inside),
         None => {
-            let view = |name: &str, forward: Vec3| {
-                Camera::framing(scene.bounds(), forward, PICTURE_ASPECT).name(name)
-            };
+            let (low, high) = scene.bounds();
+            let view =
+                |name: &str, forward: Vec3| Camera::framing(low, high, forward, PICTURE_ASPECT).name(name);
             vec![
                 view("corner", vec3(-1.0, 1.4, -0.8)),
                 view("front", vec3(0.0, 1.0, -0.15)),

@@ -102,7 +102,7 @@ mesh = {{ file = \"{mesh}\", rotate_degrees = [90, 0, 0] }}   # glTF has y up
     );
     for hue in &HUES {
         let kappa =
-            hue.transmittance.map_to(|t| format!("{:.1}", -t.ln() / GLASS_THICKNESS)).as_slice().join(", ");
+            hue.transmittance.map(|t| format!("{:.1}", -t.ln() / GLASS_THICKNESS)).as_slice().join(", ");
         let pane = format!(
             "pane = {{ thickness = {GLASS_THICKNESS}, extinction = [{kappa}], albedo = {GLASS_ALBEDO} }}"
         );

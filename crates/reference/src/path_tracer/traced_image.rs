@@ -60,8 +60,8 @@ impl PathTracer<'_> {
         TracedImage {
             width,
             height,
-            mean: pixels.iter().map(|p| p.map_to_bands(|e| e.value)).collect(),
-            error: pixels.iter().map(|p| p.map_to_bands(|e| e.error)).collect(),
+            mean: pixels.iter().map(|p| p.map(|e| e.value)).collect(),
+            error: pixels.iter().map(|p| p.map(|e| e.error)).collect(),
         }
     }
 }

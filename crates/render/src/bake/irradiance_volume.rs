@@ -154,7 +154,7 @@ pub fn bake_irradiance_volume(
     // Points outside take values of their neighbours.
     let known: Vec<bool> = points.iter().map(Option::is_some).collect();
     let order = extrapolation_order(&known, dims);
-    let single = |x: Bands| x.map_to(|x| x as f32);
+    let single = |x: Bands| x.map(|x| x as f32);
     let coefficients = [0, 1, 2, 3].map(|k| {
         let mean = |p: &Option<[RadianceMoments; 2]>| {
             let [a, b] = p.unwrap_or_default();

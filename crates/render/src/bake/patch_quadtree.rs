@@ -198,7 +198,7 @@ impl PatchQuadtree {
             for (list, w) in points.iter().zip(weights) {
                 for &place in list {
                     let v = self.values(lighting, place);
-                    (0..n).for_each(|k| means[k] += area * w * v[k].map_to_bands(f64::from));
+                    (0..n).for_each(|k| means[k] += area * w * v[k].map(f64::from));
                 }
             }
         }

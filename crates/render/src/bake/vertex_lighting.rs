@@ -93,7 +93,7 @@ impl<'a> VertexLighting<'a> {
     pub(super) fn evaluate(&self, patch: usize, uv: [f64; 2], out: &mut Vec<PerBand<f32>>) {
         let first = out.len();
         let indirect = self.indirect.as_ref().map(|field| field.at(&self.topology, patch, uv));
-        out.push(indirect.unwrap_or_default().map_to(|x| x as f32));
+        out.push(indirect.unwrap_or_default().map(|x| x as f32));
         out.resize(first + self.value_count(), PerBand::default());
         let p = &self.solution.zones.patches[patch];
         let point = self.point(patch, uv);
@@ -120,7 +120,7 @@ impl<'a> VertexLighting<'a> {
     pub(super) fn irradiance(&self, patch: usize, uv: [f64; 2]) -> Bands {
         let mut values = Vec::with_capacity(self.value_count());
         self.evaluate(patch, uv, &mut values);
-        values.iter().map(|v| v.map_to_bands(f64::from)).sum()
+        values.iter().map(|v| v.map(f64::from)).sum()
     }
 
     /// The field with these means, one a patch, as curved surfaces have them; `None` where all are zero.

@@ -238,7 +238,7 @@ impl<'a> PointGrid<'a> {
             for &(zone, _) in list {
                 sum += value(zone) / list.len() as f64;
             }
-            sum.map_to(|x| x as f32)
+            sum.map(|x| x as f32)
         };
         parallel::map(&zones, of)
     }
@@ -285,7 +285,7 @@ impl GridSource<'_> {
             let Some(&(zone, p)) = list.first() else { return PerBand::default() };
             let (b, at) = (field.at(zone, p), self.grid.coordinates(i));
             let direct: Bands = light_samplers.iter().map(|l| self.direct_fluence(l, at, zone)).sum();
-            (b + voxels.at(zone).albedo * direct / 4.0).map_to(|x| x as f32)
+            (b + voxels.at(zone).albedo * direct / 4.0).map(|x| x as f32)
         };
         self.zones.par_iter().enumerate().map(at).collect()
     }

@@ -89,7 +89,7 @@ impl<'a> SunDepthCache<'a> {
             [0, 1, 2].map(|i| (block[i] * BLOCK_VOXELS + p[i]).min(map.dims()[i]))
         };
         (0..BLOCK_CORNERS * BLOCK_CORNERS * BLOCK_CORNERS)
-            .map(|k| self.traversed_depth(map.corner(at(k))).map_to(|d| d as f32))
+            .map(|k| self.traversed_depth(map.corner(at(k))).map(|d| d as f32))
             .collect()
     }
 

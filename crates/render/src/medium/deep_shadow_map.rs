@@ -149,7 +149,7 @@ impl<'a> DeepShadowMap<'a> {
             let first = out.layers.len();
             self.transport.pane_crossings(from, end, &mut |p| {
                 let pane = &scene.panes()[p.pane];
-                let passes = (-pane.extinction * pane.thickness / p.cos).map_to(|x| x.exp() as f32);
+                let passes = (-pane.extinction * pane.thickness / p.cos).map(|x| x.exp() as f32);
                 out.layers.push((p.t as f32, passes));
             });
             out.layers[first..].sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -287,7 +287,7 @@ impl<'a> DeepShadowMap<'a> {
             }
             if k == n || here != run.1 {
                 if let Some(tint) = run.1 {
-                    let tint = tint.map_to_bands(f64::from);
+                    let tint = tint.map(f64::from);
                     let (from, to) = (lo + run.0 as f64 * step, lo + k as f64 * step);
                     sample.add_tinted(path, tint, from, to, &mut out);
                 }

@@ -207,7 +207,7 @@ impl CornerInterpolation<'_> {
                 });
                 node_value(v, zones).unwrap_or(0.0)
             })
-            .map_to(|x| x as f32)
+            .map(|x| x as f32)
         })
     }
 }

@@ -11,7 +11,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, PlateKind, Solution};
+use zonal_scene::{Bands, FacetSide, PlateKind, Solution};
 use zonal_transport::patch_locator::side_of_patch;
 
 /// Least cosine between normals at a vertex that are of one surface: cos 20°.
@@ -43,13 +43,13 @@ type VertexKey = [i64; 3];
 
 /// The corners of a side of a facet: positions, normals and angles.
 fn corners(s: &Solution, sheet: usize) -> Vec<(Vec3, Vec3, f64)> {
-    let (facet, front) = (sheet / 2, sheet.is_multiple_of(2));
-    let plate = &s.scene.facets()[facet].plate;
+    let side = FacetSide::of_number(sheet);
+    let plate = &s.scene.facets()[side.facet].plate;
     let (at, n) = plate.corners();
-    let flat = if front { plate.normal() } else { -plate.normal() };
+    let flat = if side.front { plate.normal() } else { -plate.normal() };
     let uvs = [[0.0, 0.0], [1.0, 0.0], if n == 3 { [0.0, 1.0] } else { [1.0, 1.0] }, [0.0, 1.0]];
     let corner = |k: usize| {
-        let normal = s.scene.curved_point((facet, front), uvs[k], 0.0).map_or(flat, |p| p.normal);
+        let normal = s.scene.curved_point(side, uvs[k], 0.0).map_or(flat, |p| p.normal);
         let (a, b) = ((at[(k + 1) % n] - at[k]).normalized(), (at[(k + n - 1) % n] - at[k]).normalized());
         (at[k], normal, a.dot(b).clamp(-1.0, 1.0).acos())
     };

@@ -14,7 +14,7 @@ use crate::interpolation::node_interpolation::{
 };
 use std::f64::consts::{PI, TAU};
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, PerBand, Plate, PlateKind};
+use zonal_scene::{Band, Bands, FacetSide, PerBand, Plate, PlateKind};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::{PatchLocator, clamped_parameters};
 use zonal_transport::plate_boxes::PlateBoxes;
@@ -304,9 +304,9 @@ impl<'a> TileTopology<'a> {
         let Some(scene) = self.transport.map(Transport::scene).filter(|_| tile.is_curved) else {
             return tile.normal;
         };
-        let (facet, front) = (tile.sheet / 2, tile.sheet.is_multiple_of(2));
-        let uv = scene.facets()[facet].plate.parameters(p);
-        scene.curved_point((facet, front), uv, 0.0).map_or(tile.normal, |at| at.normal)
+        let side = FacetSide::of_number(tile.sheet);
+        let uv = scene.facets()[side.facet].plate.parameters(p);
+        scene.curved_point(side, uv, 0.0).map_or(tile.normal, |at| at.normal)
     }
 
     /// True where no wall stands between the upper sides of two tiles.

@@ -60,11 +60,11 @@ impl Band {
 ///     residuals[band].push(0.5);
 /// }
 /// let lengths = residuals.as_ref().map(Vec::len);
-/// assert!(lengths.all(|n| *n == 1));
+/// assert!(lengths.all(|n| n == 1));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct PerBand<T> {
-    values: [T; BAND_COUNT],
+    pub(super) values: [T; BAND_COUNT],
 }
 
 impl<T> PerBand<T> {
@@ -80,14 +80,24 @@ impl<T> PerBand<T> {
         PerBand { values: std::array::from_fn(|k| f(Band(k))) }
     }
     /// The same value in every band.
+    ///
+    /// ```
+    /// use zonal_scene::Bands;
+    /// assert_eq!(Bands::splat(2.0), Bands::ONE * 2.0);
+    /// ```
     #[inline]
-    pub fn splat(value: T) -> PerBand<T>
+    pub const fn splat(value: T) -> PerBand<T>
     where
-        T: Clone,
+        T: Copy,
     {
-        PerBand::from_fn(|_| value.clone())
+        PerBand { values: [value; BAND_COUNT] }
     }
     /// The values of the triple of a file or picture.
+    ///
+    /// ```
+    /// use zonal_scene::Bands;
+    /// assert_eq!(Bands::from_rgb([0.25, 0.5, 1.0]).to_rgb(), [0.25, 0.5, 1.0]);
+    /// ```
     #[inline]
     pub const fn from_rgb(rgb: [T; 3]) -> PerBand<T> {
         PerBand { values: rgb }
@@ -118,6 +128,13 @@ impl<T> PerBand<T> {
         PerBand { values: self.values.each_mut() }
     }
     /// Applies `f` to each value.
+    ///
+    /// ```
+    /// use zonal_scene::Bands;
+    /// assert_eq!(Bands::from_rgb([1.0, 4.0, 9.0]).map(f64::sqrt).to_rgb(), [1.0, 2.0, 3.0]);
+    /// let positive = Bands::from_rgb([0.0, 1.0, 2.0]).map(|x| x > 0.0);
+    /// assert!(positive.any(|p| p) && !positive.all(|p| p));
+    /// ```
     #[inline]
     pub fn map<U>(self, f: impl FnMut(T) -> U) -> PerBand<U> {
         PerBand { values: self.values.map(f) }
@@ -126,6 +143,10 @@ impl<T> PerBand<T> {
     ///
     /// ```
     /// use zonal_scene::PerBand;
+    /// use zonal_scene::Bands;
+    /// let ratio = Bands::from_rgb([1.0, 2.0, 0.0])
+    ///     .zip_map(Bands::from_rgb([2.0, 2.0, 0.0]), |a, b| if b > 0.0 { a / b } else { 0.0 });
+    /// assert_eq!(ratio.to_rgb(), [0.5, 1.0, 0.0]);
     /// let both = PerBand::from_rgb([true, true, false])
     ///     .zip_map(PerBand::from_rgb([true, false, false]), |a, b| a && b);
     /// assert_eq!(both.into_rgb(), [true, false, false]);
@@ -148,13 +169,19 @@ impl<T> PerBand<T> {
     }
     /// True if `predicate` holds in any band.
     #[inline]
-    pub fn any(&self, predicate: impl FnMut(&T) -> bool) -> bool {
-        self.iter().any(predicate)
+    pub fn any(self, predicate: impl FnMut(T) -> bool) -> bool {
+        self.values.into_iter().any(predicate)
     }
     /// True if `predicate` holds in all bands.
+    ///
+    /// ```
+    /// use zonal_scene::Bands;
+    /// let b = Bands::from_rgb([0.0, 0.5, 1.0]);
+    /// assert!(b.all(|x| (0.0..=1.0).contains(&x)) && b.any(|x| x == 1.0));
+    /// ```
     #[inline]
-    pub fn all(&self, predicate: impl FnMut(&T) -> bool) -> bool {
-        self.iter().all(predicate)
+    pub fn all(self, predicate: impl FnMut(T) -> bool) -> bool {
+        self.values.into_iter().all(predicate)
     }
 }
 
@@ -179,9 +206,16 @@ impl<T: Copy> TryFrom<&[T]> for PerBand<T> {
     ///
     /// # Errors
     /// If the number of values is not the number of bands.
+    ///
+    /// ```
+    /// use zonal_scene::Bands;
+    /// assert_eq!(Bands::try_from(&[1.0, 2.0, 3.0][..]), Ok(Bands::from_rgb([1.0, 2.0, 3.0])));
+    /// assert_eq!(Bands::try_from(&[1.0][..]).unwrap_err().to_string(), "1 values for 3 bands");
+    /// ```
     #[inline]
     fn try_from(values: &[T]) -> Result<PerBand<T>, BandCountError> {
-        band_array(values).map(|values| PerBand { values })
+        let error = |_| BandCountError { found: values.len(), expected: BAND_COUNT };
+        values.try_into().map(|values| PerBand { values }).map_err(error)
     }
 }
 
@@ -228,8 +262,3 @@ impl std::fmt::Display for BandCountError {
 }
 
 impl std::error::Error for BandCountError {}
-
-/// An array of one value for each band.
-pub(crate) fn band_array<T: Copy>(values: &[T]) -> Result<[T; BAND_COUNT], BandCountError> {
-    values.try_into().map_err(|_| BandCountError { found: values.len(), expected: BAND_COUNT })
-}

@@ -29,6 +29,7 @@ use crate::model::surface::Facet;
 use crate::scene::Scene;
 use crate::scene::scene_parts::SceneParts;
 use crate::solution::Solution;
+use crate::solution::fields::{Fields, ThermalFields};
 use crate::solution::light_group::{LightGroup, ZoneValues};
 use crate::thermal::{Thermal, ThermalCondition};
 use crate::zones::sheet_sides::SheetSides;
@@ -161,9 +162,7 @@ impl ZoneImages {
         let mean = self.mean(&all);
         match values {
             ZoneValues::Double(_) => ZoneValues::Double(mean),
-            ZoneValues::Single(_) => {
-                ZoneValues::Single(mean.iter().map(|x| x.map_to(|x| x as f32)).collect())
-            }
+            ZoneValues::Single(_) => ZoneValues::Single(mean.iter().map(|x| x.map(|x| x as f32)).collect()),
         }
     }
 
@@ -455,24 +454,14 @@ impl EvenExtension {
     #[must_use]
     pub fn extended_solution(&self, solution: &Solution) -> Solution {
         let (zones, images) = self.extended_zones(&solution.zones);
-        let mut fields = solution.fields.clone();
-        for list in [
-            &mut fields.radiosity,
-            &mut fields.incident,
-            &mut fields.direct,
-            &mut fields.error,
-            &mut fields.direct_error,
-            &mut fields.surroundings_error,
-        ] {
-            *list = images.extended(list);
-        }
-        if let Some(heat) = &mut fields.heat {
-            for list in
-                [&mut heat.temperature, &mut heat.temperature_error, &mut heat.net, &mut heat.net_error]
-            {
-                *list = images.extended(list);
-            }
-        }
+        let heat = |heat: &ThermalFields| ThermalFields {
+            temperature: images.extended(&heat.temperature),
+            temperature_error: images.extended(&heat.temperature_error),
+            net: images.extended(&heat.net),
+            net_error: images.extended(&heat.net_error),
+        };
+        let radiation = solution.fields.map_lists(|list| images.extended(list));
+        let fields = Fields { heat: solution.fields.heat.as_ref().map(heat), ..radiation };
         Solution {
             scene: self.lit_scene().0,
             zones,

@@ -77,18 +77,18 @@ impl Camera {
     ///
     /// ```
     /// use zonal_math::Vec3;
-    /// let camera = zonal_scene::Camera::overview((Vec3::ZERO, Vec3::ONE), 4.0 / 3.0);
+    /// let camera = zonal_scene::Camera::overview(Vec3::ZERO, Vec3::ONE, 4.0 / 3.0);
     /// assert!(camera.check().is_ok());
     /// assert_eq!(camera.target, Vec3::splat(0.5));
     /// ```
-    pub fn overview(bounds: (Vec3, Vec3), aspect: f64) -> Camera {
-        Camera::framing(bounds, vec3(-1.0, -1.4, -0.8), aspect).name("overview")
+    pub fn overview(low: Vec3, high: Vec3, aspect: f64) -> Camera {
+        Camera::framing(low, high, vec3(-1.0, -1.4, -0.8), aspect).name("overview")
     }
 
     /// A view of a whole box (lower and upper corner, m) along a direction that is not vertical, as large as it fits into a picture of the given aspect ratio
     /// (width over height).
     #[must_use]
-    pub fn framing((low, high): (Vec3, Vec3), direction: Vec3, aspect: f64) -> Camera {
+    pub fn framing(low: Vec3, high: Vec3, direction: Vec3, aspect: f64) -> Camera {
         let centre = (low + high) * 0.5;
         let up = vec3(0.0, 0.0, 1.0);
         let forward = direction.normalized();
@@ -151,7 +151,7 @@ mod tests {
         for size in boxes {
             for aspect in [0.3, 1.0, 4.0 / 3.0, 5.0] {
                 let low = vec3(-3.0, 7.0, 1.0);
-                let c = Camera::overview((low, low + size), aspect);
+                let c = Camera::overview(low, low + size, aspect);
                 c.check().unwrap();
                 let f = (c.target - c.origin).normalized();
                 let r = f.cross(c.up).normalized();

@@ -112,6 +112,23 @@ impl ShadingNormals {
     }
 }
 
+/// One side of a facet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FacetSide {
+    /// Index of the facet.
+    pub facet: usize,
+    /// True of its front.
+    pub front: bool,
+}
+
+impl FacetSide {
+    /// The side of a number in the order front and back of the first facet, of the second, and so on.
+    #[must_use]
+    pub fn of_number(number: usize) -> FacetSide {
+        FacetSide { facet: number / 2, front: number.is_multiple_of(2) }
+    }
+}
+
 /// A point of a picture's surface with the normal that shades it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadedPoint {
@@ -145,7 +162,8 @@ pub(crate) fn mapped_normal(
     facet: &Facet,
     normal: Vec3,
     uv: [f64; 2],
-    (texture, scale): (&Texture, f64),
+    texture: &Texture,
+    scale: f64,
 ) -> Vec3 {
     let [a, b] = [1, 2].map(|k| [facet.uv[k][0] - facet.uv[0][0], facet.uv[k][1] - facet.uv[0][1]]);
     let det = a[0] * b[1] - a[1] * b[0];
@@ -218,7 +236,7 @@ mod tests {
         let f = Facet { surface: 0, plate, uv: [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]] };
         let up = vec3(0.0, 0.0, 1.0);
         let map = |rgb: [f32; 3]| Texture { width: 1, height: 1, pixels: vec![rgb] };
-        let at = |rgb, scale| mapped_normal(&f, up, [0.0; 2], (&map(rgb), scale));
+        let at = |rgb, scale| mapped_normal(&f, up, [0.0; 2], &map(rgb), scale);
         assert!((at([0.5, 0.5, 1.0], 1.0) - up).length() < 1e-12);
         assert!((at([1.0, 0.5, 1.0], 1.0) - vec3(1.0, 0.0, 1.0).normalized()).length() < 1e-12);
         assert!((at([0.5, 1.0, 1.0], 0.5) - vec3(0.0, 0.5, 1.0).normalized()).length() < 1e-12);

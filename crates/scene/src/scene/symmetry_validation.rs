@@ -23,7 +23,7 @@ pub(crate) fn check_boundary(parts: &SceneParts) -> Result<(), SceneError> {
     if let Some(k) = (0..3).find(|&k| parts.periodic[k] && parts.symmetry_planes[k] != [false; 2]) {
         return invalid(axis_key(k), "a periodic axis has no ends for symmetry planes; choose one of both");
     }
-    let Some(bounds) = parts.boundary_box() else {
+    let Some((min, max)) = parts.boundary_box() else {
         return invalid(
             plane_key(parts, axis, end),
             "symmetry planes are ends of the medium's extent; without a medium give their box: boundary.min and boundary.max",
@@ -32,11 +32,11 @@ pub(crate) fn check_boundary(parts: &SceneParts) -> Result<(), SceneError> {
     check_suns(parts)?;
     check_skies(parts)?;
     let (lo, hi) = parts.bounds();
-    let slack = PLANE_TOLERANCE * (hi.max(bounds.1) - lo.min(bounds.0)).length();
-    check_point_lights(parts, bounds, slack)?;
+    let slack = PLANE_TOLERANCE * (hi.max(max) - lo.min(min)).length();
+    check_point_lights(parts, min, max, slack)?;
     let walls = parts.facets.iter().map(|f| (&f.plate, parts.surfaces.get(f.surface)));
     let panes = parts.panes.iter().flat_map(|p| p.plates.iter().map(|q| (q, None)));
-    walls.chain(panes).try_for_each(|(plate, surface)| check_plate(parts, plate, surface, bounds, slack))
+    walls.chain(panes).try_for_each(|(plate, surface)| check_plate(parts, plate, surface, [min, max], slack))
 }
 
 fn axis_key(axis: usize) -> String {
@@ -89,7 +89,7 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
     };
     let Some(grid) = &parts.voxel_grid else {
         return match (endless.iter().filter(|e| **e).count(), parts.periodic[axis], parts.boundary_box) {
-            (1, true, Some(bounds)) => check_strips(parts, axis, bounds),
+            (1, true, Some((min, max))) => check_strips(parts, axis, [min[axis], max[axis]]),
             (1, true, None) => invalid(
                 axis_key(axis),
                 format!("{period}; without a medium give the box of a period: boundary.min and boundary.max"),
@@ -119,7 +119,7 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
 }
 
 /// Validates a periodic scene without a medium: walls that extend along the whole period as strips.
-fn check_strips(parts: &SceneParts, axis: usize, (min, max): (Vec3, Vec3)) -> Result<(), SceneError> {
+fn check_strips(parts: &SceneParts, axis: usize, [low, high]: [f64; 2]) -> Result<(), SceneError> {
     if let Some(light) = parts.lights.first() {
         let what = format!("direct light has no periodic images; {}", remedy_of_lights(parts));
         return invalid(light_key(light), what);
@@ -130,7 +130,7 @@ fn check_strips(parts: &SceneParts, axis: usize, (min, max): (Vec3, Vec3)) -> Re
             "a periodic scene has no panes; remove them or the period",
         );
     }
-    let (low, period) = (min[axis], max[axis] - min[axis]);
+    let period = high - low;
     let slack = STRIP_TOLERANCE * period;
     for f in &parts.facets {
         let p = &f.plate;
@@ -144,8 +144,8 @@ fn check_strips(parts: &SceneParts, axis: usize, (min, max): (Vec3, Vec3)) -> Re
         }
         let name = parts.surfaces.get(f.surface).map_or("", |s| s.name.as_str());
         let what = format!(
-            "without a medium every wall of a periodic scene is a rectangle along the whole period, from {low} m to {} m in {}; extend it, leave it out, or add a [medium]",
-            max[axis], AXES[axis]
+            "without a medium every wall of a periodic scene is a rectangle along the whole period, from {low} m to {high} m in {}; extend it, leave it out, or add a [medium]",
+            AXES[axis]
         );
         return invalid(format!("surface '{name}'"), what);
     }
@@ -196,11 +196,11 @@ fn check_skies(parts: &SceneParts) -> Result<(), SceneError> {
 }
 
 /// Refuses point lights behind or in a symmetry plane: an image must be a light of its own.
-fn check_point_lights(parts: &SceneParts, bounds: (Vec3, Vec3), slack: f64) -> Result<(), SceneError> {
+fn check_point_lights(parts: &SceneParts, min: Vec3, max: Vec3, slack: f64) -> Result<(), SceneError> {
     for light in &parts.lights {
         let Light::Point { position, .. } = light else { continue };
         for k in 0..3 {
-            for (end, plane) in [bounds.0[k], bounds.1[k]].into_iter().enumerate() {
+            for (end, plane) in [min[k], max[k]].into_iter().enumerate() {
                 let before = if end == 0 { position[k] - plane } else { plane - position[k] };
                 if parts.symmetry_planes[k][end] && before <= slack {
                     let what = format!(
@@ -220,12 +220,12 @@ fn check_plate(
     parts: &SceneParts,
     plate: &Plate,
     surface: Option<&Surface>,
-    bounds: (Vec3, Vec3),
+    bounds: [Vec3; 2],
     slack: f64,
 ) -> Result<(), SceneError> {
     let (lo, hi) = plate.bounds();
     for k in 0..3 {
-        for (end, plane) in [bounds.0[k], bounds.1[k]].into_iter().enumerate() {
+        for (end, plane) in bounds.map(|b| b[k]).into_iter().enumerate() {
             if !parts.symmetry_planes[k][end] {
                 continue;
             }

@@ -1,6 +1,7 @@
 //! Energy balance of a solution.
 
 use crate::bands::Bands;
+use crate::model::surface::Surface;
 
 /// Emitted, incoming, absorbed and escaped powers, W per band.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,6 +25,11 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
+    /// Zero powers of these surfaces.
+    pub fn of_surfaces(surfaces: &[Surface]) -> EnergyBalance {
+        let absorbed_surfaces = surfaces.iter().map(|s| (s.name.clone(), Bands::ZERO)).collect();
+        EnergyBalance { absorbed_surfaces, ..EnergyBalance::default() }
+    }
     fn powers_mut(&mut self) -> impl Iterator<Item = &mut Bands> {
         [
             &mut self.emitted,

@@ -27,6 +27,19 @@ impl Fields {
     pub fn direct_unless_zero(all: Vec<Bands>) -> Vec<Bands> {
         if all.iter().all(|b| *b == Bands::ZERO) { Vec::new() } else { all }
     }
+    /// The radiative fields, each list over the zones replaced by `f` of it.
+    #[must_use]
+    pub fn map_lists(&self, f: impl Fn(&[Bands]) -> Vec<Bands>) -> Fields {
+        Fields {
+            radiosity: f(&self.radiosity),
+            incident: f(&self.incident),
+            direct: f(&self.direct),
+            error: f(&self.error),
+            direct_error: f(&self.direct_error),
+            surroundings_error: f(&self.surroundings_error),
+            heat: None,
+        }
+    }
     /// Direct light of zone `i`, W/m²; 0 without.
     pub fn direct_light(&self, i: usize) -> Bands {
         self.direct.get(i).copied().unwrap_or_default()

@@ -88,7 +88,7 @@ impl ZoneValues {
     pub fn at(&self, i: usize) -> Bands {
         match self {
             ZoneValues::Double(v) => v.get(i).copied().unwrap_or_default(),
-            ZoneValues::Single(v) => v.get(i).map_or(Bands::ZERO, |x| x.map_to_bands(f64::from)),
+            ZoneValues::Single(v) => v.get(i).map_or(Bands::ZERO, |x| x.map(f64::from)),
         }
     }
     /// Adds `scale` times the values to `out`, zone by zone.
@@ -98,7 +98,7 @@ impl ZoneValues {
                 out.iter_mut().zip(v).for_each(|(o, x)| *o += scale * x);
             }
             ZoneValues::Single(v) => {
-                out.iter_mut().zip(v).for_each(|(o, x)| *o += scale * x.map_to_bands(f64::from));
+                out.iter_mut().zip(v).for_each(|(o, x)| *o += scale * x.map(f64::from));
             }
         }
     }
@@ -113,7 +113,7 @@ impl ZoneValues {
     pub fn to_single_precision(values: &[Bands]) -> (ZoneValues, Bands) {
         let largest = values.iter().fold(Bands::ZERO, |m, x| m.max(x.abs()));
         let scale = largest.map(|m| if m > 0.0 && m.is_finite() { m } else { 1.0 });
-        let rounded = |x: &Bands| (x / scale).map_to(|x| x as f32);
+        let rounded = |x: &Bands| (x / scale).map(|x| x as f32);
         (ZoneValues::Single(values.iter().map(rounded).collect()), scale)
     }
 }
@@ -172,6 +172,12 @@ impl LightGroup {
     /// H_dir or G_dir of zone `i`, W/m².
     pub fn direct_at(&self, i: usize) -> Bands {
         self.direct.at(i) * self.direct_scale
+    }
+    /// Estimated error of H or G of all zones, W/m²; zeros if it is not known.
+    pub fn errors(&self, zones: usize) -> Vec<Bands> {
+        let mut out = vec![Bands::ZERO; zones];
+        self.error.add_to(&mut out, self.incident_scale);
+        out
     }
     /// Multiplies the power of the group by a factor per band.
     ///

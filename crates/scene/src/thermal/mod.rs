@@ -143,7 +143,7 @@ impl BandFractions {
     /// ```
     pub fn constant(fractions: Bands) -> BandFractions {
         BandFractions::GreyGases {
-            coefficients: fractions.map_to(|s| vec![s]),
+            coefficients: fractions.map(|s| vec![s]),
             range: [1.0, 1.0],
             allow_partial: false,
             all_bands: None,
@@ -280,7 +280,7 @@ impl BandFractions {
         };
         check_temperatures(*range)
             .map(|t| self.grey_gas_weights(t))
-            .fold(PerBand::splat(false), |s, a| s.zip_map(a.into(), |s, a: f64| s || a > MIN_BAND_FRACTION))
+            .fold(PerBand::splat(false), |s, a| s.zip_map(a, |s, a| s || a > MIN_BAND_FRACTION))
     }
     /// Validates range, coefficients, signs and sum of the fractions.
     ///

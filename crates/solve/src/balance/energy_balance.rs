@@ -29,10 +29,7 @@ pub(crate) fn balance_group(
     surroundings: &SurroundingsExchange,
     direct: &DirectLight,
 ) -> EnergyBalance {
-    let mut e = EnergyBalance {
-        absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), Bands::ZERO)).collect(),
-        ..EnergyBalance::default()
-    };
+    let mut e = EnergyBalance::of_surfaces(scene.surfaces());
     for (_, light) in direct.lights.iter().enumerate().filter(|(l, _)| source.has_light(*l)) {
         e.emitted += light.emitted;
         e.incoming += light.incoming;
@@ -71,8 +68,7 @@ pub(crate) fn balance_zones(
         incoming: old.incoming,
         escaped: old.escaped,
         absorbed_backfaces: old.absorbed_backfaces,
-        absorbed_surfaces: scene.surfaces().iter().map(|s| (s.name.clone(), Bands::ZERO)).collect(),
-        ..EnergyBalance::default()
+        ..EnergyBalance::of_surfaces(scene.surfaces())
     };
     add_zones(&mut e, zones, LightGroupKind::All, incident, direct);
     e.balance();

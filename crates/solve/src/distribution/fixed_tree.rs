@@ -5,12 +5,30 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A node of the tree: its level above the blocks, and its number in the level.
-pub(crate) type SubtreeRoot = (u32, usize);
+/// A node of the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct SubtreeRoot {
+    /// Its level above the blocks.
+    pub level: u32,
+    /// Its number in the level.
+    pub number: usize,
+}
+
+impl SubtreeRoot {
+    /// A block.
+    pub(crate) fn block(number: usize) -> SubtreeRoot {
+        SubtreeRoot { level: 0, number }
+    }
+
+    /// The first block below the node.
+    pub(crate) fn first_block(self) -> usize {
+        self.number << self.level
+    }
+}
 
 /// The root of the tree over some blocks.
 pub(crate) fn root(blocks: usize) -> SubtreeRoot {
-    (blocks.next_power_of_two().trailing_zeros(), 0)
+    SubtreeRoot { level: blocks.next_power_of_two().trailing_zeros(), number: 0 }
 }
 
 /// The largest subtrees within some of `count` blocks, in their order. A subtree may lack blocks beyond the last one.
@@ -21,8 +39,8 @@ pub(crate) fn whole_subtrees(blocks: Range<usize>, count: usize) -> Vec<SubtreeR
             let end = next + (1 << level);
             next.is_multiple_of(1 << level) && (end <= blocks.end || blocks.end == count)
         };
-        let level = (0..=root(count).0).rev().find(fits).unwrap_or(0);
-        out.push((level, next >> level));
+        let level = (0..=root(count).level).rev().find(fits).unwrap_or(0);
+        out.push(SubtreeRoot { level, number: next >> level });
         next += 1 << level;
     }
     out
@@ -31,17 +49,19 @@ pub(crate) fn whole_subtrees(blocks: Range<usize>, count: usize) -> Vec<SubtreeR
 /// The sum of the blocks below a node, from known ones. A missing node counts as an empty list; the longer of two lists is the upper one.
 pub(crate) fn node_sum<T: Copy>(
     known: &mut BTreeMap<SubtreeRoot, Vec<T>>,
-    (level, k): SubtreeRoot,
+    node: SubtreeRoot,
     add: &impl Fn(T, T) -> T,
 ) -> Vec<T> {
-    if let Some(list) = known.remove(&(level, k)) {
+    if let Some(list) = known.remove(&node) {
         return list;
     }
-    if level == 0 {
+    if node.level == 0 {
         return Vec::new();
     }
-    let lower = node_sum(known, (level - 1, 2 * k), add);
-    let mut upper = node_sum(known, (level - 1, 2 * k + 1), add);
+    let [lower, mut upper] = [0, 1].map(|half| {
+        let child = SubtreeRoot { level: node.level - 1, number: 2 * node.number + half };
+        node_sum(known, child, add)
+    });
     if upper.is_empty() {
         return lower;
     }
@@ -58,10 +78,10 @@ pub(crate) fn sum_subtrees_in_place<T>(
     add: impl Fn(&mut T, &T),
 ) {
     let first = blocks.start;
-    for (level, k) in whole_subtrees(blocks.clone(), count) {
-        let end = ((k + 1) << level).min(count);
-        let own = &mut values[(k << level) - first..end - first];
-        for stride in (0..level).map(|l| 1 << l) {
+    for node in whole_subtrees(blocks.clone(), count) {
+        let end = ((node.number + 1) << node.level).min(count);
+        let own = &mut values[node.first_block() - first..end - first];
+        for stride in (0..node.level).map(|l| 1 << l) {
             for pair in own.chunks_mut(2 * stride).filter(|pair| pair.len() > stride) {
                 let (lower, upper) = pair.split_at_mut(stride);
                 add(&mut lower[0], &upper[0]);
@@ -76,12 +96,15 @@ mod tests {
 
     #[test]
     fn subtrees_are_the_largest_within_the_blocks() {
-        assert_eq!(whole_subtrees(0..32, 32), [(5, 0)]);
-        assert_eq!(whole_subtrees(0..16, 32), [(4, 0)]);
-        assert_eq!(whole_subtrees(10..21, 32), [(1, 5), (2, 3), (2, 4), (0, 20)]);
-        assert_eq!(whole_subtrees(4..4, 32), []);
-        assert_eq!(whole_subtrees(0..5, 5), [(3, 0)]);
-        assert_eq!(whole_subtrees(3..5, 5), [(0, 3), (2, 1)]);
+        let subtrees = |blocks: Range<usize>, count: usize| -> Vec<(u32, usize)> {
+            whole_subtrees(blocks, count).into_iter().map(|node| (node.level, node.number)).collect()
+        };
+        assert_eq!(subtrees(0..32, 32), [(5, 0)]);
+        assert_eq!(subtrees(0..16, 32), [(4, 0)]);
+        assert_eq!(subtrees(10..21, 32), [(1, 5), (2, 3), (2, 4), (0, 20)]);
+        assert_eq!(subtrees(4..4, 32), []);
+        assert_eq!(subtrees(0..5, 5), [(3, 0)]);
+        assert_eq!(subtrees(3..5, 5), [(0, 3), (2, 1)]);
     }
 
     #[test]
@@ -96,8 +119,8 @@ mod tests {
                 for blocks in [0..cut, cut..count] {
                     let mut own = values(blocks.clone());
                     sum_subtrees_in_place(&mut own, blocks.clone(), count, add);
-                    for (level, k) in whole_subtrees(blocks.clone(), count) {
-                        known.insert((level, k), own[(k << level) - blocks.start].clone());
+                    for node in whole_subtrees(blocks.clone(), count) {
+                        known.insert(node, own[node.first_block() - blocks.start].clone());
                     }
                 }
                 let sum = node_sum(&mut known, root(count), &|a, b| a + b);

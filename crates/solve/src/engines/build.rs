@@ -8,7 +8,7 @@ use crate::device::basis::BasisOrder;
 use crate::distribution::sum_order::SharedZones;
 use crate::engines::bordered_operator::BorderedOperator;
 use crate::engines::dense::DenseOperator;
-use crate::engines::dense::band_groups::{InteriorPanes, band_groups};
+use crate::engines::dense::band_groups::{BandGroups, InteriorPanes};
 use crate::engines::dense::image_sums::{ImageSumOperator, ImageSums};
 use crate::engines::layered::{LayerStack, LayeredOperator};
 use crate::engines::merged_operator::{MergedOperator, PatchGroups};
@@ -154,7 +154,7 @@ pub(crate) fn build_dense<'a>(
 ) -> BuiltEngine<'a> {
     let (scene, zones) = (context.scene, context.zones);
     let exchange = Exchange::with_settings(scene, zones, context.transport, context.settings.pair_settings);
-    let groups = band_groups(scene, InteriorPanes::of(context.transport));
+    let groups = BandGroups::of_scene(scene, InteriorPanes::of(context.transport));
     let sums = ImageSums { exchange: &exchange, images: context.images };
     let panes = zones.panes.len() / context.images.map_or(1, ZoneImages::image_count);
     let (operator, pairs) = DenseOperator::assemble(
@@ -195,8 +195,7 @@ fn close_dense_rows(
             ..SolveSettings::new(context.settings.memory_limit, context.settings.progress)
         };
         let pilot = std::mem::take(surroundings);
-        let place = (scene, zones, context.transport);
-        *surroundings = exact_rows::complete(operator, place, pilot, &settings);
+        *surroundings = exact_rows::complete(operator, zones, context.transport, pilot, &settings);
     }
     let mut measured = closure::measure(operator, context.shared_zones(), surroundings);
     if exact_rows::are_restored(scene, &context.settings.pair_settings) {

@@ -1,6 +1,6 @@
 //! Counts and memory of a solve before it starts, and diagnostics of the scene.
 
-use crate::engines::dense::band_groups;
+use crate::engines::dense::band_groups::{BandGroups, InteriorPanes, matrix_bytes};
 use crate::engines::layered::layer_stack::{LayerStack, needs_layers};
 use crate::engines::spectral::enclosure::BoxEnclosure;
 use crate::right_hand_side::direct_light::light_power::LIGHT_RAYS;
@@ -100,7 +100,7 @@ impl ProblemSize {
     /// Counts the zones of a scene.
     pub fn new(scene: &Scene, zones: &Zones, transport: &Transport) -> ProblemSize {
         let n = zones.total();
-        let (_, groups) = band_groups::band_groups(scene, band_groups::InteriorPanes::of(transport));
+        let groups = BandGroups::of_scene(scene, InteriorPanes::of(transport)).firsts.len();
         ProblemSize {
             patches: zones.patches.len(),
             voxels: zones.voxels.total(),
@@ -108,7 +108,7 @@ impl ProblemSize {
             panes: zones.panes.len(),
             pairs: (n as u64 * (n as u64 + 1)) / 2,
             groups,
-            bytes: band_groups::matrix_bytes(n, zones.panes.len(), groups),
+            bytes: matrix_bytes(n, zones.panes.len(), groups),
             occluders: transport.occluder_count(),
             zone_bytes: zone_bytes(zones),
             field_bytes: n as u64
@@ -126,7 +126,7 @@ impl ProblemSize {
         let (n, count) = (images.zone_count(), images.image_count());
         ProblemSize {
             pairs: count as u64 * (n as u64 * (n as u64 + 1)) / 2,
-            bytes: band_groups::matrix_bytes(n, self.panes / count, self.groups),
+            bytes: matrix_bytes(n, self.panes / count, self.groups),
             patches: self.patches / count,
             voxels: self.voxels / count,
             cut: self.cut / count,
@@ -200,5 +200,5 @@ pub fn is_open(scene: &Scene, zones: &Zones, transport: &Transport) -> bool {
         };
     }
     let step = zones.len().div_ceil(OPENNESS_ZONES).max(1);
-    !SurroundingsExchange::sample(scene, zones, transport, OPENNESS_RAYS, step).is_closed()
+    !SurroundingsExchange::sample(zones, transport, OPENNESS_RAYS, step).is_closed()
 }

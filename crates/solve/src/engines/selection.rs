@@ -92,7 +92,8 @@ pub fn select_engine(
     zones: &Zones,
     transport: &Transport,
     size: &ProblemSize,
-    (settings, memory_limit): (PairSettings, u64),
+    settings: PairSettings,
+    memory_limit: u64,
     ranks: usize,
 ) -> Result<EngineChoice, SceneError> {
     let selection =

@@ -115,7 +115,7 @@ pub(crate) fn propagate_to_groups(
 ) {
     let zones = context.shared_zones();
     for (source, group) in context.sources.iter().zip(groups) {
-        let incident = |i: usize| group.incident_scale * group.incident.at(i);
+        let incident = |i: usize| group.incident_at(i);
         let more = reflected_error(zones, operator, source, context.direct, &incident);
         let join = |a: &mut Bands, b: &Bands| match sum {
             ErrorSum::Linear => *a += *b,
@@ -123,8 +123,7 @@ pub(crate) fn propagate_to_groups(
         };
         fields.error.iter_mut().zip(&more).for_each(|(f, e)| join(f, e));
         if !more.is_empty() && !group.error.is_empty() {
-            let mut own = vec![Bands::ZERO; zones.len()];
-            group.error.add_to(&mut own, group.incident_scale);
+            let mut own = group.errors(zones.len());
             own.iter_mut().zip(&more).for_each(|(o, e)| join(o, e));
             group.error = errors_like(&group.incident, &own, group.incident_scale);
         }

@@ -45,7 +45,8 @@ impl EmptyRows {
     /// Determines M from the fields and the radiosity `sky` of the surroundings, and limits the errors of these rows in the fields and in the groups.
     pub(crate) fn limit(
         &mut self,
-        (zones, sky): (SharedZones, Bands),
+        zones: SharedZones,
+        sky: Bands,
         fields: &mut Fields,
         groups: &mut [LightGroup],
     ) {
@@ -65,10 +66,9 @@ impl EmptyRows {
             fields.error[i] = Bands::from_fn(|k| if missing[k] > 0.0 { e[k].min(bound[k]) } else { e[k] });
         }
         for group in groups.iter_mut().filter(|g| !g.error.is_empty() && !self.zones.is_empty()) {
-            let mut errors = vec![Bands::ZERO; zones.len()];
-            group.error.add_to(&mut errors, group.incident_scale);
+            let mut errors = group.errors(zones.len());
             for &(i, _) in &self.zones {
-                let bound = self.bound(&zones, i, group.incident_scale * group.incident.at(i));
+                let bound = self.bound(&zones, i, group.incident_at(i));
                 errors[i] = errors[i].zip_map(bound, f64::min);
             }
             group.error = errors_like(&group.incident, &errors, group.incident_scale);
@@ -126,7 +126,7 @@ mod tests {
             fields.incident[1] = Bands::ZERO;
             fields.error[1] = Bands::splat(f64::INFINITY);
             let mut rows = EmptyRows { zones: vec![(1, Bands::splat(1.0))], brightest: Bands::ZERO };
-            rows.limit((SharedZones::alone(&zones), Bands::ZERO), &mut fields, &mut []);
+            rows.limit(SharedZones::alone(&zones), Bands::ZERO, &mut fields, &mut []);
             let error = fields.error[1].first();
             assert!((error - most).abs() <= 1e-12 * most || error == most, "{error} for {most}");
             assert_eq!(fields.error[2].first(), 0.25, "other zones keep their errors");

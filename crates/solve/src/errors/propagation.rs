@@ -58,7 +58,7 @@ pub(crate) fn errors_like(values: &ZoneValues, errors: &[Bands], scale: Bands) -
     match values {
         ZoneValues::Double(_) => ZoneValues::Double(errors.iter().map(own).collect()),
         ZoneValues::Single(_) => {
-            ZoneValues::Single(errors.iter().map(|e| own(e).map_to(|x| x as f32)).collect())
+            ZoneValues::Single(errors.iter().map(|e| own(e).map(|x| x as f32)).collect())
         }
     }
 }

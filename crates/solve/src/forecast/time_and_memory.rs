@@ -106,7 +106,7 @@ impl CostEstimate {
         let CostModelInput { scene, zones, transport, size, pair_settings, memory_limit, threads, ranks } =
             *input;
         let choice =
-            selection::select_engine(scene, zones, transport, size, (pair_settings, memory_limit), ranks)?;
+            selection::select_engine(scene, zones, transport, size, pair_settings, memory_limit, ranks)?;
         let (engine, reason) = (choice.engine, choice.reason.clone());
         let (_, light) = problem_size::direct_light_cost(scene, zones, transport, threads);
         let products = EXPECTED_PRODUCTS * light_groups::select_groups(scene, zones).0.len() as f64;
@@ -193,7 +193,7 @@ impl CostEstimate {
     fn layered(&mut self, input: &CostModelInput, choice: EngineChoice) -> f64 {
         let Some(stack) = &choice.layers else { return 0.0 };
         self.notes.extend(choice.note);
-        let (groups, threads) = (stack.band_groups().1.len() as f64, input.threads.max(1) as f64);
+        let (groups, threads) = (stack.band_groups().firsts.len() as f64, input.threads.max(1) as f64);
         let pairs = packed_length(stack.elements()) as f64;
         self.parts.push((
             "exchange areas of layers".into(),
@@ -274,7 +274,7 @@ fn surroundings_cost(input: &CostModelInput, clock: &dyn Fn() -> f64) -> f64 {
     let (scene, zones) = (input.scene, input.zones);
     let step = zones.len().div_ceil(SAMPLED_ZONES).max(1);
     let start = clock();
-    let found = SurroundingsExchange::sample(scene, zones, input.transport, RAYS_PER_SAMPLED_ZONE, step);
+    let found = SurroundingsExchange::sample(zones, input.transport, RAYS_PER_SAMPLED_ZONE, step);
     let one = (clock() - start) / found.rays.max(1) as f64;
     one * found.expected_rays(scene, zones.len()) as f64
 }

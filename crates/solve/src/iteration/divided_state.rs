@@ -42,7 +42,8 @@ pub(crate) struct PartialState<E, S> {
 pub(crate) fn load<E: VectorEntry, S>(
     store: &dyn CheckpointStore,
     stage: &str,
-    (sums, n): (SumOrder, usize),
+    sums: SumOrder,
+    n: usize,
     decode: impl Fn(&[u8], usize) -> Option<PartialState<E, S>>,
 ) -> Option<PartialState<E, S>> {
     let found = load_own(store, stage, sums, n, decode);
@@ -154,7 +155,7 @@ mod tests {
         on_ranks(processes, |c| {
             let (part, global) = part_of_rank(&all, dims, [c.rank(), processes]);
             let (order, n) = (SharedZones::new(&part, c).order(), length(part.voxels.len(), has_slopes));
-            let found = load(store, "state", (order, n), decode);
+            let found = load(store, "state", order, n, decode);
             assert_eq!(found.is_some(), is_whole);
             let Some(found) = found else { return };
             let want: Vec<f64> = (0..n).map(|i| global(i) as f64).collect();
@@ -183,7 +184,7 @@ mod tests {
             let (all, store) = (zones(dims), InMemory::default());
             save_numbers(&store, dims, has_slopes, 4);
             let n = length(all.voxels.len(), has_slopes);
-            let found = load(&store, "state", (SharedZones::alone(&all).order(), n), decode).unwrap();
+            let found = load(&store, "state", SharedZones::alone(&all).order(), n, decode).unwrap();
             assert_eq!(found.vectors, [(0..n).map(|i| i as f64).collect::<Vec<_>>()]);
         }
     }

@@ -9,13 +9,13 @@
 //! to the surroundings if they have a radiance. Still earlier there are zones without that light, B_i = E_i, for a viewer that draws suns itself.
 
 use crate::context::zonal_solution::ZonalSolution;
-use crate::pipeline::illuminate_stage;
+use crate::pipeline::BandBlock;
 use crate::pipeline::symmetry_planes::{self, SymmetricSolve};
 use crate::pipeline::zone_division;
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::right_hand_side::light_groups::{self, SourceGroup};
 use crate::right_hand_side::surroundings::stage::measure;
-use crate::settings::block_checkpoints::BlockCheckpoints;
+use crate::settings::named_stages::{NamedStages, SolvePart};
 use crate::settings::{SolveSettings, check_interrupted};
 use zonal_math::Grade;
 use zonal_scene::{
@@ -64,7 +64,7 @@ fn solve_first_light(
     let (transport, zones) = zone_division::cut(&scene, settings)?;
     let mut solved = Vec::new();
     for (b, block) in scene.blocks().enumerate() {
-        let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
+        let checkpoints = NamedStages { store: settings.checkpoints, part: SolvePart::Block(b) };
         let (transport, zones) = zone_division::of_block(&block, &transport, &zones);
         solved.push(solve_block(&block, &transport, zones, &settings.of_block(b, &checkpoints), light)?);
     }
@@ -84,14 +84,15 @@ fn solve_block(
     // Compute the light of the scene, or of its even extension.
     let (fields, groups) = match SymmetricSolve::of(scene, &zones)? {
         Some(m) => {
-            let images = Transport::new(&m.extension.scene);
-            let extended = ZonedScene { scene: &m.extension.scene, zones: &m.zones, transport: &images };
-            let (fields, groups) = extended.first_fields(Some(&m), settings, light)?;
+            let transport = &Transport::new(&m.extension.scene);
+            let (scene, zones) = (&m.extension.scene, &m.zones);
+            let extended = BandBlock { scene, zones, transport, mirrored: Some(&m) };
+            let (fields, groups) = extended.first_fields(settings, light)?;
             (m.fields_of_part(fields), m.groups_of_part(groups))
         }
         None => {
-            let whole = ZonedScene { scene, zones: &zones, transport };
-            whole.first_fields(None, settings, light)?
+            let whole = BandBlock { scene, zones: &zones, transport, mirrored: None };
+            whole.first_fields(settings, light)?
         }
     };
     let (engine, text) = match light {
@@ -124,38 +125,24 @@ fn solve_block(
     Ok(solved.into_solution())
 }
 
-/// A scene with its zones.
-struct ZonedScene<'a> {
-    scene: &'a Scene,
-    zones: &'a Zones,
-    transport: &'a Transport<'a>,
-}
-
-impl ZonedScene<'_> {
+impl BandBlock<'_> {
     /// The fields of direct light and of the surroundings where they are wanted, and those of each light group; on an even extension averaged over the images.
     fn first_fields(
         &self,
-        mirrored: Option<&SymmetricSolve>,
         settings: &SolveSettings,
         first_light: FirstLight,
     ) -> Result<(Fields, Vec<LightGroup>), SceneError> {
         let (scene, zones, n) = (self.scene, self.zones, self.zones.len());
         // Trace shadow rays to all lights.
-        let light = |l: usize| -> Result<LightField, SceneError> {
-            if first_light == FirstLight::None {
-                return Ok(LightField::default());
-            }
-            let light = illuminate_stage(scene, zones, self.transport, l, settings)?;
-            Ok(match mirrored {
-                Some(m) => m.even_light(l, light),
-                None => light,
-            })
+        let light = |l: usize| match first_light {
+            FirstLight::None => Ok(LightField::default()),
+            FirstLight::Direct => self.light(l, settings),
         };
         let lights = (0..scene.lights().len()).map(light).collect::<Result<Vec<_>, _>>()?;
         let direct = DirectLight { lights };
         // Measure the light of the surroundings.
         let (incoming, error) = match first_light {
-            FirstLight::Direct => self.incoming(mirrored, settings)?,
+            FirstLight::Direct => self.incoming(settings)?,
             FirstLight::None => (vec![Bands::ZERO; n], Vec::new()),
         };
         let (sources, _) = light_groups::select_groups(scene, zones);
@@ -181,18 +168,14 @@ impl ZonedScene<'_> {
     }
 
     /// H or G of the light of the surroundings, W/m², and its error, empty for black surroundings.
-    fn incoming(
-        &self,
-        mirrored: Option<&SymmetricSolve>,
-        settings: &SolveSettings,
-    ) -> Result<(Vec<Bands>, Vec<Bands>), SceneError> {
+    fn incoming(&self, settings: &SolveSettings) -> Result<(Vec<Bands>, Vec<Bands>), SceneError> {
         let (scene, zones, n) = (self.scene, self.zones, self.zones.len());
         if !scene.surroundings().has_radiance() {
             return Ok((vec![Bands::ZERO; n], Vec::new()));
         }
-        let mut exchange = measure(scene, zones, self.transport, settings);
+        let mut exchange = measure(zones, self.transport, settings);
         check_interrupted(settings.progress)?;
-        if let Some(m) = mirrored {
+        if let Some(m) = self.mirrored {
             exchange = m.even_surroundings(&exchange);
         }
         let sky = scene.surroundings().radiosity();
@@ -202,7 +185,6 @@ impl ZonedScene<'_> {
 
     /// The fields of one light group.
     fn group(&self, source: &SourceGroup, direct: &DirectLight, incoming: &[Bands]) -> LightGroup {
-        let surfaces = self.scene.surfaces().iter().map(|s| (s.name.clone(), Bands::ZERO));
         let has_sky = source.sky(self.scene) != Bands::ZERO;
         let incident = if has_sky { incoming.to_vec() } else { vec![Bands::ZERO; incoming.len()] };
         LightGroup {
@@ -211,7 +193,7 @@ impl ZonedScene<'_> {
             incident: ZoneValues::Double(incident),
             direct: ZoneValues::Double(source.direct(direct)),
             status: PerBand::splat(SolveStatus::FixedOrder),
-            energy: EnergyBalance { absorbed_surfaces: surfaces.collect(), ..EnergyBalance::default() },
+            energy: EnergyBalance::of_surfaces(self.scene.surfaces()),
             ..LightGroup::default()
         }
     }

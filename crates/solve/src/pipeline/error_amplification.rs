@@ -60,7 +60,8 @@ const ROUNDING_ERROR: f64 = 1e-8;
 pub(crate) fn widen_by_defects(
     context: &SolveContext,
     operator: &dyn ErrorModel,
-    (fractions, empty_rows): (&[Bands], &EmptyRows),
+    fractions: &[Bands],
+    empty_rows: &EmptyRows,
     fields: &mut Fields,
 ) {
     let (zones, n) = (context.zones, context.zones.len());
@@ -93,9 +94,8 @@ pub(crate) fn widen_by_reflection(
         return;
     }
     for group in groups {
-        let mut own = vec![Bands::ZERO; context.zones.len()];
-        group.error.add_to(&mut own, group.incident_scale);
-        let incident = |i: usize| group.incident_scale * group.incident.at(i);
+        let mut own = group.errors(context.zones.len());
+        let incident = |i: usize| group.incident_at(i);
         let more = reflected(context, operator, &own, &incident);
         for (i, (all, own)) in fields.error.iter_mut().zip(&mut own).enumerate() {
             *all += more.of(i);

@@ -41,7 +41,7 @@ use crate::right_hand_side::direct_light::illumination;
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::right_hand_side::light_groups::{self, SourceGroup};
 use crate::right_hand_side::surroundings::{self, SurroundingsExchange, exact_rows};
-use crate::settings::block_checkpoints::BlockCheckpoints;
+use crate::settings::named_stages::{NamedStages, SolvePart};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::thermal::{self, TemperatureSolve};
 use zonal_exchange::pair::StripImages;
@@ -83,7 +83,7 @@ fn solve_scene(scene: Scene, settings: &SolveSettings) -> Result<Solution, Scene
     }
     let mut solved = Vec::new();
     for (b, block) in scene.blocks().enumerate() {
-        let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
+        let checkpoints = NamedStages { store: settings.checkpoints, part: SolvePart::Block(b) };
         let (transport, zones) = zone_division::of_block(&block, &transport, &zones);
         solved.extend(solve_blocks(&block, transport, zones, &settings.of_block(b, &checkpoints))?);
     }
@@ -192,12 +192,12 @@ pub fn solve_zones(
 
 /// Scene, zones and transport of one block of bands.
 #[derive(Clone, Copy)]
-struct BandBlock<'a> {
-    scene: &'a Scene,
-    zones: &'a Zones,
-    transport: &'a Transport<'a>,
+pub(crate) struct BandBlock<'a> {
+    pub scene: &'a Scene,
+    pub zones: &'a Zones,
+    pub transport: &'a Transport<'a>,
     /// Set where scene and zones are those of an even extension.
-    mirrored: Option<&'a SymmetricSolve>,
+    pub mirrored: Option<&'a SymmetricSolve>,
 }
 
 /// Solves the zonal equations of all blocks of bands; those of a scene with symmetry planes on its even extension.
@@ -242,7 +242,7 @@ fn solve_without_symmetry_planes(
     }
     let mut out = Vec::new();
     for (b, block) in blocks.iter().enumerate() {
-        let checkpoints = BlockCheckpoints { store: settings.checkpoints, block: b };
+        let checkpoints = NamedStages { store: settings.checkpoints, part: SolvePart::Block(b) };
         let settings = SolveSettings { checkpoints: &checkpoints, ..*settings };
         out.extend(solve_together(std::slice::from_ref(block), &settings)?);
     }
@@ -266,8 +266,10 @@ impl BandBlock<'_> {
         check_interrupted(settings.progress)?;
         // Select the engine.
         let size = ProblemSize::new(scene, zones, transport).with_images(mirrored.map(|m| &m.images));
-        let (limits, ranks) = ((settings.pair_settings, settings.memory_limit), settings.communicator.size());
-        let choice = selection::select_engine(scene, zones, transport, &size, limits, ranks)?;
+        let SolveSettings { pair_settings, memory_limit, .. } = *settings;
+        let ranks = settings.communicator.size();
+        let choice =
+            selection::select_engine(scene, zones, transport, &size, pair_settings, memory_limit, ranks)?;
         // Compute the direct light by shadow rays, except for emitters whose light follows from exchange areas.
         let emitters = EmitterExchange::of(scene, zones, choice.engine, settings.pair_settings);
         let light = |l: usize| match emitters.surface(l) {
@@ -279,7 +281,7 @@ impl BandBlock<'_> {
         let is_completed = choice.engine == Engine::Dense && mirrored.is_none();
         let completed_later = || exact_rows::are_known_later(scene, zones, &settings.pair_settings);
         let mut exterior = if is_completed && completed_later() {
-            surroundings::stage::pilot(scene, zones, transport, settings)
+            surroundings::stage::pilot(zones, transport, settings)
         } else {
             measure_surroundings(scene, zones, transport, choice.engine, settings)?
         };
@@ -309,8 +311,8 @@ fn solve_together(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<
     let count = blocks.len() as u64;
     let other_memory = thermal::memory_bytes(first.scene, first.zones);
     let memory_limit = settings.memory_limit.saturating_sub(other_memory * count) / count;
-    let store = |block| BlockCheckpoints { store: settings.checkpoints, block };
-    let stores: Vec<BlockCheckpoints> = (0..blocks.len()).map(store).collect();
+    let store = |b| NamedStages { store: settings.checkpoints, part: SolvePart::Block(b) };
+    let stores: Vec<NamedStages> = (0..blocks.len()).map(store).collect();
     let own_settings = |checkpoints| SolveSettings { memory_limit, checkpoints, ..*settings };
     // Prepare each block, and build its engine.
     let (mut prepared, mut exterior) = (Vec::new(), Vec::new());
@@ -374,12 +376,10 @@ fn finish(
     // The errors of a final gather contain those of the powers that zones send out.
     let contain_sources = columns.iter().all(|c| c.incident.is_some());
     let (mut fields, mut others) = (Vec::new(), Vec::new());
-    for ((engine, prepared), columns) in engines.iter_mut().zip(prepared).zip(columns) {
-        let SolvedColumns { mut results, incident, spare } = columns;
-        let solved = (results.as_mut_slice(), incident, spare);
-        let (own, groups) = solution_fields::assemble(engine, solved, prepared.choice.engine);
+    for ((engine, prepared), mut columns) in engines.iter_mut().zip(prepared).zip(columns) {
+        let (own, groups) = solution_fields::assemble(engine, &mut columns, prepared.choice.engine);
         fields.push(own);
-        others.push((groups, results));
+        others.push((groups, columns.results));
         check_interrupted(progress)?;
     }
     if let Some(kind) = TemperatureSolve::to_propagate(scene, contain_sources) {
@@ -434,7 +434,7 @@ pub(crate) fn measure_surroundings(
     } else if engine == Engine::Rays && rays_measure_escape(scene, zones) {
         SurroundingsExchange::unmeasured(zones)
     } else {
-        surroundings::stage::measure(scene, zones, transport, settings)
+        surroundings::stage::measure(zones, transport, settings)
     };
     check_interrupted(settings.progress)?;
     Ok(exterior)

@@ -12,21 +12,21 @@ use crate::errors::propagation::{errors_like, propagate_factor_errors};
 use crate::iteration::IterationResult;
 use crate::operator::IncidentPower;
 use crate::pipeline::error_amplification;
+use crate::pipeline::group_solve::SolvedColumns;
 use crate::right_hand_side::light_groups::SourceGroup;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_math::parallel;
 use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones};
 
-/// Results of the iteration, the incident power if the engine determined it, and vectors whose memory the fields take.
-pub(crate) type SolvedIteration<'a> = (&'a mut [IterationResult], Option<IncidentPower>, [Vec<Bands>; 2]);
-
-/// The fields of all light and of each group. `incident` is the incident power if the engine determined it; `spare` are vectors whose memory the fields
-/// take. Where nothing leaves the scene, the results have no strengths afterwards: the incident power takes their memory.
+/// The fields of all light and of each group, in spare memory of the columns. Where nothing leaves the scene, the results have no strengths afterwards: the incident
+/// power takes their memory.
 pub(crate) fn assemble(
     block: &mut BlockEngine,
-    (results, incident, [mut spare, of_error]): SolvedIteration,
+    columns: &mut SolvedColumns,
     engine: Engine,
 ) -> (Fields, Vec<LightGroup>) {
+    let SolvedColumns { results, incident, spare } = columns;
+    let (incident, [mut spare, of_error]) = (incident.take(), std::mem::take(spare));
     let BlockEngine { context, built, surroundings } = block;
     let (zones, n) = (context.zones, context.zones.len());
     if let Some(groups) = PatchGroups::of(zones) {
@@ -40,7 +40,7 @@ pub(crate) fn assemble(
     let unclosed = error_amplification::unclosed_fractions(context, &mut built.closure, &fractions);
     // Apply the operator to the solution.
     let IncidentPower { mut columns, mut error, column_errors } =
-        incident_power(built, surroundings, (results, of_error), incident);
+        incident_power(built, surroundings, results, of_error, incident);
     columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     // Compute the fields of each group and their sum.
     parallel::for_each(&mut spare, |_, x| *x = Bands::ZERO);
@@ -85,10 +85,10 @@ pub(crate) fn assemble(
     let mut empty_rows = EmptyRows::of(context, &fractions);
     fields.radiosity = radiosity(zones, &fields, fractions);
     let sky = context.scene.surroundings().radiosity();
-    empty_rows.limit((context.shared_zones(), sky), &mut fields, &mut groups);
+    empty_rows.limit(context.shared_zones(), sky, &mut fields, &mut groups);
     if let Some(unclosed) = unclosed {
-        let defects = (unclosed.as_slice(), &empty_rows);
-        error_amplification::widen_by_defects(context, built.operator.as_ref(), defects, &mut fields);
+        let operator = built.operator.as_ref();
+        error_amplification::widen_by_defects(context, operator, &unclosed, &empty_rows, &mut fields);
     }
     widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
     (fields, groups)
@@ -115,7 +115,8 @@ fn widen_errors(
 fn incident_power(
     built: &BuiltEngine,
     surroundings: &SurroundingsExchange,
-    (results, spare): (&mut [IterationResult], Vec<Bands>),
+    results: &mut [IterationResult],
+    spare: Vec<Bands>,
     incident: Option<IncidentPower>,
 ) -> IncidentPower {
     let mut strengths: Vec<Vec<Bands>> =
@@ -198,7 +199,7 @@ impl GroupAssembly<'_> {
             f.direct.resize(own.len(), Bands::ZERO);
         }
         own.iter().zip(&mut f.direct).for_each(|(d, f)| *f += d);
-        let mut group = light_group(source, result, energy, (incident, own), self.engine);
+        let mut group = light_group(source, result, energy, incident, own, self.engine);
         let error = direct_error::group_error(source, direct);
         if !error.is_empty() {
             f.direct_error.resize(zones.len(), Bands::ZERO);
@@ -227,7 +228,8 @@ fn light_group(
     source: &SourceGroup,
     result: &IterationResult,
     energy: EnergyBalance,
-    (incident, direct): (Vec<Bands>, Vec<Bands>),
+    incident: Vec<Bands>,
+    direct: Vec<Bands>,
     engine: Engine,
 ) -> LightGroup {
     let stored = |v: Vec<Bands>| match engine {

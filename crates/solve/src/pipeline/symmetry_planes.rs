@@ -55,12 +55,7 @@ impl SymmetricSolve {
         LightField {
             fields: even(self.images.mean(&light.fields)),
             error: even(self.images.root_mean_square(&light.error)),
-            incoming: light.incoming * count,
-            emitted: light.emitted * count,
-            escaped: light.escaped * count,
-            absorbed_backfaces: light.absorbed_backfaces * count,
-            power_error: light.power_error.map(|e| e * count),
-            ..light
+            ..light.with_powers_times(count)
         }
     }
 
@@ -92,27 +87,13 @@ impl SymmetricSolve {
         LightField {
             fields: self.images.mean(&light.fields),
             error: self.images.mean(&light.error),
-            incoming: light.incoming * share,
-            emitted: light.emitted * share,
-            escaped: light.escaped * share,
-            absorbed_backfaces: light.absorbed_backfaces * share,
-            power_error: light.power_error.map(|e| e * share),
-            ..light
+            ..light.with_powers_times(share)
         }
     }
 
     /// Fields of the scene from those of the extension.
     pub(crate) fn fields_of_part(&self, fields: Fields) -> Fields {
-        let mean = |list: &[Bands]| self.images.mean(list);
-        Fields {
-            radiosity: mean(&fields.radiosity),
-            incident: mean(&fields.incident),
-            direct: mean(&fields.direct),
-            error: mean(&fields.error),
-            direct_error: mean(&fields.direct_error),
-            surroundings_error: mean(&fields.surroundings_error),
-            heat: None,
-        }
+        fields.map_lists(|list| self.images.mean(list))
     }
 
     /// Light groups of the scene from those of the extension.

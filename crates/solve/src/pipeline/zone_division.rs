@@ -83,8 +83,8 @@ pub(crate) fn divide(
         return Ok(zones);
     }
     let size = ProblemSize::new(scene, &zones, transport);
-    let limits = (settings.pair_settings, settings.memory_limit);
-    let choice = select_engine(scene, &zones, transport, &size, limits, ranks)?;
+    let SolveSettings { pair_settings, memory_limit, .. } = *settings;
+    let choice = select_engine(scene, &zones, transport, &size, pair_settings, memory_limit, ranks)?;
     let emitters = EmitterExchange::of(scene, &zones, choice.engine, settings.pair_settings);
     let has_shadow_rays = (0..scene.lights().len()).any(|l| emitters.surface(l).is_none());
     if choice.engine != Engine::Spectral || has_shadow_rays || choice.has_patches_outside() {

@@ -29,7 +29,8 @@ const MAX_UNDERSHOOT: f64 = 1e-6;
 /// of it unexplained. None if the solver converged, or stalled without such a part.
 fn not_converged(
     status: impl IntoIterator<Item = SolveStatus>,
-    (imbalance, is_unexplained): (Option<String>, bool),
+    imbalance: Option<String>,
+    is_unexplained: bool,
 ) -> Option<Diagnostic> {
     let [mut is_spent, mut is_stalled] = [false; 2];
     for s in status {
@@ -83,7 +84,7 @@ pub(crate) fn light_balance(
         );
         return Some(Diagnostic::warning("energy-balance", text));
     }
-    let unfinished = not_converged(status, (is_poor(off).then(|| imbalance(off)), is_poor(unexplained)));
+    let unfinished = not_converged(status, is_poor(off).then(|| imbalance(off)), is_poor(unexplained));
     if unfinished.is_some() {
         return unfinished;
     }
@@ -120,8 +121,8 @@ pub(crate) fn heat_balance(
     let poor = balance > MAX_BALANCE_RESIDUAL * exchanged && balance > left_by_solver * emitted;
     let imbalance =
         format!("the heat balance is off by {balance:.2e} W of {exchanged:.2e} W that are exchanged");
-    let about_balance = (poor.then(|| imbalance.clone()), poor && balance > explained);
-    let unfinished = not_converged(report.status.iter().copied(), about_balance);
+    let described = poor.then(|| imbalance.clone());
+    let unfinished = not_converged(report.status.iter().copied(), described, poor && balance > explained);
     if unfinished.is_some() {
         return unfinished;
     }

@@ -163,8 +163,7 @@ pub(crate) fn unify_groups(blocks: &mut [Solution]) -> Result<(), SceneError> {
     }
     for s in blocks {
         let mut own = std::mem::take(&mut s.groups);
-        let surfaces = s.scene.surfaces().iter().map(|x| (x.name.clone(), Bands::ZERO));
-        let energy = EnergyBalance { absorbed_surfaces: surfaces.collect(), ..EnergyBalance::default() };
+        let energy = EnergyBalance::of_surfaces(s.scene.surfaces());
         let group = |(kind, name): &(LightGroupKind, String)| match own.iter().position(|g| g.kind == *kind) {
             Some(k) => own.swap_remove(k),
             None => LightGroup {

@@ -2,11 +2,11 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `block_checkpoints`, `stage_codec` | stages of one block of bands in a checkpoint, and their bytes |
+//! | `named_stages`, `stage_codec` | stages of a part of a solve in a checkpoint, and their bytes |
 //! | `zone_power` | powers of the zones that closure and normalization compare |
 //! | `unobstructed_cells` | cells that no facet touches |
 
-pub(crate) mod block_checkpoints;
+pub(crate) mod named_stages;
 pub(crate) mod stage_codec;
 pub(crate) mod unobstructed_cells;
 pub(crate) mod zone_power;

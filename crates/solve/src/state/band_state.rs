@@ -45,7 +45,7 @@ impl BandProblem<'_> {
     /// h without direct light of all zones, W/m².
     pub(super) fn reflected_incident(&self) -> Vec<f64> {
         let mut sources = self.sources.clone();
-        let reflected = &self.factor.key.1;
+        let reflected = &self.factor.key.reflected;
         let lit = sources.iter_mut().zip(self.light[0]).zip(reflected);
         lit.for_each(|((s, d), r)| *s += r * d);
         let mut b = self.m.apply(&sources);
@@ -62,7 +62,7 @@ impl BandProblem<'_> {
         let mut incident = exchanged.clone();
         incident.iter_mut().zip(self.light[0]).for_each(|(h, d)| *h += d);
         let mut radiosity = self.sources.clone();
-        let reflected = radiosity.iter_mut().zip(&self.factor.key.1).zip(&incident);
+        let reflected = radiosity.iter_mut().zip(&self.factor.key.reflected).zip(&incident);
         reflected.for_each(|((b, r), h)| *b += r * h);
         let total = |areas: &[f64]| areas.iter().zip(&radiosity).map(|(f, b)| f * b).sum::<f64>();
         let squares = self.m.surroundings_radii.iter().zip(&radiosity).map(|(r, b)| (r * b).powi(2));

@@ -63,10 +63,18 @@ fn product(matrix: &[f64], x: &[f64], of_row: fn(&[f64], &[f64]) -> f64) -> Vec<
     out
 }
 
+/// What a factor depends on.
+#[derive(PartialEq)]
+pub(super) struct FactorKey {
+    /// The matrix of the data.
+    pub matrix: usize,
+    /// r̂ of every zone.
+    pub reflected: Vec<f64>,
+}
+
 /// The factor of one band for given r̂.
 pub(super) struct BandFactor {
-    /// Its matrix of the data, and r̂.
-    pub key: (usize, Vec<f64>),
+    pub key: FactorKey,
     /// √(r̂/c), 0 for a zone without exchange.
     root: Vec<f64>,
     /// None where nothing is reflected.
@@ -74,9 +82,9 @@ pub(super) struct BandFactor {
 }
 
 impl BandFactor {
-    /// Factors the system of a matrix of the data for the reflections r̂; none if no power is absorbed or lost.
-    pub(super) fn new(m: &MatrixData, key: (usize, Vec<f64>)) -> Option<BandFactor> {
-        let reflected = &key.1;
+    /// Factors the system of the matrix `m` of a key; none if no power is absorbed or lost.
+    pub(super) fn new(m: &MatrixData, key: FactorKey) -> Option<BandFactor> {
+        let reflected = &key.reflected;
         let n = reflected.len();
         let root: Vec<f64> =
             m.c.iter().zip(reflected).map(|(c, r)| if *c > 0.0 { (r / c).sqrt() } else { 0.0 }).collect();

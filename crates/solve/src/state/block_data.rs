@@ -70,8 +70,7 @@ impl BlockData {
                 fractions: &fractions,
                 surroundings: &exterior,
             };
-            let sizes = (zones.len(), zones.voxel_offset(), scene.window().len());
-            light.append(&direct_light(&rays, &exchange, settings)?, sizes);
+            light.append(&direct_light(&rays, &exchange, settings)?, zones, scene.window().len());
         }
         let matrices = areas.matrices.saturating_sub(block * Band::count()).min(Band::count());
         let surroundings = surroundings_rows(zones, &exterior, &operator, &fractions, matrices);

@@ -8,7 +8,7 @@ use crate::pipeline::emitter_exchange::{EmitterExchange, PatchExchange};
 use crate::right_hand_side::direct_light::LightField;
 use crate::right_hand_side::direct_light::light_field::DirectLight;
 use crate::settings::SolveSettings;
-use zonal_scene::{Band, Engine, SceneError};
+use zonal_scene::{Band, Engine, SceneError, Zones};
 
 /// Numbers of a band in [`LightData::powers`].
 pub(super) const POWERS: usize = 5;
@@ -37,17 +37,17 @@ impl LightData {
         [&self.incident, &self.error].map(|list| list.get(rows.clone()).unwrap_or_default())
     }
 
-    /// Adds the first `bands` bands of a block of `zones` zones, of which the first `patches` are patches.
-    pub(super) fn append(&mut self, light: &DirectLight, (zones, patches, bands): (usize, usize, usize)) {
-        let share = |i: usize| if i < patches { 1.0 } else { 0.25 };
+    /// Adds the first `bands` bands of a block with these zones.
+    pub(super) fn append(&mut self, light: &DirectLight, zones: &Zones, bands: usize) {
+        let share = |i: usize| if i < zones.patches.len() { 1.0 } else { 0.25 };
         let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
         let [sent, escaped, backs] = light_power_errors(light);
         for b in Band::all().take(bands) {
             let of_zone = |i: usize, value: &dyn Fn(&LightField) -> f64| {
                 share(i) * light.lights.iter().map(value).sum::<f64>()
             };
-            self.incident.extend((0..zones).map(|i| of_zone(i, &|l| l.fields[i][b])));
-            self.error.extend((0..zones).map(|i| known(of_zone(i, &|l| l.error_of(i)[b]))));
+            self.incident.extend((0..zones.len()).map(|i| of_zone(i, &|l| l.fields[i][b])));
+            self.error.extend((0..zones.len()).map(|i| known(of_zone(i, &|l| l.error_of(i)[b]))));
             let total = |power: &dyn Fn(&LightField) -> f64| light.lights.iter().map(power).sum::<f64>();
             self.powers.extend([
                 total(&|l| l.incoming[b]),

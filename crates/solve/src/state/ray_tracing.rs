@@ -30,8 +30,8 @@ impl RayTracing<'_> {
             if !exact_rows::are_known_later(scene, zones, &settings.pair_settings) {
                 return measure_surroundings(scene, zones, transport, Engine::Dense, settings);
             }
-            let pilot = stage::pilot(scene, zones, transport, settings);
-            return Ok(exact_rows::complete(operator, (scene, zones, transport), pilot, settings));
+            let pilot = stage::pilot(zones, transport, settings);
+            return Ok(exact_rows::complete(operator, zones, transport, pilot, settings));
         };
         let all = measure_surroundings(&m.extension.scene, &m.zones, rays, Engine::Dense, settings)?;
         Ok(m.surroundings_of_part(&all))

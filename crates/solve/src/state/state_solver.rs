@@ -2,7 +2,7 @@
 
 use super::assembly::{Assembly, ZoneRole};
 use super::band_state::{BandProblem, BandState};
-use super::band_system::{BandFactor, MatrixData};
+use super::band_system::{BandFactor, FactorKey, MatrixData};
 use super::exchange_data::ExchangeData;
 use super::known_powers::{Coupling, PowerResponse};
 use super::thermal_state::ThermalState;
@@ -262,7 +262,8 @@ impl StateSolver {
                 ZoneRole::White => 1.0,
                 _ => self.data.reflectance(*band, i),
             };
-            let key = (*matrix, roles.iter().enumerate().map(of_zone).collect::<Vec<f64>>());
+            let key =
+                FactorKey { matrix: *matrix, reflected: roles.iter().enumerate().map(of_zone).collect() };
             if let Some(k) = factors.iter().position(|f| f.key == key) {
                 of_band.push(k);
                 continue;

@@ -31,7 +31,8 @@ impl ZoneSums {
 /// The results of the nodes for their E and δE, W/m²; `radiated` gives the net power that a zone radiates, W.
 pub(super) fn nodes(
     nodes: Option<&NodeZones>,
-    (e, errors): (&[f64], &[f64]),
+    e: &[f64],
+    errors: &[f64],
     radiated: impl Fn(usize) -> f64,
 ) -> Vec<NodeResult> {
     let Some(nodes) = nodes else { return Vec::new() };

@@ -99,7 +99,7 @@ pub(crate) fn solve(blocks: &[BlockEngine]) -> Result<CoupledSolution, SceneErro
         let result = IterationResult {
             strengths: coupled.scaling.blocks[t].strengths(own),
             status: PerBand::splat(history.status.unwrap_or(SolveStatus::MaxIterations)),
-            residuals: PerBand::splat(history.residuals.clone()),
+            residuals: PerBand::from_fn(|_| history.residuals.clone()),
             power: Bands::splat(coupled_bicgstab::absolute_sum(&u)),
         };
         (zones, result)
@@ -386,28 +386,29 @@ impl EmissiveUpdate<'_> {
         let old = self.old[count..].iter();
         let of_nodes: Vec<f64> =
             old.zip(&found).map(|(old, found)| old + step_length * (found - old)).collect();
-        let one = |i: usize| self.zone(i, |t| h(t, i), step_length, (&of_nodes, &response));
+        let one = |i: usize| self.zone(i, |t| h(t, i), step_length, &of_nodes, &response);
         let all: Vec<(f64, [f64; 2])> = parallel::collect(count, one);
         let [off, given] = multivector::sum(all.len(), |i| all[i].1);
         let e = all.into_iter().map(|x| x.0).chain(of_nodes).collect();
         (e, if given > 0.0 { off / given } else { 0.0 })
     }
-    /// E of a zone after the step, and its terms of the sums of R. `nodes` are the new E of the nodes and their changes by the linearization.
+    /// E of a zone after the step, and its terms of the sums of R. `of_nodes` are the new E of the nodes, and `response` their changes by the linearization.
     fn zone(
         &self,
         i: usize,
         h: impl Fn(usize) -> Bands,
         step_length: f64,
-        nodes: (&[f64], &[f64]),
+        of_nodes: &[f64],
+        response: &[f64],
     ) -> (f64, [f64; 2]) {
         let (balances, old) = (self.balances, self.old[i]);
         let first = balances.first(i);
         let change = match first.node {
-            Some(k) => nodes.1[k as usize],
+            Some(k) => response[k as usize],
             None => self.linearized.absorbed(i, &h),
         };
         let e = match (first.node, first.condition) {
-            (Some(k), _) => nodes.0[k as usize],
+            (Some(k), _) => of_nodes[k as usize],
             (None, ThermalCondition::Temperature(_)) => old,
             (None, ThermalCondition::Flux(q) | ThermalCondition::Power(q)) => {
                 let found = balances.emissive_power_in_balance(i, q, &h).unwrap_or(old);

@@ -58,7 +58,7 @@ pub(crate) fn recover_temperatures(blocks: &mut [ZonalSolution]) -> f64 {
     let undistributed = undistributed_power(&balances, &emissive, blocks);
     blocks.iter_mut().for_each(estimate_errors);
     let radiated = |i: usize| balances.first(i).measure * found[i].1;
-    let node_results = heat_table::nodes(nodes.as_ref(), (&of_nodes, &node_errors), radiated);
+    let node_results = heat_table::nodes(nodes.as_ref(), &of_nodes, &node_errors, radiated);
     let rows = heat_table::rows(&scenes[0], &blocks[0].zones, undistributed, of_zone);
     let total = |power: fn(&EnergyBalance) -> Bands| balances.total(|t| power(&blocks[t].report.energy));
     let outside = [total(|e| e.incoming - e.escaped), total(|e| e.absorbed_backfaces)];

@@ -160,7 +160,7 @@ impl<S: ArraySink> ArrayWriter<S> {
         let mut block = Vec::with_capacity(BLOCK_BYTES + row_bytes);
         for i in 0..rows {
             for (t, count) in self.bands_of_blocks.iter().enumerate() {
-                let bytes = value(t, i).map_to(&to_bytes);
+                let bytes = value(t, i).map(&to_bytes);
                 bytes.iter().take(*count).for_each(|b| block.extend_from_slice(b));
             }
             if block.len() >= BLOCK_BYTES {
@@ -280,7 +280,7 @@ impl<S: ArraySink> ArrayWriter<S> {
         value: impl Fn(usize, usize) -> Bands,
     ) -> io::Result<()> {
         let rows: usize = shape.iter().product();
-        let bits = |t: usize, i: usize| value(t, i).map_to(f64::to_bits);
+        let bits = |t: usize, i: usize| value(t, i).map(f64::to_bits);
         let is_constant = |t: usize| {
             let first = bits(t, 0);
             (1..rows).all(|i| bits(t, i) == first)

@@ -110,7 +110,7 @@ impl DirectionTable {
         let of_row = |r: usize| {
             let ends =
                 [self.edges[r], self.edges[r + 1]].map(|e| (e * z, (1.0 - e * e).max(0.0).sqrt() * across));
-            let half = ends.iter().fold(0.0, |most: f64, e| most.max(half_width(*e)));
+            let half = ends.iter().fold(0.0, |most: f64, e| most.max(half_width(e.0, e.1)));
             let [from, to] = [self.edges[r], self.edges[r + 1]].map(|e| e.clamp(-1.0, 1.0).acos());
             // The cosine of an angle changes by no more than the angle.
             let highest = ends.iter().fold(-1.0, |most: f64, e| most.max(e.0 + e.1)) + (to - from);
@@ -152,7 +152,7 @@ impl DirectionTable {
 }
 
 /// Half the extent in turns of the directions of a row's edge that are above the plane of a vector: the solutions of height + across cos t > 0.
-fn half_width((height, across): (f64, f64)) -> f64 {
+fn half_width(height: f64, across: f64) -> f64 {
     if height >= across {
         0.5
     } else if height <= -across {

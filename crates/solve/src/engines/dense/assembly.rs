@@ -1,6 +1,6 @@
 //! Assembly of the exchange areas of all pairs, in chunks of rows that are stages of a checkpoint.
 
-use super::band_groups::first_bands;
+use super::band_groups::BandGroups;
 use super::dense_operator::DenseOperator;
 use super::image_sums::ImageSums;
 use super::packed_symmetric::PackedSymmetric;
@@ -164,14 +164,14 @@ impl<'a> DenseOperator<'a> {
     pub(crate) fn assemble(
         exchange: &ImageSums,
         [n, panes]: [usize; 2],
-        (group, count): (PerBand<usize>, usize),
+        BandGroups { group, firsts }: BandGroups,
         checkpoints: &dyn CheckpointStore,
         execution: Execution<'a>,
     ) -> (DenseOperator<'a>, PairCounts) {
         let (shared, communicator, progress) = (n - panes, execution.communicator, execution.progress);
-        let first_bands = first_bands((group, count));
+        let count = firsts.len();
         progress.begin("exchange areas", packed_length(n) as u64);
-        let assembler = RowAssembler { exchange, shared, first_bands, checkpoints, progress };
+        let assembler = RowAssembler { exchange, shared, first_bands: firsts, checkpoints, progress };
         let rows = match communicator.size() {
             1 => assembler.all_rows(n, count),
             _ => assembler.shared_rows(n, count, communicator),

@@ -1,7 +1,7 @@
 //! Groups of bands with equal extinctions, which share their exchange areas, and the memory of the dense engine.
 
 use super::row_blocks::packed_length;
-use zonal_scene::{Band, PerBand, Scene};
+use zonal_scene::{Band, Bands, PerBand, Scene};
 use zonal_transport::Transport;
 
 /// Whether panes attenuate the exchange of other zones.
@@ -21,33 +21,37 @@ impl InteriorPanes {
     }
 }
 
-/// The groups of bands that share all factors outside the panes: the group of each band, and the number of groups.
-#[must_use]
-pub fn band_groups(scene: &Scene, panes: InteriorPanes) -> (PerBand<usize>, usize) {
-    let same = |a: Band, b: Band| {
-        let media =
-            scene.voxel_grid().is_none_or(|v| (0..v.len()).all(|c| v.extinction(c)[a] == v.extinction(c)[b]));
-        media
-            && (panes == InteriorPanes::Absent
-                || scene.panes().iter().all(|p| p.extinction[a] == p.extinction[b]))
-    };
-    let mut group = PerBand::splat(0);
-    let mut count = 0;
-    for b in Band::all() {
-        group[b] = match Band::all().find(|&a| a < b && same(a, b)) {
-            Some(a) => group[a],
-            None => {
-                count += 1;
-                count - 1
-            }
-        };
-    }
-    (group, count)
+/// Groups of bands that share their exchange areas.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandGroups {
+    /// The group of each band.
+    pub group: PerBand<usize>,
+    /// The first band of each group.
+    pub firsts: Vec<Band>,
 }
 
-/// The first band of each group.
-pub(crate) fn first_bands((group, count): (PerBand<usize>, usize)) -> Vec<Band> {
-    (0..count).filter_map(|g| Band::all().find(|&b| group[b] == g)).collect()
+impl BandGroups {
+    /// The groups of bands that are the `same`.
+    pub(crate) fn of(same: impl Fn(Band, Band) -> bool) -> BandGroups {
+        let (mut group, mut firsts) = (PerBand::splat(0), Vec::new());
+        for b in Band::all() {
+            group[b] = firsts.iter().position(|a| same(*a, b)).unwrap_or_else(|| {
+                firsts.push(b);
+                firsts.len() - 1
+            });
+        }
+        BandGroups { group, firsts }
+    }
+
+    /// The groups of bands that share all factors outside the panes.
+    #[must_use]
+    pub fn of_scene(scene: &Scene, panes: InteriorPanes) -> BandGroups {
+        BandGroups::of(|a, b| {
+            let same = |extinction: Bands| extinction[a] == extinction[b];
+            scene.voxel_grid().is_none_or(|v| (0..v.len()).all(|c| same(v.extinction(c))))
+                && (panes == InteriorPanes::Absent || scene.panes().iter().all(|p| same(p.extinction)))
+        })
+    }
 }
 
 /// Memory of the matrices of `zones` zones, `panes` of them panes, with `groups` groups of bands; bytes.

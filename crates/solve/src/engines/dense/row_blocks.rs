@@ -90,13 +90,13 @@ impl RowBlocks {
         add: impl Fn(T, T) -> T,
     ) -> Vec<T> {
         let mut known: BTreeMap<SubtreeRoot, Vec<T>> = BTreeMap::new();
-        known.extend(self.own.clone().map(|b| (0, b)).zip(own));
+        known.extend(self.own.clone().map(SubtreeRoot::block).zip(own));
         if self.own != (0..ROW_BLOCKS) {
             let nodes = whole_subtrees(self.own.clone(), ROW_BLOCKS);
             let mut bytes = Vec::new();
-            for &(level, k) in &nodes {
-                let list = node_sum(&mut known, (level, k), &add);
-                [u64::from(level), k as u64, list.len() as u64].put(&mut bytes);
+            for node in nodes {
+                let list = node_sum(&mut known, node, &add);
+                [u64::from(node.level), node.number as u64, list.len() as u64].put(&mut bytes);
                 list.iter().for_each(|x| x.put(&mut bytes));
             }
             known.clear();
@@ -112,9 +112,10 @@ impl RowBlocks {
 fn read_nodes<T: Message>(bytes: &[u8], known: &mut BTreeMap<SubtreeRoot, Vec<T>>) {
     let mut rest = bytes;
     while let Some((head, tail)) = rest.split_at_checked(<[u64; 3]>::size()) {
-        let [level, k, length] = <[u64; 3]>::get(head);
+        let [level, number, length] = <[u64; 3]>::get(head);
         let (list, tail) = tail.split_at(length as usize * T::size());
-        known.insert((level as u32, k as usize), list.chunks_exact(T::size()).map(T::get).collect());
+        let node = SubtreeRoot { level: level as u32, number: number as usize };
+        known.insert(node, list.chunks_exact(T::size()).map(T::get).collect());
         rest = tail;
     }
 }

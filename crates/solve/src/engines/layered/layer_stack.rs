@@ -1,7 +1,8 @@
 //! Applicability of the layered engine: a box on the grid of its medium, periodic along two axes, whose zones are equal in each layer.
 
+use crate::engines::dense::band_groups::BandGroups;
 use crate::engines::spectral::enclosure::{BoxEnclosure, OPENING};
-use zonal_scene::{Band, Bands, PerBand, Scene, Zones};
+use zonal_scene::{Bands, Scene, Zones};
 
 /// Relative deviation from the third axis, from a plane and from the area of the period that counts as rounding.
 const ROUNDING: f64 = 1e-9;
@@ -204,18 +205,9 @@ impl LayerStack {
         depths.filter(|a| *a > 0.0).fold(1.0, f64::min)
     }
 
-    /// The group of each band with equal extinctions, and the first band of each group.
-    pub(crate) fn band_groups(&self) -> (PerBand<usize>, Vec<Band>) {
-        let mut firsts: Vec<Band> = Vec::new();
-        let mut group = PerBand::splat(0);
-        for b in Band::all() {
-            let same = |a: &Band| self.extinction.iter().all(|k| k[*a] == k[b]);
-            group[b] = firsts.iter().position(same).unwrap_or_else(|| {
-                firsts.push(b);
-                firsts.len() - 1
-            });
-        }
-        (group, firsts)
+    /// The groups of bands with equal extinctions.
+    pub(crate) fn band_groups(&self) -> BandGroups {
+        BandGroups::of(|a, b| self.extinction.iter().all(|k| k[a] == k[b]))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::layer_stack::LayerStack;
 use crate::distribution::multivector::times;
+use crate::engines::dense::band_groups::BandGroups;
 use crate::engines::dense::packed_symmetric::PackedSymmetric;
 use crate::engines::dense::row_blocks::packed_length;
 use crate::operator::{ErrorModel, ExchangeOperator};
@@ -27,7 +28,7 @@ pub struct LayeredOperator {
 impl LayeredOperator {
     /// Computes the factors of a stack.
     pub fn new(stack: LayerStack, progress: &dyn Progress) -> LayeredOperator {
-        let (group, firsts) = stack.band_groups();
+        let BandGroups { group, firsts } = stack.band_groups();
         let (mut matrices, mut radii, mut nodes) = (Vec::new(), Vec::new(), 0);
         progress.begin("exchange areas of layers", firsts.len() as u64);
         for b in firsts {
@@ -49,7 +50,7 @@ impl LayeredOperator {
 
     /// Bytes of the operator while it is built.
     pub(crate) fn bytes(stack: &LayerStack) -> u64 {
-        let groups = stack.band_groups().1.len() as u64;
+        let groups = stack.band_groups().firsts.len() as u64;
         let joins = u64::from(stack.panes > 0);
         (groups + joins) * 8 * packed_length(stack.extinction.len() + 2) as u64
             + LayerFactors::bytes(stack.extinction.len(), stack.smallest_depth())
@@ -144,7 +145,7 @@ impl ExchangeOperator for LayeredOperator {
 impl ErrorModel for LayeredOperator {
     fn error(&self, strengths: &[Bands]) -> Option<Vec<Bands>> {
         let absolute: Vec<Bands> = strengths.iter().map(|s| s.abs()).collect();
-        let radius = self.group.map_to_bands(|g| self.radii[g]);
+        let radius = self.group.map(|g| self.radii[g]);
         Some(self.apply(&absolute).into_iter().map(|p| radius * p).collect())
     }
     fn grade(&self) -> Grade {

@@ -6,10 +6,10 @@ use crate::context::{BuiltEngine, SolveContext};
 use crate::distribution::sum_order::SharedZones;
 use crate::engines::rays::gather::final_gather::Gathered;
 use crate::engines::rays::gather::zone_gather::GatheredSky;
-use crate::engines::rays::ray_operator::{PathContinuation, RayOperator};
+use crate::engines::rays::ray_operator::{OutsideRadiation, PathContinuation, RayOperator};
 use crate::engines::rays::stored_rays::padded_bands::PaddedBands;
 use crate::engines::rays::stored_rays::ray_sampling::{
-    RAY_SAMPLING_PARAMS, RaysPerZone, is_large, rays_measure_escape, rays_per_zone, rays_without_gather,
+    COARSE_TOLERANCE, RaysPerZone, is_large, rays_measure_escape, rays_per_zone, rays_without_gather,
 };
 use crate::engines::tolerance_advice;
 use crate::errors::direct_error::reflected_error;
@@ -17,7 +17,7 @@ use crate::errors::estimate::error_estimate;
 use crate::iteration::IterationResult;
 use crate::operator::IncidentPower;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
-use crate::settings::check_interrupted;
+use crate::settings::{SolveSettings, check_interrupted};
 use std::cmp::Ordering;
 use zonal_exchange::pair::closure_target;
 use zonal_math::Grade;
@@ -50,8 +50,8 @@ pub(crate) fn build<'a>(
     })?;
     let mut warnings: Vec<Diagnostic> = budget.ray_warning(zones, tolerance, rays).into_iter().collect();
     let rays = if context.settings.final_gather { rays } else { rays_without_gather(rays) };
-    let rays = (rays, budget.max_rays);
-    let (operator, solution) = trace_and_solve(context, surroundings, rays, continuation_of(scene))?;
+    let (operator, solution) =
+        trace_and_solve(context, surroundings, rays, budget.max_rays, continuation_of(scene))?;
     let closure = closure::measure(&operator, SharedZones::alone(zones), surroundings);
     let [traced, vertices] = operator.rays_and_vertices();
     let mut counts =
@@ -68,9 +68,10 @@ pub(crate) fn build<'a>(
     let gathered_sky = gathered_sky(context, surroundings);
     let mut known = known_radiation(context, surroundings, gathered_sky.is_some());
     add_error_of_direct_light(context, &operator, &stored, &mut known);
-    let observers = (context.settings.checkpoints, context.settings.progress);
+    let SolveSettings { checkpoints, progress, .. } = context.settings;
+    let outside = OutsideRadiation { known: &known, sky: gathered_sky };
     let mut gathered =
-        operator.gather_incident(&strengths, &|| stored.clone(), noise, (&known, gathered_sky), observers);
+        operator.gather_incident(&strengths, &|| stored.clone(), noise, outside, checkpoints, progress);
     check_interrupted(context.settings.progress)?;
     if !gathered.sky.is_empty() {
         surroundings.set_incident(&gathered.sky, sky, |i| zones.response(i).1, traced + gathered.rays());
@@ -155,7 +156,8 @@ fn trace<'a>(
 fn trace_and_solve<'a>(
     context: &SolveContext<'a>,
     surroundings: &mut SurroundingsExchange,
-    (rays, max_rays): (RaysPerZone, f64),
+    rays: RaysPerZone,
+    max_rays: f64,
     continuation: PathContinuation,
 ) -> Result<(RayOperator<'a>, Option<StoredSolution>), SceneError> {
     let mut operator = trace(context, surroundings, rays, continuation)?;
@@ -208,7 +210,7 @@ impl StoredSolution {
         max_rays: f64,
     ) -> Option<RaysPerZone> {
         let (zones, tolerance) = (context.zones, context.scene.options().tolerance);
-        if is_large(zones) || tolerance > RAY_SAMPLING_PARAMS.coarse_tolerance {
+        if is_large(zones) || tolerance > COARSE_TOLERANCE {
             return None;
         }
         let fields = Fields {

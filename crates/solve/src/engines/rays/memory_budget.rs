@@ -4,7 +4,7 @@
 //! bytes = program + zones + cut · (cut voxels) + n (zone + lights · light + groups · group) + rays (4, +12 where bands differ, + vertices)
 //! ```
 
-use crate::engines::dense::band_groups::{InteriorPanes, band_groups};
+use crate::engines::dense::band_groups::{BandGroups, InteriorPanes};
 use crate::engines::problem_size::zone_bytes;
 use crate::engines::rays::stored_rays::path_continuation::VERTEX_BYTES;
 use crate::engines::rays::stored_rays::ray_sampling::{RaysPerZone, rays_per_zone, volume_to_patch_ratio};
@@ -15,40 +15,28 @@ use zonal_transport::Transport;
 /// Bytes of the program itself: the resident memory at the end of a solve of six zones (14.5 MB), and a reserve.
 pub(crate) const PROGRAM_BYTES: u64 = 16_000_000;
 
-/// Bytes and numbers of the parts of a solve.
-///
-/// The bytes of zones, lights and groups were measured as the growth of the peak resident memory (smoothing, and the fields of the solution)
-/// over 58,475, 10,376 and 1,966,188 zones.
-struct MemoryParams {
-    /// Bytes of a cut voxel while zones are made and rays traced, beside its samples. Measured on a sphere of 528 triangles in 40³ cells and,
-    /// with a pane, in 32³.
-    cut_voxel_bytes: u64,
-    /// Bytes of a zone at the peak.
-    zone_bytes: u64,
-    /// Bytes of a zone for each light.
-    light_bytes: u64,
-    /// Bytes of a zone for each light group.
-    group_bytes: u64,
-    /// Bytes of the end of a ray.
-    ray_bytes: f64,
-    /// Bytes of its weights, where bands differ.
-    weight_bytes: f64,
-    /// Path vertices of a ray where paths continue.
-    vertices_per_ray: f64,
-    /// Fewest rays of a patch with which a solve begins.
-    min_rays_of_patch: f64,
-}
+// Bytes and numbers of the parts of a solve.
+//
+// The bytes of zones, lights and groups were measured as the growth of the peak resident memory (smoothing, and the fields of the solution)
+// over 58,475, 10,376 and 1,966,188 zones.
 
-const MEMORY_PARAMS: MemoryParams = MemoryParams {
-    cut_voxel_bytes: 2_000,
-    zone_bytes: 330,
-    light_bytes: 108,
-    group_bytes: 80,
-    ray_bytes: 4.0,
-    weight_bytes: 12.0,
-    vertices_per_ray: 0.25,
-    min_rays_of_patch: 8.0,
-};
+/// Bytes of a cut voxel while zones are made and rays traced, beside its samples. Measured on a sphere of 528 triangles in 40³ cells and,
+/// with a pane, in 32³.
+const CUT_VOXEL_BYTES: u64 = 2_000;
+/// Bytes of a zone at the peak.
+const ZONE_BYTES: u64 = 330;
+/// Bytes of a zone for each light.
+const LIGHT_BYTES: u64 = 108;
+/// Bytes of a zone for each light group.
+const GROUP_BYTES: u64 = 80;
+/// Bytes of the end of a ray.
+const RAY_BYTES: f64 = 4.0;
+/// Bytes of its weights, where bands differ.
+const WEIGHT_BYTES: f64 = 12.0;
+/// Path vertices of a ray where paths continue.
+const VERTICES_PER_RAY: f64 = 0.25;
+/// Fewest rays of a patch with which a solve begins.
+const MIN_RAYS_OF_PATCH: f64 = 8.0;
 
 /// Memory of the parts of a solve by the rays engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,15 +54,15 @@ pub(crate) struct MemoryBudget {
 impl MemoryBudget {
     /// For a solve within `memory` bytes.
     pub(crate) fn new(scene: &Scene, zones: &Zones, transport: &Transport, memory: u64) -> MemoryBudget {
-        let (n, p) = (zones.len(), &MEMORY_PARAMS);
+        let n = zones.len();
         let groups = select_groups(scene, zones).0.len();
-        let each = p.zone_bytes + p.light_bytes * scene.lights().len() as u64 + p.group_bytes * groups as u64;
+        let each = ZONE_BYTES + LIGHT_BYTES * scene.lights().len() as u64 + GROUP_BYTES * groups as u64;
         let cut = zones.voxels.cut_count() as u64;
-        let fixed = PROGRAM_BYTES + zone_bytes(zones) + p.cut_voxel_bytes * cut + n as u64 * each;
-        let bands = band_groups(scene, InteriorPanes::of(transport)).1;
+        let fixed = PROGRAM_BYTES + zone_bytes(zones) + CUT_VOXEL_BYTES * cut + n as u64 * each;
+        let bands = BandGroups::of_scene(scene, InteriorPanes::of(transport)).firsts.len();
         let grey = bands == 1 && scene.panes().is_empty();
-        let vertices = p.vertices_per_ray * VERTEX_BYTES as f64;
-        let ray = p.ray_bytes + if grey { 0.0 } else { p.weight_bytes };
+        let vertices = VERTICES_PER_RAY * VERTEX_BYTES as f64;
+        let ray = RAY_BYTES + if grey { 0.0 } else { WEIGHT_BYTES };
         let continued_ray = ray + vertices;
         let left = memory.saturating_sub(fixed) as f64;
         MemoryBudget { fixed, ray, continued_ray, max_rays: left / continued_ray }
@@ -83,8 +71,7 @@ impl MemoryBudget {
     /// Bytes without which no solve begins: everything except rays, and the fewest rays.
     pub(crate) fn min_bytes(&self, zones: &Zones) -> u64 {
         let (patches, n) = (zones.voxel_offset() as f64, zones.len() as f64);
-        let rays =
-            n + MEMORY_PARAMS.min_rays_of_patch * (patches + volume_to_patch_ratio(zones) * (n - patches));
+        let rays = n + MIN_RAYS_OF_PATCH * (patches + volume_to_patch_ratio(zones) * (n - patches));
         self.fixed + (self.continued_ray * rays).ceil() as u64
     }
 

@@ -31,7 +31,9 @@ use rayon::prelude::*;
 use zonal_exchange::pair::{pane_self_exchange, scaled_radiosity_coefficient};
 use zonal_math::parallel;
 use zonal_math::{Grade, low_discrepancy};
-use zonal_scene::{Bands, CheckpointStore, NoCheckpoints, NoProgress, PaneZone, Progress, Scene, Zones};
+use zonal_scene::{
+    Bands, CheckpointStore, NoCheckpoints, NoProgress, PaneZone, Progress, Scene, ZoneRef, Zones,
+};
 use zonal_transport::Transport;
 
 /// The equations are solved by the first 1/4 of the rays of every zone first; all rays start from that solution.
@@ -53,6 +55,15 @@ pub enum PathContinuation {
     Off,
     /// Rays from patches continue (`path_continuation`).
     On,
+}
+
+/// Radiation that a gather meets beside the columns.
+#[derive(Default)]
+pub(crate) struct OutsideRadiation<'a> {
+    /// H or G of known value and its error, W/m², of every zone; it is no part of the result.
+    pub known: &'a [[Bands; 2]],
+    /// The surroundings, where the gather samples them.
+    pub sky: Option<GatheredSky>,
 }
 
 /// The exchange of all zones by the rays of a table.
@@ -309,30 +320,31 @@ impl RayOperator<'_> {
         let sky = GatheredSky { radiosity, column: 0, shares };
         let dark = [vec![Bands::ZERO; n]];
         let noise = vec![[0.0; LANES]; n];
-        let observers: (&dyn CheckpointStore, &dyn Progress) = (&NoCheckpoints, &NoProgress);
-        self.gather_incident(&dark, &|| self.stored_fields(&dark), noise, (&[], Some(sky)), observers).sky
+        let outside = OutsideRadiation { known: &[], sky: Some(sky) };
+        let stored = || self.stored_fields(&dark);
+        self.gather_incident(&dark, &stored, noise, outside, &NoCheckpoints, &NoProgress).sky
     }
 
     /// A final gather of every column of strengths without further radiation.
     fn gather_alone(&self, columns: &[Vec<Bands>]) -> Gathered {
         let noise = self.radiosity_noise(columns, &NoProgress);
-        let observers: (&dyn CheckpointStore, &dyn Progress) = (&NoCheckpoints, &NoProgress);
-        self.gather_incident(columns, &|| self.stored_fields(columns), noise, (&[], None), observers)
+        let (stored, outside) = (|| self.stored_fields(columns), OutsideRadiation::default());
+        self.gather_incident(columns, &stored, noise, outside, &NoCheckpoints, &NoProgress)
     }
 
-    /// Incident radiation of every column of strengths by a final gather, W/m². `noise` is that of the radiosities ([`RayOperator::radiosity_noise`]),
-    /// `known` incident radiation that the columns do not contain, with its error; the surroundings are sampled where they are given. `stored` gives
-    /// [`RayOperator::stored_fields`] of the columns, where they are needed.
+    /// Incident radiation of every column of strengths by a final gather, W/m². `noise` is that of the radiosities ([`RayOperator::radiosity_noise`]);
+    /// `stored` gives [`RayOperator::stored_fields`] of the columns, where they are needed.
     pub(crate) fn gather_incident(
         &self,
         columns: &[Vec<Bands>],
         stored: &(dyn Fn() -> Vec<Vec<Bands>> + Sync),
         noise: Vec<PaddedBands>,
-        (known, sky): (&[[Bands; 2]], Option<GatheredSky>),
-        (checkpoints, progress): (&dyn CheckpointStore, &dyn Progress),
+        outside: OutsideRadiation,
+        checkpoints: &dyn CheckpointStore,
+        progress: &dyn Progress,
     ) -> Gathered {
         let execution = Execution { communicator: self.table.communicator(), progress };
-        let sky = sky.as_ref();
+        let sky = outside.sky.as_ref();
         let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
         let mut typical: Vec<PaddedBands> = radiosity.iter().map(|b| self.typical_radiosity(b)).collect();
         let brightness = mean_brightness(&radiosity, &typical);
@@ -341,9 +353,9 @@ impl RayOperator<'_> {
         let tracer = RayTracer::new(self.scene, self.zones, self.transport);
         let lights =
             (self.continuation == PathContinuation::On).then(|| PathLights::new(self.scene, self.direct));
-        let own = |i: usize, c: usize| {
-            let fraction = i.checked_sub(self.zones.pane_offset()).map(|k| self.pane_self_exchange[k]);
-            fraction.map_or(Bands::ZERO, |f| f * self.radiosity_of(i, columns[c][i]))
+        let own = |i: usize, c: usize| match self.zones.zone(i) {
+            ZoneRef::Pane(k, _) => self.pane_self_exchange[k] * self.radiosity_of(i, columns[c][i]),
+            _ => Bands::ZERO,
         };
         let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect(), sky };
         let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
@@ -355,7 +367,7 @@ impl RayOperator<'_> {
             groups: columns.len(),
             sky,
             tolerance: self.scene.options().tolerance,
-            known,
+            known: outside.known,
             own: &own,
             stored,
             stored_rays: self.table.rays_per_zone(),

@@ -117,7 +117,7 @@ impl BoxEnclosure {
     /// The groups of bands with equal extinctions.
     pub(crate) fn extinction_groups(&self) -> (PerBand<usize>, Vec<f64>) {
         let mut distinct: Vec<f64> = Vec::new();
-        let group = self.kappa.map_to(|k| {
+        let group = self.kappa.map(|k| {
             distinct.iter().position(|x| *x == k).unwrap_or_else(|| {
                 distinct.push(k);
                 distinct.len() - 1

@@ -357,7 +357,7 @@ impl<'a> SpectralOperator<'a> {
         let rms = (square(arriving) / n).sqrt();
         let length: usize = self.grid().lengths().iter().product();
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
-        let radius = self.group.map_to_bands(|g| self.tables[g].radius) + self.defect;
+        let radius = self.group.map(|g| self.tables[g].radius) + self.defect;
         out.resize(arriving.len(), Bands::ZERO);
         parallel::for_each_pair(&mut out, &arriving, |e, p| *e = radius * p.abs() + rounding * rms);
         out

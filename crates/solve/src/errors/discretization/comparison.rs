@@ -3,9 +3,10 @@
 use super::error_floor::{ErrorFloor, difference};
 use super::merged_facets::merge_unchanged;
 use super::prescribed_temperatures::{row_temperatures, temperature_error};
-use super::second_solve::{SecondSolveCheckpoints, SecondSolveProgress};
-use super::zone_growth::{SecondZoneKind, SecondZones, ZoneGrowth, divides_all};
+use super::second_solve::SecondSolveProgress;
+use super::zone_growth::{DividedScene, SecondZoneKind, SecondZones, ZoneGrowth, divides_all};
 use crate::settings::SolveSettings;
+use crate::settings::named_stages::{NamedStages, SolvePart};
 use zonal_scene::{DiscretizationError, Engine, EvenExtension, Report, Scene, SceneError, ZoneBasis, Zones};
 use zonal_transport::{Transport, build_zones};
 
@@ -57,7 +58,7 @@ struct ComparisonZones<'a> {
 
 impl<'a> ComparisonZones<'a> {
     fn new(
-        own: (&Scene, &Zones),
+        own: DividedScene,
         other: &'a Scene,
         basis: ZoneBasis,
         second: SecondZones,
@@ -66,10 +67,10 @@ impl<'a> ComparisonZones<'a> {
         let mut zones = build_zones(other, &transport).map_err(text_of)?;
         let mut few_groups_share = 0.0;
         if second == SecondZones::Larger {
-            let found = merge_unchanged(own.1, &zones);
+            let found = merge_unchanged(own.zones, &zones);
             (zones.merged, few_groups_share) = (found.merged, found.few_groups_share);
         }
-        let others = (other, &zones);
+        let others = DividedScene { scene: other, zones: &zones };
         let (small, large) = if second == SecondZones::Smaller { (others, own) } else { (own, others) };
         // Beside a symmetry plane a patch may face its own image.
         let kind = SecondZoneKind { second, few_groups_share };
@@ -110,7 +111,7 @@ impl<'a> ComparisonZones<'a> {
         solve: &SolveFn,
     ) -> Result<Vec<Report>, String> {
         let progress = SecondSolveProgress { observer: settings.progress, kind };
-        let checkpoints = SecondSolveCheckpoints { store: settings.checkpoints, kind };
+        let checkpoints = NamedStages { store: settings.checkpoints, part: SolvePart::SecondSolve(kind) };
         let settings = SolveSettings {
             checkpoints: &checkpoints,
             initial_groups: &[],
@@ -127,7 +128,8 @@ impl<'a> ComparisonZones<'a> {
         mut self,
         scene: &Scene,
         reports: &[&Report],
-        (settings, solve): (&SolveSettings, &SolveFn),
+        settings: &SolveSettings,
+        solve: &SolveFn,
         divided: Option<ComparisonZones>,
     ) -> Result<Vec<DiscretizationError>, String> {
         let ratio = self.growth.ratio.clone()?;
@@ -210,23 +212,24 @@ fn heat_errors(
 /// Compares with larger zones if they cover all errors; else with smaller ones if these are few enough; else with larger ones as far as possible, and with
 /// smaller ones of the parts that did not grow.
 pub(super) fn compare(
-    (scene, zones, basis): (&Scene, &Zones, ZoneBasis),
+    own: DividedScene,
+    basis: ZoneBasis,
     reports: &[&Report],
     settings: &SolveSettings,
     solve: &SolveFn,
 ) -> Result<Vec<DiscretizationError>, String> {
-    let own = (scene, zones);
+    let DividedScene { scene, zones } = own;
     let coarser = second_scene(scene.coarsened().map_err(text_of)?, reports, basis)?;
     let larger = ComparisonZones::new(own, &coarser, basis, SecondZones::Larger);
     if larger.as_ref().is_ok_and(|o| o.growth.is_complete()) {
-        return larger?.solve(scene, reports, (settings, solve), None);
+        return larger?.solve(scene, reports, settings, solve, None);
     }
     let pair_cost = larger.as_ref().map_or(OCCLUSION_COST, ComparisonZones::pair_cost);
     for n in divisions(scene, zones, pair_cost) {
         let finer = scene.refined(zones, n).map_err(text_of).and_then(|s| second_scene(s, reports, basis));
         let Ok(finer) = finer else { continue };
         let smaller = ComparisonZones::new(own, &finer, basis, SecondZones::Smaller);
-        let found = smaller.and_then(|o| o.limited()?.solve(scene, reports, (settings, solve), None));
+        let found = smaller.and_then(|o| o.limited()?.solve(scene, reports, settings, solve, None));
         if let Ok(found) = found {
             return Ok(found);
         }
@@ -234,7 +237,7 @@ pub(super) fn compare(
     let larger = larger?;
     let divided = divided_scene(&larger, reports, basis);
     let divided = divided.as_ref().and_then(|s| divided_zones(&larger, zones, s));
-    larger.solve(scene, reports, (settings, solve), divided)
+    larger.solve(scene, reports, settings, solve, divided)
 }
 
 /// The scene of larger zones with the patches of unchanged surfaces and panes divided; `None` if all surfaces, panes and cells grew.
@@ -280,9 +283,8 @@ fn divided_count(scene: &Scene, zones: &Zones, n: usize) -> usize {
 /// Expected number of zones of a second solve on smaller zones; `None` if it uses larger ones.
 pub(crate) fn refined_zone_count(scene: &Scene, zones: &Zones, basis: ZoneBasis) -> Option<usize> {
     divisions(scene, zones, 1).next()?;
-    let coarser = scene.coarsened();
-    let larger =
-        coarser.iter().find_map(|s| ComparisonZones::new((scene, zones), s, basis, SecondZones::Larger).ok());
+    let (own, coarser) = (DividedScene { scene, zones }, scene.coarsened());
+    let larger = coarser.iter().find_map(|s| ComparisonZones::new(own, s, basis, SecondZones::Larger).ok());
     if larger.as_ref().is_some_and(|o| o.growth.is_complete()) {
         return None;
     }

@@ -4,6 +4,7 @@ use super::comparison::{SolveFn, compare};
 use super::near_surface_scattering;
 use super::prescribed_temperatures::{RowTemperature, row_temperatures, temperature_error};
 use super::thick_scattering;
+use super::zone_growth::DividedScene;
 use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::Communicator;
 use crate::distribution::sum_order::SharedZones;
@@ -25,15 +26,16 @@ pub(crate) fn estimate(
     solve: &SolveFn,
 ) {
     let reports: Vec<&Report> = blocks.iter().map(|b| &b.report).collect();
-    let mut errors = match compare((scene, &blocks[0].zones, basis), &reports, settings, solve) {
-        Ok(errors) => errors,
-        Err(why) => {
-            let text = format!("the discretization error is not known: {why}");
-            let errors = reports.iter().map(|report| unknown(scene, report)).collect();
-            blocks[0].report.warnings.push(Diagnostic::warning("discretization", text));
-            errors
-        }
-    };
+    let mut errors =
+        match compare(DividedScene { scene, zones: &blocks[0].zones }, basis, &reports, settings, solve) {
+            Ok(errors) => errors,
+            Err(why) => {
+                let text = format!("the discretization error is not known: {why}");
+                let errors = reports.iter().map(|report| unknown(scene, report)).collect();
+                blocks[0].report.warnings.push(Diagnostic::warning("discretization", text));
+                errors
+            }
+        };
     for b in 0..blocks.len() {
         let ZonalSolution { scene, zones, fields, .. } = &blocks[b];
         let unresolved = near_surface_scattering::unresolved_powers(scene, zones, fields);

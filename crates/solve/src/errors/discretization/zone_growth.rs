@@ -68,6 +68,13 @@ pub(super) struct ZoneGrowth {
     pub safety_factor: f64,
 }
 
+/// A scene with its zones.
+#[derive(Clone, Copy)]
+pub(super) struct DividedScene<'a> {
+    pub scene: &'a Scene,
+    pub zones: &'a Zones,
+}
+
 /// Parts of the scene with zones of the same size in both solves.
 #[derive(Clone, Debug, Default)]
 pub(super) struct UnchangedParts {
@@ -150,21 +157,22 @@ impl ZoneGrowth {
 
     /// Compares zones with larger ones on the same facets; `second` says which of the two belong to the second solve.
     pub(super) fn between(
-        (scene, zones): (&Scene, &Zones),
-        (other, others): (&Scene, &Zones),
+        small: DividedScene,
+        large: DividedScene,
         transport: &Transport,
         basis: ZoneBasis,
         SecondZoneKind { second, few_groups_share }: SecondZoneKind,
     ) -> ZoneGrowth {
+        let DividedScene { scene, zones } = small;
         let mut notes: Vec<Diagnostic> = Vec::new();
         // Compare the cells.
-        let cells = cell_growth(scene, other).filter(|r| *r >= MIN_GROWTH);
+        let cells = cell_growth(scene, large.scene).filter(|r| *r >= MIN_GROWTH);
         if let Some(grid) = scene.voxel_grid() {
             let unchanged = unchanged_cells(scene, grid, cells.is_none());
             notes.extend(unchanged.map(|text| Diagnostic::warning("discretization", text)));
         }
         // Compare the patches and panes.
-        let sheets = SheetGrowth::new(scene, zones, others);
+        let sheets = SheetGrowth::new(scene, zones, large.zones);
         let mut unchanged = sheets.unchanged.clone();
         unchanged.cells = !notes.is_empty();
         unchanged.all = unchanged.cells;
@@ -181,7 +189,7 @@ impl ZoneGrowth {
         };
         let ratio = [cells, sheets.ratio].into_iter().flatten().min_by(f64::total_cmp).ok_or_else(none);
         // Judge the reliability of the estimate.
-        let why = unreliable_zones(scene, zones, other, others, &sheets, basis, second);
+        let why = unreliable_zones(small, large, &sheets, basis, second);
         let why = why.or((few_groups_share > MAX_FEW_GROUPS_SHARE).then_some(FEW_ZONES));
         let why = why.or_else(|| wide_patches(zones, transport));
         let safety_factor = match (why, second) {
@@ -202,24 +210,23 @@ impl ZoneGrowth {
 
 /// The reason if the larger of the two sets of zones, or the smaller one for a second solve on smaller zones, are few or thick.
 fn unreliable_zones(
-    scene: &Scene,
-    zones: &Zones,
-    other: &Scene,
-    others: &Zones,
+    small: DividedScene,
+    large: DividedScene,
     sheets: &SheetGrowth,
     basis: ZoneBasis,
     second: SecondZones,
 ) -> Option<&'static str> {
     match second {
         SecondZones::Smaller => {
-            let few = few_cells(scene, MIN_SMALLER_CELLS);
-            few.or_else(|| thick_voxels(scene, zones, basis))
+            let few = few_cells(small.scene, MIN_SMALLER_CELLS);
+            few.or_else(|| thick_voxels(small.scene, small.zones, basis))
         }
         SecondZones::Larger => {
+            let DividedScene { scene, zones } = large;
             let has_few_patches =
-                sheets.names.is_empty() && scene.voxel_grid().is_none() && few_patches(other, others);
-            let few = if has_few_patches { Some(FEW_ZONES) } else { few_cells(other, MIN_LARGER_CELLS) };
-            few.or_else(|| thick_voxels(other, others, basis))
+                sheets.names.is_empty() && small.scene.voxel_grid().is_none() && few_patches(scene, zones);
+            let few = if has_few_patches { Some(FEW_ZONES) } else { few_cells(scene, MIN_LARGER_CELLS) };
+            few.or_else(|| thick_voxels(scene, zones, basis))
         }
     }
 }

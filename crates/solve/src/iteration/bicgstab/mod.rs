@@ -126,7 +126,7 @@ impl<'a> BicgstabColumn<'a> {
     fn run(&mut self) {
         self.measure_residual();
         for _ in 0..MAX_RESTARTS {
-            if self.has_converged(RESIDUAL_DRIFT).all(|met| *met) && self.iterations > 0
+            if self.has_converged(RESIDUAL_DRIFT).all(|met| met) && self.iterations > 0
                 || self.is_spent(PRODUCTS_OF_ITERATION)
             {
                 break;
@@ -137,7 +137,7 @@ impl<'a> BicgstabColumn<'a> {
             self.measure_residual();
             let met = self.has_converged(RESIDUAL_DRIFT);
             let stagnates = Band::all().all(|b| met[b] || self.best_residual[b] > 0.5 * before[b]);
-            if stagnates && !met.all(|met| *met) {
+            if stagnates && !met.all(|met| met) {
                 (0..RELAXATION_STEPS).for_each(|_| self.relax_and_measure());
             }
         }
@@ -202,7 +202,7 @@ impl<'a> BicgstabColumn<'a> {
     /// In which bands the error of the smallest residual is at most `times` the criterion.
     fn has_converged(&self, times: f64) -> PerBand<bool> {
         let grown = ratio(self.inverse_norm, self.best_norm);
-        (self.best_residual * grown.map(|g| g.max(1.0))).map_to(|error| error <= times * self.stop.residual)
+        (self.best_residual * grown.map(|g| g.max(1.0))).map(|error| error <= times * self.stop.residual)
     }
 
     /// A relaxation step: s += r.
@@ -219,8 +219,8 @@ impl<'a> BicgstabColumn<'a> {
         let shadow = self.residual.clone();
         let mut direction = shadow.clone();
         let mut rho = product(&shadow, &shadow);
-        let mut open = rho.map_to(|x| x > 0.0 && x.is_finite());
-        while open.any(|open| *open) && !self.is_spent(PRODUCTS_OF_ITERATION) {
+        let mut open = rho.map(|x| x > 0.0 && x.is_finite());
+        while open.any(|open| open) && !self.is_spent(PRODUCTS_OF_ITERATION) {
             let v = self.apply_system(&direction);
             let alpha = ratio(rho, product(&shadow, &v));
             let alpha = Bands::from_fn(|b| if open[b] { alpha[b] } else { 0.0 });

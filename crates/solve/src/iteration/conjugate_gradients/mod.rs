@@ -192,7 +192,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     let norm = ResidualNorm { root: &root, targets: system.targets, sums: system.sums };
     progress.begin("solving", stop.max_iterations as u64);
     let decode = |bytes: &[u8], unknowns: usize| decode_state::<E, N>(bytes, sources.len(), unknowns);
-    let kept = divided_state::load(checkpoints, STAGE, (system.sums, root.len()), decode).map(columns_of);
+    let kept = divided_state::load(checkpoints, STAGE, system.sums, root.len(), decode).map(columns_of);
     // √w p of the active columns, replaced by their products.
     let mut products: Vec<Vec<E>> = Vec::new();
     let start = |products: &mut _| (start_columns(system, &norm, &sources, initial, stop, products), 1);

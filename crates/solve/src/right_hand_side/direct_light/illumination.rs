@@ -67,7 +67,7 @@ pub(crate) fn illuminate_by(
     let light = &scene.lights()[index];
     let name = light.name(scene.surfaces()).to_string();
     // Sample both sides: shadow rays from the zones, rays from the light.
-    let GatheredLight { mut fields, mut error, rays, limited } =
+    let GatheredLight { mut fields, mut error, rays, worst_error, max_samples } =
         gather(scene, zones, transport, light, execution);
     let mut power = LightPower::measure(scene, zones, transport, light);
     let is_inside = matches!(light, Light::Emitter { .. } | Light::Point { .. });
@@ -86,8 +86,8 @@ pub(crate) fn illuminate_by(
     }
     let mut warning = disagrees.then(|| disagreement_text(&name, off));
     let tolerance = scene.options().tolerance;
-    if warning.is_none() && limited.0 > tolerance {
-        warning = Some(sampling_text(&name, limited, tolerance));
+    if warning.is_none() && worst_error > tolerance {
+        warning = Some(sampling_text(&name, worst_error, max_samples, tolerance));
     }
     let (emitted, incoming) = if is_inside { (power.sent, Bands::ZERO) } else { (Bands::ZERO, power.sent) };
     LightField {
@@ -114,7 +114,7 @@ fn disagreement_text(name: &str, off: f64) -> String {
     )
 }
 
-fn sampling_text(name: &str, (error, samples): (f64, usize), tolerance: f64) -> String {
+fn sampling_text(name: &str, error: f64, samples: usize, tolerance: f64) -> String {
     format!(
         "light '{name}': shadow rays on the zones leave an error of {error:.1e} of its root mean square, more than the tolerance, {tolerance:.1e}; they are limited to {samples} a zone. The stated errors include it; use smaller patches at the edges of its shadows, or a larger tolerance"
     )

@@ -44,6 +44,18 @@ impl LightField {
         own + self.common_error * field.abs()
     }
 
+    /// The same with all powers times `factor`.
+    pub(crate) fn with_powers_times(self, factor: f64) -> LightField {
+        LightField {
+            incoming: self.incoming * factor,
+            emitted: self.emitted * factor,
+            escaped: self.escaped * factor,
+            absorbed_backfaces: self.absorbed_backfaces * factor,
+            power_error: self.power_error.map(|e| e * factor),
+            ..self
+        }
+    }
+
     /// Encodes a light field from shadow rays as a stage.
     pub(crate) fn encode(&self) -> Vec<u8> {
         let mut encoder = Encoder::default();

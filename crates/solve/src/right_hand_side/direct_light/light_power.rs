@@ -6,7 +6,7 @@
 //! Quasi-Monte Carlo with [`LIGHT_RAYS`] rays of the four-dimensional R sequence (M. Roberts 2018) in blocks; the spread of the blocks gives the
 //! standard errors. Blocks are summed in their order, so that the bits do not depend on the number of threads.
 
-use crate::right_hand_side::surroundings::zone_rays::lost_transmittance;
+use crate::right_hand_side::surroundings::zone_rays::{LostRay, lost_transmittance};
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{cosine_hemisphere, sin_cos_turns, uniform_sphere};
 use zonal_math::parallel;
@@ -98,11 +98,11 @@ impl LightPower {
         }
     }
 
-    /// Adds a ray of power `power` of which `share` is lost, on a black back or to the outside.
-    fn add(&mut self, power: Bands, (share, back): (Bands, bool)) {
+    /// Adds a ray of power `power`, of which a part is lost on a black back or to the outside.
+    fn add(&mut self, power: Bands, lost: LostRay) {
         self.sent += power;
-        let lost = if back { &mut self.absorbed_backfaces } else { &mut self.escaped };
-        *lost += power * share;
+        let sum = if lost.on_back { &mut self.absorbed_backfaces } else { &mut self.escaped };
+        *sum += power * lost.share;
     }
 }
 
@@ -176,16 +176,16 @@ impl LightRays<'_> {
         self.enter(at, -towards, fluence * (PI * radius * radius), sum);
     }
 
-    /// The share of a ray that is lost, and whether a side without zones absorbs it.
-    fn lost(&self, origin: Vec3, dir: Vec3) -> (Bands, bool) {
+    /// The part of a ray that leaves the scene, or that a side without zones absorbs.
+    fn lost(&self, origin: Vec3, dir: Vec3) -> LostRay {
         let is_without_zones = |h: &Hit| self.patches.locate(h.side(), [h.u, h.v]).is_none();
-        lost_transmittance(self.scene, self.transport, origin, dir, &is_without_zones)
+        lost_transmittance(self.transport, origin, dir, &is_without_zones)
     }
 
     /// Adds a ray from outside if it meets a medium, a pane or a surface; a ray that ends on a side without zones has met nothing.
     fn enter(&self, origin: Vec3, dir: Vec3, power: Bands, sum: &mut LightPower) {
         let lost = self.lost(origin, dir);
-        if lost.0.all(|s| s > 1.0 - MIN_ATTENUATION) {
+        if lost.share.all(|s| s > 1.0 - MIN_ATTENUATION) {
             return;
         }
         sum.add(power, lost);

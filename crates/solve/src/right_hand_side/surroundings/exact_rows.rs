@@ -11,7 +11,7 @@ use crate::settings::SolveSettings;
 use zonal_exchange::pair::{PairSettings, StripImages, closure_target, scaled_radiosity_coefficient};
 use zonal_math::parallel;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Bands, Plate, Scene, Sides, Zones};
+use zonal_scene::{Bands, Plate, Scene, Sides, ZoneRef, Zones};
 use zonal_transport::Transport;
 
 /// Error of the sum of an exact row, over its loss and the tolerance.
@@ -39,14 +39,15 @@ pub(crate) fn are_known_later(scene: &Scene, zones: &Zones, settings: &PairSetti
 /// Completes the exchange with the surroundings, of which pilot rays are known, by the rays of all zones that need them.
 pub(crate) fn complete(
     operator: &dyn AdjustableExchange,
-    (scene, zones, transport): (&Scene, &Zones, &Transport),
+    zones: &Zones,
+    transport: &Transport,
     pilot: SurroundingsExchange,
     settings: &SolveSettings,
 ) -> SurroundingsExchange {
     if pilot.is_closed() {
         return pilot;
     }
-    let n = zones.len();
+    let (scene, n) = (transport.scene(), zones.len());
     let squares: Vec<Bands> = (0..n).map(|i| scaled_radiosity_coefficient(zones, i).map(|c| c * c)).collect();
     let variance = operator.variance_product(&squares);
     let tolerance = ERROR_OVER_TOLERANCE * scene.options().tolerance;
@@ -65,7 +66,7 @@ pub(crate) fn complete(
     if !needs.contains(&true) {
         return pilot;
     }
-    stage::measure_zones((scene, zones, transport), &needs, settings)
+    stage::measure_zones(zones, transport, &needs, settings)
 }
 
 /// The plates of all one-sided facets; `None` if they are many.
@@ -83,14 +84,13 @@ fn reaches_behind(scene: &Scene, zones: &Zones, i: usize, plate: &Plate, slack: 
         let (corners, count) = own.corners();
         corners[..count].iter().any(|p| is_behind(*p))
     };
-    if i < zones.voxel_offset() {
-        return any_corner(&zones.patches[i].plate);
-    }
-    if i >= zones.pane_offset() {
-        return any_corner(&zones.panes[i - zones.pane_offset()].plate);
-    }
+    let cell = match zones.zone(i) {
+        ZoneRef::Patch(p) => return any_corner(&p.plate),
+        ZoneRef::Voxel(_, v) => v.cell,
+        ZoneRef::Pane(_, p) => return any_corner(&p.plate),
+    };
     let Some(grid) = scene.voxel_grid() else { return true };
-    let lo = grid.corner(grid.coordinates(zones.voxels.at(i - zones.voxel_offset()).cell));
+    let lo = grid.corner(grid.coordinates(cell));
     let hi = lo + grid.cell();
     let pick = |n: f64, l: f64, h: f64| if n > 0.0 { l } else { h };
     is_behind(vec3(pick(n.x, lo.x, hi.x), pick(n.y, lo.y, hi.y), pick(n.z, lo.z, hi.z)))

@@ -43,7 +43,7 @@ impl OpenCells {
     ) -> Option<OpenCells> {
         let first = per_zone.min(FIRST_MARKING_RAYS_PER_ZONE);
         divisions.iter().find_map(|&along| {
-            let sides = BoxSides::of(traced.scene, along);
+            let sides = BoxSides::of(traced.transport.scene(), along);
             let mut hits = count_hits(traced, sides, group, 0..first);
             if hits.iter().filter(|h| **h > 0).count() > MAX_OPEN_CELLS {
                 return None;
@@ -75,9 +75,9 @@ fn count_hits(traced: TracedScene, sides: BoxSides, list: &[usize], rays: Range<
     // Pilot rays come from another sample than the rays of the estimate.
     let seed = low_discrepancy::split_mix64(traced.seed ^ u64::MAX);
     let exit_cell = |i: usize, k: usize| {
-        let ray = traced.ray(i, sample_point(traced.zones, (i, seed), k));
-        let (share, back) = traced.trace(ray);
-        (!back && share != Bands::ZERO).then(|| sides.exit_cell(ray.0, ray.1))
+        let ray = traced.ray(i, sample_point(traced.zones, i, seed, k));
+        let lost = traced.trace(ray);
+        (!lost.on_back && lost.share != Bands::ZERO).then(|| sides.exit_cell(ray.origin, ray.dir))
     };
     let of_zone = |mut hits: Vec<u8>, &i: &usize| {
         rays.clone().filter_map(|k| exit_cell(i, k)).for_each(|c| hits[c] = add_hits(hits[c], 1));

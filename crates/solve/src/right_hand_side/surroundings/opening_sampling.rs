@@ -16,11 +16,11 @@
 use super::box_cells::{BoxCell, CELLS_ALONG_LONGEST_SIDE};
 use super::open_cells::OpenCells;
 use super::ray_tally::{BATCHES, RayTally, TracedScene};
-use super::zone_rays::{WeightedRay, pane_ray_weight, point_in_zone, sample_of_sequence};
+use super::zone_rays::{RaySample, WeightedRay, pane_ray_weight, point_in_zone, sample_of_sequence};
 use std::f64::consts::PI;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::low_discrepancy;
-use zonal_scene::Bands;
+use zonal_scene::{Bands, ZoneRef};
 
 /// Pilot rays that mark open cells: of all zones, and at most of one zone.
 const MARKING_RAYS: usize = 1 << 21;
@@ -117,7 +117,7 @@ impl<'a> OpeningSampler<'a> {
 
     /// Number of patches, the first zones.
     pub(super) fn patches(&self) -> usize {
-        self.traced.zones.voxel_offset()
+        self.traced.zones.patches.len()
     }
 
     /// Traces rays of zone `i` until the error (root of the sum of squares over the bands) is at most `wanted`, with about `max_rays` at most; `None` for a zone of a
@@ -192,34 +192,30 @@ impl<'a, 'b> Strata<'a, 'b> {
     /// The `k`-th ray of stratum `c`; the last stratum is that of directions, without the rays that leave through the other strata.
     fn ray(&self, c: usize, sequence: u64, k: usize) -> WeightedRay {
         let sampler = self.sampler;
-        let (p, d) = sample_of_sequence(sampler.traced.zones, self.zone, sequence, k);
+        let sample = sample_of_sequence(sampler.traced.zones, self.zone, sequence, k);
         if c < self.cells.len() {
-            return self.ray_to_cell(p, self.cells[c], d);
+            return self.ray_to_cell(sample, self.cells[c]);
         }
-        let (origin, dir, weight) = sampler.traced.ray(self.zone, (p, d));
-        let exit = self.open.index[self.open.sides.exit_cell(origin, dir)];
+        let ray = sampler.traced.ray(self.zone, sample);
+        let exit = self.open.index[self.open.sides.exit_cell(ray.origin, ray.dir)];
         let in_other_stratum = exit.is_some_and(|c| self.is_stratum[c as usize]);
-        (origin, dir, if in_other_stratum { Bands::ZERO } else { weight })
+        WeightedRay { weight: if in_other_stratum { Bands::ZERO } else { ray.weight }, ..ray }
     }
 
-    /// The ray from the point `p` of the zone to the point `d` of a cell.
-    fn ray_to_cell(&self, p: [f64; 3], cell: &BoxCell, d: [f64; 2]) -> WeightedRay {
-        let (traced, i) = (&self.sampler.traced, self.zone);
-        let zones = traced.zones;
-        let origin = point_in_zone(zones, traced.transport, i, p);
+    /// The ray from a point of the zone to the point of a cell in the place of the direction.
+    fn ray_to_cell(&self, sample: RaySample, cell: &BoxCell) -> WeightedRay {
+        let (traced, d) = (&self.sampler.traced, sample.direction);
+        let origin = point_in_zone(traced.zones, traced.transport, self.zone, sample.origin);
         let r = cell.corner + cell.edges[0] * d[0] + cell.edges[1] * d[1] - origin;
         let dir = r.normalized();
         let solid_angle = cell.normal.dot(dir).max(0.0) * cell.area() / r.length2();
         // Density of the rays of the kernel in this direction, times their weight.
-        let density = match i.checked_sub(zones.pane_offset()) {
-            Some(k) => {
-                let pane = &zones.panes[k];
-                pane_ray_weight(pane, dir) * pane.normal.dot(dir).abs() / (2.0 * PI)
-            }
-            None if i < zones.voxel_offset() => Bands::splat(zones.patches[i].normal.dot(dir).max(0.0) / PI),
-            None => Bands::splat(0.25 / PI),
+        let density = match traced.zones.zone(self.zone) {
+            ZoneRef::Patch(p) => Bands::splat(p.normal.dot(dir).max(0.0) / PI),
+            ZoneRef::Voxel(..) => Bands::splat(0.25 / PI),
+            ZoneRef::Pane(_, p) => pane_ray_weight(p, dir) * p.normal.dot(dir).abs() / (2.0 * PI),
         };
-        (origin, dir, density * traced.radiance(dir) * solid_angle)
+        WeightedRay { origin, dir, weight: density * traced.radiance(dir) * solid_angle }
     }
 
     /// The pilot rays of stratum `c`.
@@ -229,7 +225,7 @@ impl<'a, 'b> Strata<'a, 'b> {
         let count = if is_cell { PILOT_RAYS_PER_CELL } else { PILOT_RAYS_OF_DIRECTIONS };
         let rays = (0..count).map(|k| self.ray(c, sequence, k));
         let (weights, met): (Vec<Bands>, Vec<Bands>) =
-            rays.map(|r| (r.2, self.sampler.traced.trace(r).0)).unzip();
+            rays.map(|r| (r.weight, self.sampler.traced.trace(r).share)).unzip();
         let deviation = standard_deviation(&met);
         let weight = if is_cell { largest_mean(&weights) } else { 0.0 };
         StratumPilot { deviation: deviation.max(MIN_RELATIVE_DEVIATION * weight), weight }

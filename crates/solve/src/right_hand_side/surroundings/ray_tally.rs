@@ -3,12 +3,14 @@
 //! The standard error follows from the spread of batches of successive rays. If none of n rays escapes, the error is 1/(n + 2) (rule of
 //! succession).
 
-use super::zone_rays::{WeightedRay, escape_transmittance, ray_from_sample, sample_point};
+use super::zone_rays::{
+    LostRay, RaySample, WeightedRay, escape_transmittance, ray_from_sample, sample_point,
+};
 use crate::distribution::Message;
 use std::ops::Range;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, Light, Scene, Zones};
+use zonal_scene::{Band, Bands, Light, ZoneRef, Zones};
 use zonal_transport::Transport;
 
 /// Number of batches whose spread gives the variance.
@@ -17,7 +19,6 @@ pub(super) const BATCHES: usize = 8;
 /// The scene in which rays of zones are traced.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TracedScene<'a> {
-    pub scene: &'a Scene,
     pub zones: &'a Zones,
     pub transport: &'a Transport<'a>,
     /// Seed of the sample.
@@ -29,22 +30,26 @@ pub(super) struct TracedScene<'a> {
 impl TracedScene<'_> {
     /// Edges of a cell of the voxel grid, m.
     pub(super) fn cell(&self) -> Vec3 {
-        self.scene.voxel_grid().map_or(Vec3::ZERO, |v| v.cell())
+        self.transport.scene().voxel_grid().map_or(Vec3::ZERO, |v| v.cell())
     }
 
-    /// Weighted transmittance of a ray out of the scene; `true` if it ends on a black back, which is nothing for the light of a sky.
-    pub(super) fn trace(&self, (origin, dir, weight): WeightedRay) -> (Bands, bool) {
-        if weight == Bands::ZERO {
-            return (weight, false);
+    /// The weighted part of a ray that leaves the scene or ends on a black back, which is nothing for the light of a sky.
+    pub(super) fn trace(&self, ray: WeightedRay) -> LostRay {
+        let nothing = LostRay { share: Bands::ZERO, on_back: false };
+        if ray.weight == Bands::ZERO {
+            return nothing;
         }
-        let (share, back) = escape_transmittance(self.scene, self.transport, origin, dir);
-        if back && self.sky.is_some() { (Bands::ZERO, false) } else { (share * weight, back) }
+        let lost = escape_transmittance(self.transport, ray.origin, ray.dir);
+        if lost.on_back && self.sky.is_some() {
+            return nothing;
+        }
+        LostRay { share: lost.share * ray.weight, ..lost }
     }
 
     /// The ray of zone `i` for a sample of origin and direction.
-    pub(super) fn ray(&self, i: usize, (p, d): ([f64; 3], [f64; 2])) -> WeightedRay {
-        let (origin, dir, weight) = ray_from_sample(self.zones, self.transport, i, p, d);
-        (origin, dir, weight * self.radiance(dir))
+    pub(super) fn ray(&self, i: usize, sample: RaySample) -> WeightedRay {
+        let ray = ray_from_sample(self.zones, self.transport, i, sample);
+        WeightedRay { weight: ray.weight * self.radiance(ray.dir), ..ray }
     }
 
     /// Radiance from the direction `dir`.
@@ -58,12 +63,10 @@ impl TracedScene<'_> {
     /// Centre and half the diagonal of zone `i`.
     pub(super) fn bounding_sphere(&self, i: usize) -> (Vec3, f64) {
         let plate = |p: &zonal_scene::Plate| (p.centre(), 0.5 * p.diameter());
-        if i < self.zones.voxel_offset() {
-            return plate(&self.zones.patches[i].plate);
-        }
-        match i.checked_sub(self.zones.pane_offset()) {
-            Some(k) => plate(&self.zones.panes[k].plate),
-            None => (self.zones.voxels.at(i - self.zones.voxel_offset()).centre, 0.5 * self.cell().length()),
+        match self.zones.zone(i) {
+            ZoneRef::Patch(p) => plate(&p.plate),
+            ZoneRef::Voxel(_, v) => (v.centre, 0.5 * self.cell().length()),
+            ZoneRef::Pane(_, p) => plate(&p.plate),
         }
     }
 }
@@ -97,8 +100,8 @@ impl Message for RayTally {
 }
 
 impl RayTally {
-    /// Tallies the rays of `range`, in batches of successive rays; `outcome` gives the weighted transmittance, and `true` for a black back.
-    pub(super) fn of(range: Range<usize>, outcome: impl Fn(usize) -> (Bands, bool)) -> RayTally {
+    /// Tallies the rays of `range`, in batches of successive rays; `outcome` gives the weighted part of a ray that is lost.
+    pub(super) fn of(range: Range<usize>, outcome: impl Fn(usize) -> LostRay) -> RayTally {
         let mut tally = RayTally { traced: range.len() as u32, ..RayTally::default() };
         // Sum over the sky and number of rays of each batch.
         let mut batches = Vec::with_capacity(BATCHES);
@@ -106,9 +109,9 @@ impl RayTally {
             let at = |b: usize| range.start + b * range.len() / BATCHES;
             let before = tally.sums[0];
             for k in at(batch)..at(batch + 1) {
-                let (share, back) = outcome(k);
+                let LostRay { share, on_back } = outcome(k);
                 tally.escaped += u32::from(share != Bands::ZERO);
-                tally.sums[back as usize] += share;
+                tally.sums[usize::from(on_back)] += share;
             }
             if at(batch) < at(batch + 1) {
                 let sum = tally.sums[0] - before;
@@ -126,7 +129,7 @@ impl RayTally {
 
     /// Tallies the rays of `range` of zone `i`, distributed by the kernel.
     pub(super) fn of_zone(traced: &TracedScene, i: usize, range: Range<usize>) -> RayTally {
-        RayTally::of(range, |k| traced.trace(traced.ray(i, sample_point(traced.zones, (i, traced.seed), k))))
+        RayTally::of(range, |k| traced.trace(traced.ray(i, sample_point(traced.zones, i, traced.seed, k))))
     }
 
     /// Adds another tally.

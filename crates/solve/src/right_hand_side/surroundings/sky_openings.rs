@@ -21,7 +21,7 @@ use super::ray_tally::TracedScene;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use zonal_math::parallel;
-use zonal_scene::{Bands, Light, Patch, Scene, Zones};
+use zonal_scene::{Bands, Light, Patch, Zones};
 use zonal_transport::Transport;
 
 /// Largest radiance of a sky over its mean over all directions.
@@ -64,7 +64,7 @@ pub(crate) struct SkyLight {
 impl<'a> SkyOpenings<'a> {
     /// Finds the openings for the zones of `needs`, every `step`-th of the scene; `None` for a light that is no sky or has a peak, and where the search would cost more than it gains.
     pub(crate) fn find(
-        (scene, zones): (&'a Scene, &'a Zones),
+        zones: &'a Zones,
         transport: &'a Transport<'a>,
         light: &'a Light,
         needs: &[SampleNeed],
@@ -75,7 +75,7 @@ impl<'a> SkyOpenings<'a> {
         if peak.zip_map(mean, |p, m| p - MAX_PEAK_OVER_MEAN * m).max_element() > 0.0 {
             return None;
         }
-        let traced = TracedScene { scene, zones, transport, seed: OPENING_RAY_SEED, sky: Some(light) };
+        let traced = TracedScene { zones, transport, seed: OPENING_RAY_SEED, sky: Some(light) };
         let (groups, group_of) = groups(zones, needs);
         let mark = |group: &ZoneGroup| {
             // The rays must suffice to say that they missed little.

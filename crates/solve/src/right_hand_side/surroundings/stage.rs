@@ -3,7 +3,7 @@
 use super::surroundings_exchange::{SurroundingsExchange, escape_rays_per_zone};
 use crate::settings::SolveSettings;
 use crate::settings::stage_codec::{Decoder, Encoder};
-use zonal_scene::{Scene, Zones};
+use zonal_scene::Zones;
 use zonal_transport::Transport;
 
 /// Name of the stage, and of that with all rays of some zones alone.
@@ -12,35 +12,39 @@ const STAGE_OF_ZONES: &str = "surroundings-of-zones";
 
 /// The exchange of all zones with the surroundings: loaded from its stage, or sampled and saved.
 pub(crate) fn measure(
-    scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     settings: &SolveSettings,
 ) -> SurroundingsExchange {
-    let kept = settings.checkpoints.load(STAGE).and_then(|bytes| decode(&bytes, zones.len()));
-    kept.unwrap_or_else(|| {
-        let sampled = (escape_rays_per_zone(scene), settings.pair_settings.sample);
-        let exchange = SurroundingsExchange::measure(scene, zones, transport, sampled, settings.execution());
-        if settings.checkpoints.keeps() {
-            settings.checkpoints.save(STAGE, &encode(&exchange));
-        }
-        exchange
-    })
+    kept_or_measured(STAGE, zones, transport, settings, None)
 }
 
 /// The exchange of the zones that need rays, with pilot rays of the others: loaded from its stage, or sampled and saved.
 pub(super) fn measure_zones(
-    (scene, zones, transport): (&Scene, &Zones, &Transport),
+    zones: &Zones,
+    transport: &Transport,
     needs: &[bool],
     settings: &SolveSettings,
 ) -> SurroundingsExchange {
     let stage = if needs.contains(&false) { STAGE_OF_ZONES } else { STAGE };
+    kept_or_measured(stage, zones, transport, settings, Some(needs))
+}
+
+/// The exchange by pilot rays of all zones.
+pub(crate) fn pilot(zones: &Zones, transport: &Transport, settings: &SolveSettings) -> SurroundingsExchange {
+    sampled(zones, transport, settings, Some(&vec![false; zones.len()]))
+}
+
+fn kept_or_measured(
+    stage: &str,
+    zones: &Zones,
+    transport: &Transport,
+    settings: &SolveSettings,
+    needs: Option<&[bool]>,
+) -> SurroundingsExchange {
     let kept = settings.checkpoints.load(stage).and_then(|bytes| decode(&bytes, zones.len()));
     kept.unwrap_or_else(|| {
-        let sampled = (escape_rays_per_zone(scene), settings.pair_settings.sample);
-        let traced = (scene, zones, transport);
-        let exchange =
-            SurroundingsExchange::measure_zones(traced, sampled, settings.execution(), Some(needs));
+        let exchange = sampled(zones, transport, settings, needs);
         if settings.checkpoints.keeps() {
             settings.checkpoints.save(stage, &encode(&exchange));
         }
@@ -48,16 +52,14 @@ pub(super) fn measure_zones(
     })
 }
 
-/// The exchange by pilot rays of all zones.
-pub(crate) fn pilot(
-    scene: &Scene,
+fn sampled(
     zones: &Zones,
     transport: &Transport,
     settings: &SolveSettings,
+    needs: Option<&[bool]>,
 ) -> SurroundingsExchange {
-    let sampled = (escape_rays_per_zone(scene), settings.pair_settings.sample);
-    let none = vec![false; zones.len()];
-    SurroundingsExchange::measure_zones((scene, zones, transport), sampled, settings.execution(), Some(&none))
+    let (rays, sample) = (escape_rays_per_zone(transport.scene()), settings.pair_settings.sample);
+    SurroundingsExchange::measure(zones, transport, rays, sample, settings.execution(), needs)
 }
 
 fn encode(exchange: &SurroundingsExchange) -> Vec<u8> {

@@ -15,61 +15,40 @@ use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Scene, Zones};
 use zonal_transport::Transport;
 
-/// Limits on the number of rays to the surroundings.
-struct SurroundingsSamplingParams {
-    /// Rays of a zone times the square of the tolerance, and limits of that number; the lower one falls with the square of tolerances above
-    /// `coarse_tolerance`.
-    rays_times_tolerance_squared: f64,
-    escape_rays_per_zone: [usize; 2],
-    /// Factor on the numbers of rays if the surroundings have a radiance.
-    radiance_factor: usize,
-    /// Pilot rays of a zone.
-    pilot_rays: usize,
-    /// Rays of all zones together.
-    total_rays: usize,
-    /// Minimum number of rays of a zone.
-    min_rays: usize,
-    /// Factor on the rays of a zone whose pilot rays disagree.
-    mixed_factor: usize,
-    /// Wanted error over the tolerance times the root mean square of the exchange.
-    error_share: f64,
-    /// Rounds of additional rays, and the largest growth of a zone's rays in a round.
-    rounds: usize,
-    max_growth: f64,
-    /// Rays of a zone before opening sampling takes over.
-    rays_before_openings: usize,
-    /// Expected growth of the number of rays in a room with windows; for the cost estimate.
-    expected_growth: usize,
-    /// Expected rays of a zone with opening sampling at the tolerance that follows; for the cost estimate.
-    expected_opening_rays: f64,
-    expected_opening_tolerance: f64,
-    /// Maximum number of rays of a zone.
-    max_escape_rays_per_zone: usize,
-    /// Tolerance above which a zone may have fewer rays.
-    coarse_tolerance: f64,
-    /// Tolerance below which the total number of rays grows, like the tolerance to the power of −4/3.
-    fine_tolerance: f64,
-}
+// Limits on the number of rays to the surroundings.
 
-const PARAMS: SurroundingsSamplingParams = SurroundingsSamplingParams {
-    rays_times_tolerance_squared: 0.05,
-    escape_rays_per_zone: [256, 4096],
-    radiance_factor: 4,
-    pilot_rays: 64,
-    total_rays: 1 << 24,
-    min_rays: 8,
-    mixed_factor: 2,
-    error_share: 0.4,
-    rounds: 2,
-    max_growth: 16.0,
-    rays_before_openings: 256,
-    expected_growth: 10,
-    expected_opening_rays: 1500.0,
-    expected_opening_tolerance: 0.05,
-    max_escape_rays_per_zone: 1 << 18,
-    coarse_tolerance: 0.12,
-    fine_tolerance: 0.01,
-};
+/// Rays of a zone times the square of the tolerance, and limits of that number; the lower one falls with the square of tolerances above
+/// `COARSE_TOLERANCE`.
+const RAYS_TIMES_TOLERANCE_SQUARED: f64 = 0.05;
+const ESCAPE_RAYS_PER_ZONE: [usize; 2] = [256, 4096];
+/// Factor on the numbers of rays if the surroundings have a radiance.
+const RADIANCE_FACTOR: usize = 4;
+/// Pilot rays of a zone.
+const PILOT_RAYS: usize = 64;
+/// Rays of all zones together.
+const TOTAL_RAYS: usize = 1 << 24;
+/// Minimum number of rays of a zone.
+const MIN_RAYS: usize = 8;
+/// Factor on the rays of a zone whose pilot rays disagree.
+const MIXED_FACTOR: usize = 2;
+/// Wanted error over the tolerance times the root mean square of the exchange.
+const ERROR_SHARE: f64 = 0.4;
+/// Rounds of additional rays, and the largest growth of a zone's rays in a round.
+const ROUNDS: usize = 2;
+const MAX_GROWTH: f64 = 16.0;
+/// Rays of a zone before opening sampling takes over.
+const RAYS_BEFORE_OPENINGS: usize = 256;
+/// Expected growth of the number of rays in a room with windows; for the cost estimate.
+const EXPECTED_GROWTH: usize = 10;
+/// Expected rays of a zone with opening sampling at the tolerance that follows; for the cost estimate.
+const EXPECTED_OPENING_RAYS: f64 = 1500.0;
+const EXPECTED_OPENING_TOLERANCE: f64 = 0.05;
+/// Maximum number of rays of a zone.
+const MAX_ESCAPE_RAYS_PER_ZONE: usize = 1 << 18;
+/// Tolerance above which a zone may have fewer rays.
+const COARSE_TOLERANCE: f64 = 0.12;
+/// Tolerance below which the total number of rays grows, like the tolerance to the power of −4/3.
+const FINE_TOLERANCE: f64 = 0.01;
 
 /// Zones of a block that one rank measures.
 const ZONES_PER_BLOCK: usize = 64;
@@ -91,33 +70,25 @@ pub struct SurroundingsExchange {
 }
 
 impl SurroundingsExchange {
-    /// Samples all zones with up to `rays` rays each, with the sample number of [`zonal_exchange::pair::PairSettings`].
+    /// Samples zones with up to `rays` rays each, with the sample number of [`zonal_exchange::pair::PairSettings`]: all zones, or the zones that `needs` names, and
+    /// the others with pilot rays. Errors are known if the surroundings have a radiance, or if `needs` is given.
     pub fn measure(
-        scene: &Scene,
         zones: &Zones,
         transport: &Transport,
-        (rays, sample): (usize, u64),
-        execution: Execution,
-    ) -> SurroundingsExchange {
-        SurroundingsExchange::measure_zones((scene, zones, transport), (rays, sample), execution, None)
-    }
-
-    /// The same with all rays of the zones that `needs` names, and pilot rays of the others; of all zones without. Errors are known if the surroundings
-    /// have a radiance, or if `needs` is given.
-    pub(super) fn measure_zones(
-        (scene, zones, transport): (&Scene, &Zones, &Transport),
-        (rays, sample): (usize, u64),
+        rays: usize,
+        sample: u64,
         execution: Execution,
         needs: Option<&[bool]>,
     ) -> SurroundingsExchange {
+        let scene = transport.scene();
         let needs_all = |i: usize| needs.is_none_or(|list| list[i]);
         let (n, progress) = (zones.len(), execution.progress);
         let (blocks, communicator) = (execution.blocks(n, ZONES_PER_BLOCK), execution.communicator);
         let has_radiance = scene.surroundings().has_radiance();
         progress.begin("surroundings", if has_radiance { 2 * n as u64 } else { n as u64 });
-        let rays = if uses_openings(scene, n) { rays.min(PARAMS.rays_before_openings) } else { rays };
+        let rays = if uses_openings(scene, n) { rays.min(RAYS_BEFORE_OPENINGS) } else { rays };
         let (each, pilot) = ray_counts(scene, n, rays);
-        let traced = TracedScene { scene, zones, transport, seed: sample_seed(sample), sky: None };
+        let traced = TracedScene { zones, transport, seed: sample_seed(sample), sky: None };
         // Trace the pilot rays, and the other rays if the scene is open.
         let mut tallies: Vec<RayTally> =
             blocks.map(communicator, |i| RayTally::of_zone(&traced, i, 0..pilot));
@@ -128,7 +99,7 @@ impl SurroundingsExchange {
                     return x;
                 }
                 let mixed = x.escaped > 0 && x.escaped < x.traced;
-                let count = if mixed { (PARAMS.mixed_factor * each).min(rays) } else { each };
+                let count = if mixed { (MIXED_FACTOR * each).min(rays) } else { each };
                 x.add(&RayTally::of_zone(&traced, i, pilot..count));
                 x
             });
@@ -274,25 +245,24 @@ impl SurroundingsExchange {
         } else if !scene.surroundings().has_radiance() {
             each
         } else if uses_openings(scene, zones) {
-            let finer = (PARAMS.expected_opening_tolerance / scene.options().tolerance)
-                .powf(RAYS_OVER_ERROR_EXPONENT);
-            (PARAMS.expected_opening_rays * (2.0 + finer)).min(limit as f64) as usize
+            let finer =
+                (EXPECTED_OPENING_TOLERANCE / scene.options().tolerance).powf(RAYS_OVER_ERROR_EXPONENT);
+            (EXPECTED_OPENING_RAYS * (2.0 + finer)).min(limit as f64) as usize
         } else {
-            each * PARAMS.expected_growth.min(limit / each.max(1)).max(1)
+            each * EXPECTED_GROWTH.min(limit / each.max(1)).max(1)
         };
         (zones * each) as u64
     }
 
     /// Samples every `step`-th zone with `rays` rays.
     pub(crate) fn sample(
-        scene: &Scene,
         zones: &Zones,
         transport: &Transport,
         rays: usize,
         step: usize,
     ) -> SurroundingsExchange {
         let list: Vec<usize> = (0..zones.len()).step_by(step).collect();
-        let traced = TracedScene { scene, zones, transport, seed: 0, sky: None };
+        let traced = TracedScene { zones, transport, seed: 0, sky: None };
         let tallies: Vec<RayTally> = parallel::map(&list, |i| RayTally::of_zone(&traced, *i, 0..rays));
         SurroundingsExchange::from_tallies(&tallies, |i| closure_target(zones, i * step))
     }
@@ -306,11 +276,11 @@ impl SurroundingsExchange {
 /// Rays of a zone to the surroundings for the tolerance of a scene, before refinement.
 pub(crate) fn escape_rays_per_zone(scene: &Scene) -> usize {
     let tolerance = scene.options().tolerance;
-    let [least, most] = PARAMS.escape_rays_per_zone;
-    let coarse = (PARAMS.coarse_tolerance / tolerance).min(1.0);
+    let [least, most] = ESCAPE_RAYS_PER_ZONE;
+    let coarse = (COARSE_TOLERANCE / tolerance).min(1.0);
     let least = (least as f64 * coarse * coarse).ceil() as usize;
-    let factor = if scene.surroundings().has_radiance() { PARAMS.radiance_factor } else { 1 };
-    ((PARAMS.rays_times_tolerance_squared / (tolerance * tolerance)) as usize).clamp(least, most) * factor
+    let factor = if scene.surroundings().has_radiance() { RADIANCE_FACTOR } else { 1 };
+    ((RAYS_TIMES_TOLERANCE_SQUARED / (tolerance * tolerance)) as usize).clamp(least, most) * factor
 }
 
 /// Traces more rays from zones whose error is too large.
@@ -320,20 +290,23 @@ fn refine(
     execution: Execution,
     needs_all: &(dyn Fn(usize) -> bool + Sync),
 ) {
-    let options = traced.scene.options();
-    let limit = max_rays(traced.scene, tallies.len());
+    let options = traced.transport.scene().options();
+    let limit = max_rays(traced.transport.scene(), tallies.len());
     let offsets = [traced.zones.voxel_offset(), traced.zones.pane_offset()];
     let any = (0..tallies.len()).any(needs_all);
-    let openings =
-        if any && uses_openings(traced.scene, tallies.len()) { OpeningSampler::find(*traced) } else { None };
-    for round in if openings.is_some() { PARAMS.rounds - 1 } else { 0 }..PARAMS.rounds {
-        let wanted = error_targets(tallies, offsets, PARAMS.error_share * options.tolerance);
+    let openings = if any && uses_openings(traced.transport.scene(), tallies.len()) {
+        OpeningSampler::find(*traced)
+    } else {
+        None
+    };
+    for round in if openings.is_some() { ROUNDS - 1 } else { 0 }..ROUNDS {
+        let wanted = error_targets(tallies, offsets, ERROR_SHARE * options.tolerance);
         let refined = |i: usize| {
             let mut x = tallies[i];
             let wanted = wanted[offsets.iter().filter(|first| i >= **first).count()];
             let off = norm(x.standard_error()) / wanted;
             if wanted > 0.0 && off > 1.0 && needs_all(i) {
-                let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(PARAMS.max_growth);
+                let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(MAX_GROWTH);
                 let all = ((x.traced as f64 * growth) as usize).min(limit);
                 match &openings {
                     Some(openings) => x = openings.measure(i, wanted, limit).map_or(x, |found| found.tally),
@@ -343,7 +316,7 @@ fn refine(
                     None => {}
                 }
             }
-            execution.progress.advance(u64::from(round == PARAMS.rounds - 1));
+            execution.progress.advance(u64::from(round == ROUNDS - 1));
             x
         };
         *tallies = execution.blocks(tallies.len(), ZONES_PER_BLOCK).map(execution.communicator, refined);
@@ -369,24 +342,19 @@ fn norm(v: Bands) -> f64 {
 
 /// Rays of each of `n` zones, at most `rays`, and the pilot rays among them.
 fn ray_counts(scene: &Scene, n: usize, rays: usize) -> (usize, usize) {
-    let each = (total_rays(scene) / n.max(1)).clamp(PARAMS.min_rays.min(rays), rays);
-    let pilot =
-        if each < rays { PARAMS.pilot_rays.min(each.div_ceil(2)) } else { PARAMS.pilot_rays.min(rays) };
+    let each = (total_rays(scene) / n.max(1)).clamp(MIN_RAYS.min(rays), rays);
+    let pilot = if each < rays { PILOT_RAYS.min(each.div_ceil(2)) } else { PILOT_RAYS.min(rays) };
     (each, pilot)
 }
 
 /// Maximum number of rays of each of `n` zones if the surroundings have a radiance.
 fn max_rays(scene: &Scene, n: usize) -> usize {
-    let finer = (PARAMS.fine_tolerance / scene.options().tolerance).powf(RAYS_OVER_ERROR_EXPONENT).max(1.0);
-    let total = PARAMS.radiance_factor * PARAMS.total_rays;
-    ((finer * total as f64 / n.max(1) as f64) as usize).min(PARAMS.max_escape_rays_per_zone)
+    let finer = (FINE_TOLERANCE / scene.options().tolerance).powf(RAYS_OVER_ERROR_EXPONENT).max(1.0);
+    let total = RADIANCE_FACTOR * TOTAL_RAYS;
+    ((finer * total as f64 / n.max(1) as f64) as usize).min(MAX_ESCAPE_RAYS_PER_ZONE)
 }
 
 /// Rays of all zones together before refinement.
 fn total_rays(scene: &Scene) -> usize {
-    if scene.surroundings().has_radiance() {
-        PARAMS.radiance_factor * PARAMS.total_rays
-    } else {
-        PARAMS.total_rays
-    }
+    if scene.surroundings().has_radiance() { RADIANCE_FACTOR * TOTAL_RAYS } else { TOTAL_RAYS }
 }

@@ -5,7 +5,7 @@
 
 use zonal_math::direction_sampling::{cosine_hemisphere, uniform_sphere};
 use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
-use zonal_scene::{Bands, PaneZone, Plate, Scene, Sides, Zones};
+use zonal_scene::{Bands, PaneZone, Plate, Sides, ZoneRef, Zones};
 use zonal_transport::{Hit, Transport};
 
 /// Distance from its origin at which a ray begins to intersect, over the diagonal of the scene.
@@ -13,89 +13,100 @@ const RAY_OFFSET: f64 = 1e-9;
 /// Random points of a sub-cell that are tried.
 const MAX_TRIALS: u64 = 100;
 
-/// Origin, unit direction and weight of a ray.
-pub(crate) type WeightedRay = (Vec3, Vec3, Bands);
-
-/// Transmittance of a ray that leaves the scene, or that ends on a black back (`true`); zero if it ends on a zone.
-pub(crate) fn escape_transmittance(
-    scene: &Scene,
-    transport: &Transport,
-    origin: Vec3,
-    dir: Vec3,
-) -> (Bands, bool) {
-    let is_black_back =
-        |hit: &Hit| !hit.front && scene.surfaces()[scene.facets()[hit.facet].surface].sides == Sides::Front;
-    lost_transmittance(scene, transport, origin, dir, &is_black_back)
+/// A ray of a zone.
+#[derive(Clone, Copy)]
+pub(crate) struct WeightedRay {
+    /// A point of the zone, m.
+    pub origin: Vec3,
+    /// Unit direction.
+    pub dir: Vec3,
+    /// Its weight in the mean over the rays of the zone.
+    pub weight: Bands,
 }
 
-/// Transmittance of a ray out of the scene, or up to a facet side without zones, for which the second value is `true`; 0 for a ray that ends in a zone.
+/// The random numbers of a ray: a point of the unit cube for its origin, one of the unit square for its direction.
+#[derive(Clone, Copy)]
+pub(crate) struct RaySample {
+    pub origin: [f64; 3],
+    pub direction: [f64; 2],
+}
+
+/// Part of a ray that no zone receives.
+pub(crate) struct LostRay {
+    /// Transmittance to the end of the ray; 0 if it ends in a zone.
+    pub share: Bands,
+    /// True if the ray ends on a facet side without zones, such as a black back.
+    pub on_back: bool,
+}
+
+/// The part of a ray that leaves the scene or ends on a black back.
+pub(crate) fn escape_transmittance(transport: &Transport, origin: Vec3, dir: Vec3) -> LostRay {
+    let scene = transport.scene();
+    let is_black_back =
+        |hit: &Hit| !hit.front && scene.surfaces()[scene.facets()[hit.facet].surface].sides == Sides::Front;
+    lost_transmittance(transport, origin, dir, &is_black_back)
+}
+
+/// The part of a ray that leaves the scene or ends on a facet side without zones.
 pub(crate) fn lost_transmittance(
-    scene: &Scene,
     transport: &Transport,
     origin: Vec3,
     dir: Vec3,
     is_without_zones: &dyn Fn(&Hit) -> bool,
-) -> (Bands, bool) {
+) -> LostRay {
+    let scene = transport.scene();
     let reach = 2.0 * scene.diagonal() + (origin - scene.bounds().0).length();
-    let eps = RAY_OFFSET * scene.diagonal();
-    match transport.closest_hit(origin, dir, eps, reach) {
-        None => (transport.optical_depth(origin, origin + dir * reach).map(|d| (-d).exp()), false),
-        Some(hit) if is_without_zones(&hit) => {
-            (transport.optical_depth(origin, origin + dir * hit.t).map(|d| (-d).exp()), true)
-        }
-        Some(_) => (Bands::ZERO, false),
+    let share = |length: f64| transport.optical_depth(origin, origin + dir * length).map(|d| (-d).exp());
+    match transport.closest_hit(origin, dir, RAY_OFFSET * scene.diagonal(), reach) {
+        None => LostRay { share: share(reach), on_back: false },
+        Some(hit) if is_without_zones(&hit) => LostRay { share: share(hit.t), on_back: true },
+        Some(_) => LostRay { share: Bands::ZERO, on_back: false },
     }
 }
 
 /// The `k`-th ray of zone `i`.
 pub(crate) fn zone_ray(zones: &Zones, transport: &Transport, i: usize, seed: u64, k: usize) -> WeightedRay {
-    let (p, d) = sample_point(zones, (i, seed), k);
-    ray_from_sample(zones, transport, i, p, d)
+    ray_from_sample(zones, transport, i, sample_point(zones, i, seed, k))
 }
 
-/// The `k`-th sample of zone `i`: a point of the unit cube for the origin, one of the unit square for the direction.
-pub(crate) fn sample_point(zones: &Zones, (i, seed): (usize, u64), k: usize) -> ([f64; 3], [f64; 2]) {
+/// The `k`-th sample of zone `i`.
+pub(crate) fn sample_point(zones: &Zones, i: usize, seed: u64, k: usize) -> RaySample {
     sample_of_sequence(zones, i, low_discrepancy::split_mix64(i as u64) ^ seed, k)
 }
 
 /// As [`sample_point`], of a sequence. Origins on a patch have two dimensions, and 0 for the third.
-pub(crate) fn sample_of_sequence(zones: &Zones, i: usize, sequence: u64, k: usize) -> ([f64; 3], [f64; 2]) {
-    if i < zones.voxel_offset() {
+pub(crate) fn sample_of_sequence(zones: &Zones, i: usize, sequence: u64, k: usize) -> RaySample {
+    if i < zones.patches.len() {
         let [d0, d1, p0, p1] = scrambled_sobol::first_dimensions_of_blocks(k, sequence);
-        return ([p0, p1, 0.0], [d0, d1]);
+        return RaySample { origin: [p0, p1, 0.0], direction: [d0, d1] };
     }
     let [d0, d1, p0, p1, p2, ..] = scrambled_sobol::point_of_blocks(k, sequence);
-    ([p0, p1, p2], [d0, d1])
+    RaySample { origin: [p0, p1, p2], direction: [d0, d1] }
 }
 
-/// The ray of zone `i` whose origin is the point `p` of the unit cube and whose direction is the point `d` of the unit square.
+/// The ray of zone `i` of these random numbers.
 pub(crate) fn ray_from_sample(
     zones: &Zones,
     transport: &Transport,
     i: usize,
-    p: [f64; 3],
-    d: [f64; 2],
+    sample: RaySample,
 ) -> WeightedRay {
-    ray_from_point(zones, i, (point_in_zone(zones, transport, i, p), p[2]), d)
+    let origin = point_in_zone(zones, transport, i, sample.origin);
+    ray_from_point(zones, i, origin, sample.origin[2], sample.direction)
 }
 
 /// The ray of zone `i` from the point `origin` in the direction of the point `d` of the unit square; of a pane on one side where `side` is below 1/2.
-pub(crate) fn ray_from_point(
-    zones: &Zones,
-    i: usize,
-    (origin, side): (Vec3, f64),
-    d: [f64; 2],
-) -> WeightedRay {
-    if i < zones.voxel_offset() {
-        return (origin, cosine_hemisphere(zones.patches[i].normal, d), Bands::ONE);
-    }
-    if i >= zones.pane_offset() {
-        let z = &zones.panes[i - zones.pane_offset()];
-        // Cosine-distributed, on one of the two sides.
-        let w = cosine_hemisphere(if side < 0.5 { z.normal } else { -z.normal }, d);
-        return (origin, w, pane_ray_weight(z, w));
-    }
-    (origin, uniform_sphere(d), Bands::ONE)
+pub(crate) fn ray_from_point(zones: &Zones, i: usize, origin: Vec3, side: f64, d: [f64; 2]) -> WeightedRay {
+    let (dir, weight) = match zones.zone(i) {
+        ZoneRef::Patch(p) => (cosine_hemisphere(p.normal, d), Bands::ONE),
+        ZoneRef::Voxel(..) => (uniform_sphere(d), Bands::ONE),
+        ZoneRef::Pane(_, z) => {
+            // Cosine-distributed, on one of the two sides.
+            let w = cosine_hemisphere(if side < 0.5 { z.normal } else { -z.normal }, d);
+            (w, pane_ray_weight(z, w))
+        }
+    };
+    WeightedRay { origin, dir, weight }
 }
 
 /// The point of zone `i` for the point `p` of the unit cube, uniform over the zone.
@@ -104,12 +115,10 @@ pub(crate) fn point_in_zone(zones: &Zones, transport: &Transport, i: usize, p: [
         let [u, v] = plate.warp([p[0], p[1]]);
         plate.at(u, v)
     };
-    if i < zones.voxel_offset() {
-        return on(&zones.patches[i].plate);
-    }
-    match i.checked_sub(zones.pane_offset()) {
-        Some(k) => on(&zones.panes[k].plate),
-        None => voxel_point(transport, zones, i - zones.voxel_offset(), p),
+    match zones.zone(i) {
+        ZoneRef::Patch(z) => on(&z.plate),
+        ZoneRef::Voxel(k, _) => voxel_point(transport, zones, k, p),
+        ZoneRef::Pane(_, z) => on(&z.plate),
     }
 }
 

@@ -15,6 +15,7 @@
 
 use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands};
 use crate::engines::rays::stored_rays::ray_tracer::RayTracer;
+use crate::right_hand_side::surroundings::zone_rays::WeightedRay;
 use zonal_math::Vec3;
 use zonal_math::parallel;
 use zonal_scene::voxel_samples::subcell_at;
@@ -164,8 +165,15 @@ fn absorbed_fraction(depth: f64) -> f64 {
     }
 }
 
-/// A part of a ray in one extinction: that, 1/m, and the distances of its ends, m.
-type Stretch = (Bands, f64, f64);
+/// A part of a ray in one extinction.
+#[derive(Clone, Copy)]
+struct Stretch {
+    /// The extinction, 1/m.
+    extinction: Bands,
+    /// Distances of its ends from the origin of the ray, m.
+    start: f64,
+    stop: f64,
+}
 
 /// Follows rays through medium and panes.
 pub(crate) struct ExpectedPath<'a> {
@@ -195,15 +203,16 @@ impl<'a> ExpectedPath<'a> {
         ExpectedPath { tracer, cells, grey: tracer.grey_medium, has_panes: !scene.panes().is_empty() }
     }
 
-    /// Appends what a ray of weight `weight` collects within the distance `end`, and returns its transmittance there. `jitter` ∈ [0, 1) places the
-    /// points in a medium of one extinction.
+    /// Appends what a ray collects within the distance `end`, and returns its transmittance there. `jitter` ∈ [0, 1) places the points in a medium of one
+    /// extinction.
     pub(crate) fn collect(
         &self,
-        (origin, dir): (Vec3, Vec3),
-        (end, jitter): (f64, f64),
-        weight: Bands,
+        ray: &WeightedRay,
+        end: f64,
+        jitter: f64,
         list: &mut Vec<WeightedZone>,
     ) -> Bands {
+        let WeightedRay { origin, dir, weight } = *ray;
         let mut walk = Walk { path: self, origin, dir, weight, transmittance: Bands::ONE, list };
         if self.cells.is_none() && !self.has_panes {
             return Bands::ONE;
@@ -215,20 +224,20 @@ impl<'a> ExpectedPath<'a> {
         }
         let mut panes = panes.iter().peekable();
         if let Some(cells) = &self.cells {
-            let mut cross = |walk: &mut Walk, (extinction, mut start, stop): Stretch| {
-                while let Some(pane) = panes.next_if(|p| p.t < stop) {
-                    walk.cross_stretch(cells, (extinction, start, pane.t), jitter);
+            let mut cross = |walk: &mut Walk, mut stretch: Stretch| {
+                while let Some(pane) = panes.next_if(|p| p.t < stretch.stop) {
+                    walk.cross_stretch(cells, Stretch { stop: pane.t, ..stretch }, jitter);
                     walk.cross_pane(pane);
-                    start = start.max(pane.t);
+                    stretch.start = stretch.start.max(pane.t);
                 }
-                walk.cross_stretch(cells, (extinction, start, stop), jitter);
+                walk.cross_stretch(cells, stretch, jitter);
             };
             let mut stretch: Option<Stretch> = None;
             self.tracer.transport.traverse_extinction(origin, target, &mut |extinction, start, stop| {
                 match &mut stretch {
-                    Some((same, _, end)) if *same == extinction => *end = stop,
+                    Some(same) if same.extinction == extinction => same.stop = stop,
                     _ => {
-                        if let Some(before) = stretch.replace((extinction, start, stop)) {
+                        if let Some(before) = stretch.replace(Stretch { extinction, start, stop }) {
                             cross(&mut walk, before);
                         }
                     }
@@ -247,7 +256,7 @@ impl Walk<'_, '_> {
     /// Collects from a stretch: cell by cell, or at a few points where it crosses many cells.
     #[inline]
     fn cross_stretch(&mut self, cells: &CellZones, stretch: Stretch, jitter: f64) {
-        let (extinction, start, stop) = stretch;
+        let Stretch { extinction, start, stop } = stretch;
         if stop <= start || extinction == Bands::ZERO {
             return;
         }
@@ -258,13 +267,14 @@ impl Walk<'_, '_> {
         }
         let (from, to) = (self.origin + self.dir * start, self.origin + self.dir * stop);
         self.path.tracer.transport.traverse_grid(from, to, &mut |cell, t0, t1| {
-            self.cross_cell(cells, cell, (extinction, start + t0, start + t1));
+            self.cross_cell(cells, cell, Stretch { extinction, start: start + t0, stop: start + t1 });
         });
     }
 
     /// Collects from the medium of a cell.
     #[inline]
-    fn cross_cell(&mut self, cells: &CellZones, cell: usize, (extinction, start, stop): Stretch) {
+    fn cross_cell(&mut self, cells: &CellZones, cell: usize, stretch: Stretch) {
+        let Stretch { extinction, start, stop } = stretch;
         let length = stop - start;
         let fraction = if self.path.grey {
             Bands::splat(absorbed_fraction(extinction.first() * length))
@@ -282,7 +292,8 @@ impl Walk<'_, '_> {
     }
 
     /// Collects from a stretch at a few points of equal absorption by the mean of the bands.
-    fn collect_at_points(&mut self, cells: &CellZones, (extinction, start, stop): Stretch, jitter: f64) {
+    fn collect_at_points(&mut self, cells: &CellZones, stretch: Stretch, jitter: f64) {
+        let Stretch { extinction, start, stop } = stretch;
         let (mean, length) = (extinction.mean(), stop - start);
         let absorbed = absorbed_fraction(mean * length);
         for k in 0..POINTS_ON_STRETCH {

@@ -22,53 +22,36 @@ use std::ops::Range;
 use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Zones};
 
-/// Numbers of samples and the steps of their growth.
-struct GatherParams {
-    /// Samples of each half of a patch, of a volume zone in the medium, and of a pane, in the first round.
-    first_samples: [usize; 3],
-    /// Most samples of each half of a zone.
-    max_samples: usize,
-    /// Most rounds.
-    max_rounds: usize,
-    /// Variance falls as the number of samples to the power of this.
-    variance_exponent: f64,
-    /// Most samples of a zone over the mean number that a round would give every zone.
-    max_over_mean: f64,
-    /// Largest growth of the mean number of samples in a round.
-    max_growth: f64,
-    /// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
-    equal_weight_multiple: f64,
-    /// Share of the tolerance that the noise of the gather aims at.
-    noise_share: f64,
-    /// Least share that remains for the noise where other errors are large.
-    min_noise_share: f64,
-    /// Noise over the other errors where these alone exceed the tolerance: less noise would change little.
-    noise_over_large_errors: f64,
-    /// Samples of a zone for each node of its cut, and the least and most nodes.
-    samples_per_cut_node: usize,
-    cut_nodes: [usize; 2],
-}
+// Numbers of samples and the steps of their growth.
 
-const GATHER_PARAMS: GatherParams = GatherParams {
-    first_samples: [8, 4, 32],
-    max_samples: 1 << 15,
-    max_rounds: 10,
-    variance_exponent: 1.15,
-    max_over_mean: 4.0,
-    max_growth: 8.0,
-    equal_weight_multiple: 2.0,
-    noise_share: 0.85,
-    min_noise_share: 0.4,
-    noise_over_large_errors: 0.6,
-    samples_per_cut_node: 1,
-    cut_nodes: [64, 256],
-};
+/// Samples of each half of a patch, of a volume zone in the medium, and of a pane, in the first round.
+const FIRST_SAMPLES: [usize; 3] = [8, 4, 32];
+/// Most samples of each half of a zone.
+const MAX_SAMPLES: usize = 1 << 15;
+/// Most rounds.
+const MAX_ROUNDS: usize = 10;
+/// Variance falls as the number of samples to the power of this.
+const VARIANCE_EXPONENT: f64 = 1.15;
+/// Most samples of a zone over the mean number that a round would give every zone.
+const MAX_OVER_MEAN: f64 = 4.0;
+/// Largest growth of the mean number of samples in a round.
+const MAX_GROWTH: f64 = 8.0;
+/// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
+const EQUAL_WEIGHT_MULTIPLE: f64 = 2.0;
+/// Share of the tolerance that the noise of the gather aims at.
+const NOISE_SHARE: f64 = 0.85;
+/// Least share that remains for the noise where other errors are large.
+const MIN_NOISE_SHARE: f64 = 0.4;
+/// Noise over the other errors where these alone exceed the tolerance: less noise would change little.
+const NOISE_OVER_LARGE_ERRORS: f64 = 0.6;
+/// Samples of a zone for each node of its cut, and the least and most nodes.
+const SAMPLES_PER_CUT_NODE: usize = 1;
+const CUT_NODES: [usize; 2] = [64, 256];
 
 /// Expected samples of a zone for a tolerance: the geometric mean over rooms with and without obstacles, models, the small church and Sponza at
 /// tolerances of 0.01 to 0.1. Single scenes differ by a factor of five.
 pub(crate) fn expected_samples(tolerance: f64) -> f64 {
-    let p = &GATHER_PARAMS;
-    tolerance.powf(-1.6).clamp(2.0 * p.first_samples[1] as f64, 2.0 * p.max_samples as f64)
+    tolerance.powf(-1.6).clamp(2.0 * FIRST_SAMPLES[1] as f64, 2.0 * MAX_SAMPLES as f64)
 }
 
 /// Zones of one task.
@@ -140,10 +123,10 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
     let quantities = task.groups + 2 + usize::from(task.sky.is_some());
     let of_sky = |sky: &GatheredSky| EscapeRays::new(task.zone_groups, &sky.shares, task.groups);
     let escape = task.sky.map(of_sky).unwrap_or_default();
-    let mut sums = GatherSums::load(task.checkpoints, (n, quantities), escape);
+    let mut sums = GatherSums::load(task.checkpoints, n, quantities, escape);
     if sums.round == 0 {
         let kind = |i: usize| kind_of(task.zones, i) + usize::from(i >= task.zones.pane_offset());
-        let first = |i: usize| GATHER_PARAMS.first_samples[kind(i)];
+        let first = |i: usize| FIRST_SAMPLES[kind(i)];
         take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
     }
     let mut fields = GatheredFields::new(task);
@@ -153,9 +136,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
         sums.escape.set_ratios(std::mem::take(&mut fields.escape_ratios));
         let goal = Goal::of(task, &fields);
         let more = goal.samples(task, &sums, &fields);
-        match more
-            .filter(|_| sums.round < GATHER_PARAMS.max_rounds && !task.execution.progress.is_interrupted())
-        {
+        match more.filter(|_| sums.round < MAX_ROUNDS && !task.execution.progress.is_interrupted()) {
             Some(wanted) => {
                 changed = ranges_of_kinds(task.zones).map(|r| wanted[r.clone()] != sums.counts[r]);
                 take_samples(gatherer, task, &wanted, &mut sums);
@@ -211,7 +192,7 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
         }
         progress.advance(zones);
     });
-    sums.exchange(&blocks, communicator, (&before, wanted));
+    sums.exchange(&blocks, communicator, &before, wanted);
     progress.end();
     sums.round += 1;
     // An interrupted round lacks samples.
@@ -243,8 +224,8 @@ fn add_samples_of_zone(
 
 /// Nodes of the cut of a zone that is to take `samples` samples of each half.
 fn cut_nodes(samples: usize) -> usize {
-    let [least, most] = GATHER_PARAMS.cut_nodes;
-    (2 * samples / GATHER_PARAMS.samples_per_cut_node).clamp(least, most)
+    let [least, most] = CUT_NODES;
+    (2 * samples / SAMPLES_PER_CUT_NODE).clamp(least, most)
 }
 
 /// The zones whose connections are aimed with those of zone `i`, from it on. The result depends on the zones alone.
@@ -335,16 +316,15 @@ impl Goal {
         let sum = relative(&|i| fields.errors[task.groups][i], all);
         let guide = match task.groups {
             1 => [0.0; 2],
-            _ => equal_weight_error(task, fields, &levels).map(|e| e / GATHER_PARAMS.equal_weight_multiple),
+            _ => equal_weight_error(task, fields, &levels).map(|e| e / EQUAL_WEIGHT_MULTIPLE),
         };
         let inherited = relative(&|i| fields.inherited[i], all);
         let surroundings = relative(&|i| known(i)[1], all);
-        let p = &GATHER_PARAMS;
         let wanted = |kind: usize| {
             let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
-            let left = (1.0 - others * others).max(0.0).sqrt().max(p.min_noise_share);
-            let beside_others = if others > 1.0 { p.noise_over_large_errors * others } else { 0.0 };
-            (p.noise_share * left).max(beside_others) * task.tolerance
+            let left = (1.0 - others * others).max(0.0).sqrt().max(MIN_NOISE_SHARE);
+            let beside_others = if others > 1.0 { NOISE_OVER_LARGE_ERRORS * others } else { 0.0 };
+            (NOISE_SHARE * left).max(beside_others) * task.tolerance
         };
         Goal {
             noise: [0, 1].map(|kind| sum[kind].max(guide[kind])),
@@ -356,7 +336,6 @@ impl Goal {
 
     /// The samples of each half of every zone in the next round; `None` where the goal is met or nothing can be added.
     fn samples(&self, task: &GatherTask, sums: &GatherSums, fields: &GatheredFields) -> Option<Vec<usize>> {
-        let p = &GATHER_PARAMS;
         let zones = task.zones;
         let n = zones.len();
         // σ of one sample over the level, of the sum and of the equally weighted sum.
@@ -370,7 +349,7 @@ impl Goal {
                 1 => relative(1),
                 g => (0..g).map(relative).sum::<f64>().max(relative(g)),
             };
-            worst * (sums.counts[i] as f64).powf(0.5 * p.variance_exponent)
+            worst * (sums.counts[i] as f64).powf(0.5 * VARIANCE_EXPONENT)
         };
         let deviations: Vec<f64> = parallel::collect(n, deviation);
         let (mut wanted, mut added) = (sums.counts.clone(), 0);
@@ -401,12 +380,11 @@ struct Allocation<'a> {
 impl Allocation<'_> {
     /// Samples of each half with which the error falls to `wanted` of the present one, or comes as close to it as the limits of one round let it.
     fn reducing_error(&self, wanted: f64) -> Vec<usize> {
-        let p = &GATHER_PARAMS;
         let now = self.squared_error(self.counts);
         // Growths in steps of an eighth of an octave, the least that suffices by bisection.
         let numbers = |step: u32| self.grown((f64::from(step) / 8.0).exp2());
         let suffices = |n: &[usize]| self.squared_error(n) <= wanted * wanted * now;
-        let (mut low, mut high) = (1, (8.0 * p.max_growth.log2()) as u32);
+        let (mut low, mut high) = (1, (8.0 * MAX_GROWTH.log2()) as u32);
         while high > low + 1 {
             let middle = u32::midpoint(low, high);
             if suffices(&numbers(middle)) {
@@ -419,20 +397,19 @@ impl Allocation<'_> {
     }
 
     fn squared_error(&self, counts: &[usize]) -> f64 {
-        let of = |(s, c): (&f64, &usize)| s * s / (*c as f64).powf(GATHER_PARAMS.variance_exponent);
+        let of = |(s, c): (&f64, &usize)| s * s / (*c as f64).powf(VARIANCE_EXPONENT);
         self.deviations.iter().zip(counts).map(of).sum()
     }
 
     /// Samples that are `growth` times as many in all, in proportion to the deviations.
     fn grown(&self, growth: f64) -> Vec<usize> {
-        let p = &GATHER_PARAMS;
         let all = growth * self.counts.iter().map(|c| *c as f64).sum::<f64>();
         let (mean, sum) = (all / self.counts.len().max(1) as f64, self.deviations.iter().sum::<f64>());
         let number = |(deviation, count): (&f64, &usize)| {
             let share = if sum > 0.0 { all * deviation / sum } else { mean };
-            let share = share.min(p.max_over_mean * mean).clamp(2.0, p.max_samples as f64);
+            let share = share.min(MAX_OVER_MEAN * mean).clamp(2.0, MAX_SAMPLES as f64);
             let power = 1usize << (share.log2().round() as u32);
-            power.min(p.max_samples).max(*count)
+            power.min(MAX_SAMPLES).max(*count)
         };
         self.deviations.iter().zip(self.counts).map(number).collect()
     }

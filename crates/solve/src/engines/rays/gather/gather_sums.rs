@@ -27,7 +27,8 @@ impl GatherSums {
     /// The sums of the rounds that an earlier run finished, or none, of `n` zones.
     pub(crate) fn load(
         checkpoints: &dyn CheckpointStore,
-        (n, quantities): (usize, usize),
+        n: usize,
+        quantities: usize,
         escape: EscapeRays,
     ) -> GatherSums {
         let mut sums = GatherSums {
@@ -70,7 +71,8 @@ impl GatherSums {
         &mut self,
         blocks: &Blocks,
         communicator: &dyn Communicator,
-        (before, wanted): (&[usize], &[usize]),
+        before: &[usize],
+        wanted: &[usize],
     ) {
         let (width, is_new) = (2 * self.quantities, |i: usize| wanted[i] > before[i]);
         let (mut zones, mut received, escape) = (Vec::new(), Vec::new(), &self.escape);

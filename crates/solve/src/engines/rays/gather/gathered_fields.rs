@@ -106,8 +106,7 @@ impl GatheredFields {
                 self.measure_errors(&means, kind);
                 self.smooth(task, &halves, kind);
                 self.measure_inherited_errors(&means, kind);
-                let fields = (self.values.as_slice(), self.errors.as_mut_slice());
-                self.unmet.contain((gatherer, task), sums, kind, fields);
+                self.unmet.contain(gatherer, task, sums, kind, &self.values, &mut self.errors);
             }
         }
         let moments = |i: usize| {

@@ -55,7 +55,7 @@ impl<'a> PaneOpenings<'a> {
     }
 
     /// p(ω) of the ray from `origin`, 1/sr.
-    pub(crate) fn density(&self, cut: &LightCut, (origin, dir): (Vec3, Vec3)) -> f64 {
+    pub(crate) fn density(&self, cut: &LightCut, origin: Vec3, dir: Vec3) -> f64 {
         let mut sum = 0.0;
         if cut.is_dark() {
             return sum;

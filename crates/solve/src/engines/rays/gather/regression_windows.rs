@@ -12,30 +12,20 @@ use zonal_scene::{Scene, VoxelGrid, Zones};
 use zonal_transport::Transport;
 use zonal_transport::point_grids::PointGrids;
 
-/// Sizes of the windows.
-struct WindowParams {
-    /// Steps from cell to cell of the windows of a volume zone.
-    voxel_steps: [usize; 2],
-    /// Radii of the windows of a patch, in square roots of its area.
-    patch_radii: [f64; 3],
-    /// Fewest zones of a window: fewer do not determine a slope.
-    min_zones: usize,
-    /// Most patches of a window; the nearest are kept.
-    max_patches: usize,
-    /// Smallest cosine between the normals of patches of a window.
-    min_normal_cosine: f64,
-    /// Largest height of a patch over the plane of the window, relative to its distance.
-    max_height_over_distance: f64,
-}
+// Sizes of the windows.
 
-const WINDOW_PARAMS: WindowParams = WindowParams {
-    voxel_steps: [1, 2],
-    patch_radii: [1.6, 3.2, 6.4],
-    min_zones: 4,
-    max_patches: 96,
-    min_normal_cosine: 0.97,
-    max_height_over_distance: 0.12,
-};
+/// Steps from cell to cell of the windows of a volume zone.
+const VOXEL_STEPS: [usize; 2] = [1, 2];
+/// Radii of the windows of a patch, in square roots of its area.
+const PATCH_RADII: [f64; 3] = [1.6, 3.2, 6.4];
+/// Fewest zones of a window: fewer do not determine a slope.
+const MIN_ZONES: usize = 4;
+/// Most patches of a window; the nearest are kept.
+const MAX_PATCHES: usize = 96;
+/// Smallest cosine between the normals of patches of a window.
+const MIN_NORMAL_COSINE: f64 = 0.97;
+/// Largest height of a patch over the plane of the window, relative to its distance.
+const MAX_HEIGHT_OVER_DISTANCE: f64 = 0.12;
 
 /// Volume zones of one task.
 const ZONES_PER_TASK: usize = 1024;
@@ -89,7 +79,7 @@ impl<'a> RegressionWindows<'a> {
         let patches: Vec<[Vec3; 2]> = zones.patches.iter().map(|p| [p.plate.centre(), p.normal]).collect();
         let largest = zones.patches.iter().fold(0.0f64, |m, p| m.max(p.area)).sqrt();
         let centres: Vec<Vec3> = patches.iter().map(|p| p[0]).collect();
-        let radii = &WINDOW_PARAMS.patch_radii;
+        let radii = &PATCH_RADII;
         RegressionWindows {
             zones,
             voxels: scene.voxel_grid().map(|grid| VoxelAdjacency::new(grid, zones, transport)),
@@ -100,18 +90,14 @@ impl<'a> RegressionWindows<'a> {
 
     /// Number of windows of zone `i`.
     pub(crate) fn levels(&self, i: usize) -> usize {
-        if i < self.zones.voxel_offset() {
-            WINDOW_PARAMS.patch_radii.len()
-        } else {
-            WINDOW_PARAMS.voxel_steps.len()
-        }
+        if i < self.zones.voxel_offset() { PATCH_RADII.len() } else { VOXEL_STEPS.len() }
     }
 
     /// A window of zone `i`, wider for a higher `level`; `None` where it has too few zones.
     pub(crate) fn window(&self, i: usize, level: usize) -> Option<RegressionWindow> {
         match i.checked_sub(self.zones.voxel_offset()) {
-            Some(z) => self.voxels.as_ref()?.window(z, WINDOW_PARAMS.voxel_steps[level]),
-            None => linear_fit(&self.similar_patches(i, WINDOW_PARAMS.patch_radii[level]), PLANE_RIDGE),
+            Some(z) => self.voxels.as_ref()?.window(z, VOXEL_STEPS[level]),
+            None => linear_fit(&self.similar_patches(i, PATCH_RADII[level]), PLANE_RIDGE),
         }
     }
 
@@ -119,20 +105,20 @@ impl<'a> RegressionWindows<'a> {
     fn similar_patches(&self, i: usize, radius: f64) -> Vec<WindowMember> {
         let ([x, normal], r) = (self.patches[i], radius * self.zones.patches[i].area.sqrt());
         let mut out: Vec<(f64, WindowMember)> = Vec::new();
-        self.grids.for_each_near(x, normal, r, WINDOW_PARAMS.max_height_over_distance, |j| {
+        self.grids.for_each_near(x, normal, r, MAX_HEIGHT_OVER_DISTANCE, |j| {
             let [centre, other_normal] = self.patches[j];
             let offset = centre - x;
             let d2 = offset.length2();
-            if d2 > r * r || normal.dot(other_normal) <= WINDOW_PARAMS.min_normal_cosine {
+            if d2 > r * r || normal.dot(other_normal) <= MIN_NORMAL_COSINE {
                 return;
             }
-            if normal.dot(offset).abs() <= WINDOW_PARAMS.max_height_over_distance * d2.sqrt() {
+            if normal.dot(offset).abs() <= MAX_HEIGHT_OVER_DISTANCE * d2.sqrt() {
                 out.push((d2, WindowMember { zone: j as u32, offset }));
             }
         });
-        if out.len() > WINDOW_PARAMS.max_patches {
+        if out.len() > MAX_PATCHES {
             out.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.zone.cmp(&b.1.zone)));
-            out.truncate(WINDOW_PARAMS.max_patches);
+            out.truncate(MAX_PATCHES);
         }
         out.into_iter().map(|x| x.1).collect()
     }
@@ -264,7 +250,7 @@ struct WindowMember {
 fn linear_fit(members: &[WindowMember], ridge: f64) -> Option<RegressionWindow> {
     // Lengths are relative to the window's own size.
     let size = members.iter().fold(0.0f64, |m, x| m.max(x.offset.length2())).sqrt();
-    if members.len() < WINDOW_PARAMS.min_zones || size <= 0.0 {
+    if members.len() < MIN_ZONES || size <= 0.0 {
         return None;
     }
     let n = members.len() as f64;

@@ -7,12 +7,12 @@ pub(crate) type SingleBands = PerBand<f32>;
 
 /// The bands in double precision.
 pub(crate) fn to_double(v: SingleBands) -> Bands {
-    v.map_to_bands(f64::from)
+    v.map(f64::from)
 }
 
 /// Rounds the bands to single precision.
 pub(crate) fn to_single(v: Bands) -> SingleBands {
-    v.map_to(|x| x as f32)
+    v.map(|x| x as f32)
 }
 
 /// Adds to a sum, which is rounded once.

@@ -40,10 +40,12 @@ impl UnmetLight {
     /// columns, then of their sum.
     pub(super) fn contain(
         &mut self,
-        (gatherer, task): (&Gatherer, &GatherTask),
+        gatherer: &Gatherer,
+        task: &GatherTask,
         sums: &GatherSums,
         kind: usize,
-        (values, errors): (&[Vec<Bands>], &mut [Vec<Bands>]),
+        values: &[Vec<Bands>],
+        errors: &mut [Vec<Bands>],
     ) {
         if self.lit.is_empty() {
             self.lit = gatherer.brightest(task.groups);

@@ -31,13 +31,15 @@ use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands, padded
 use crate::engines::rays::stored_rays::path_continuation::{
     PathField, PathLights, PathVertex, VertexSource, vertex_index,
 };
-use crate::engines::rays::stored_rays::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayTracer};
-use crate::right_hand_side::surroundings::zone_rays::{pane_ray_weight, point_in_zone, ray_from_point};
+use crate::engines::rays::stored_rays::ray_tracer::{ESCAPED, FIRST_CODE, RayEnd, RayNumber, RayTracer};
+use crate::right_hand_side::surroundings::zone_rays::{
+    WeightedRay, pane_ray_weight, point_in_zone, ray_from_point,
+};
 use std::f64::consts::PI;
 use std::ops::Range;
 use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
-use zonal_scene::{Bands, PerBand, Zones};
+use zonal_scene::{Bands, PerBand, ZoneRef, Zones};
 
 /// Seed that separates these samples from all other random numbers.
 const GATHER_SEED: u64 = 0x2d35_8dcc_aa6c_78a5;
@@ -165,6 +167,14 @@ pub(crate) struct SampleRange {
     pub numbers: Range<usize>,
 }
 
+/// The point of a zone at which a ray starts.
+struct RayStart {
+    /// The point, m.
+    point: Vec3,
+    /// The random number that chooses the side of a pane.
+    side: f64,
+}
+
 /// A point as it is seen from another one.
 #[derive(Clone, Copy)]
 struct SeenPoint {
@@ -255,21 +265,13 @@ impl<'a> Gatherer<'a> {
     }
 
     fn receiver(&self, i: usize) -> ReceiverBall {
-        let zones = self.zones;
-        if i < zones.voxel_offset() {
-            let p = &zones.patches[i];
-            ReceiverBall {
-                centre: p.plate.centre(),
-                radius: 0.5 * p.plate.diameter(),
-                normal: Some(p.normal),
-            }
-        } else if i < zones.pane_offset() {
-            let v = zones.voxels.at(i - zones.voxel_offset());
-            ReceiverBall { centre: v.centre, radius: 0.5 * v.volume.cbrt(), normal: None }
-        } else {
-            let p = &zones.panes[i - zones.pane_offset()];
-            ReceiverBall { centre: p.plate.centre(), radius: 0.5 * p.plate.diameter(), normal: None }
-        }
+        let zone = self.zones.zone(i);
+        let (radius, normal) = match zone {
+            ZoneRef::Patch(p) => (0.5 * p.plate.diameter(), Some(p.normal)),
+            ZoneRef::Voxel(_, v) => (0.5 * v.volume.cbrt(), None),
+            ZoneRef::Pane(_, p) => (0.5 * p.plate.diameter(), None),
+        };
+        ReceiverBall { centre: zone.centre(), radius, normal }
     }
 
     /// Takes samples of a zone that [`Gatherer::aim`] has prepared. `each` receives the value of every column for each sample, and the part of the
@@ -290,12 +292,13 @@ impl<'a> Gatherer<'a> {
             scratch.paths.clear();
             (scratch.typical, scratch.sky, scratch.escaped) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
             let from = self.start(i, [u[2], u[3], u[7]]);
-            let number = k | GATHER_RAY | range.half << 23;
-            self.follow_ray((i, number), from, [u[0], u[1], u[6]], scratch);
-            self.connect((i, number | CONNECTION), from.0, [u[4], u[5], u[6]], scratch);
+            let ray = RayNumber { zone: i, number: k | GATHER_RAY | range.half << 23 };
+            self.follow_ray(ray, &from, [u[0], u[1], u[6]], scratch);
+            let connection = RayNumber { number: ray.number | CONNECTION, ..ray };
+            self.connect(connection, from.point, [u[4], u[5], u[6]], scratch);
             if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
                 let [v0, v1, v2, _] = scrambled_sobol::first_dimensions(k, seed_of_openings);
-                self.connect_through(openings, i, from.0, [v0, v1, v2], scratch);
+                self.connect_through(openings, i, from.point, [v0, v1, v2], scratch);
             }
             let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };
             each(&|c| self.value(c, scratch), sky);
@@ -325,7 +328,7 @@ impl<'a> Gatherer<'a> {
         let mut sums = [vec![Bands::ZERO; columns], vec![Bands::ZERO; columns]];
         for k in 0..UNHIDDEN_SAMPLES {
             let u = scrambled_sobol::point(k, seed);
-            let x = self.start(i, [u[2], u[3], u[7]]).0;
+            let x = self.start(i, [u[2], u[3], u[7]]).point;
             let any = ((u[6] * n as f64) as usize).min(n - 1);
             let aimed = self.patch_lights.sample(&scratch.cut, u[0]);
             for (sum, chosen) in sums.iter_mut().zip([aimed, Some((any as u32, 1.0 / n as f64))]) {
@@ -344,9 +347,7 @@ impl<'a> Gatherer<'a> {
 
     /// Share of the directions of zone `i` at its point `x` in which a point of zone `j` stands for all of that, without what hides it.
     fn unhidden_share(&self, i: usize, x: Vec3, j: usize, u: [f64; 2]) -> f64 {
-        let zones = self.zones;
-        let (y, normal, area) = if j < zones.voxel_offset() {
-            let p = &zones.patches[j];
+        let (y, normal, area) = if let Some(p) = self.zones.patches.get(j) {
             let [s, t] = p.plate.warp(u);
             (p.plate.at(s, t), Some(p.normal), p.area)
         } else {
@@ -371,11 +372,12 @@ impl<'a> Gatherer<'a> {
         for k in range.numbers {
             let u = scrambled_sobol::point(k, seed);
             let from = self.start(i, [u[2], u[3], u[7]]);
-            let (origin, dir, weight) = ray_from_point(zones, i, from, [u[0], u[1]]);
+            let ray = ray_from_point(zones, i, from.point, from.side, [u[0], u[1]]);
+            let WeightedRay { origin, dir, weight } = ray;
             if let Some(transmittance) =
                 transport.transmittance(origin, transport.exterior_point(origin, dir))
             {
-                let density = openings.density(&scratch.openings_cut, (origin, dir));
+                let density = openings.density(&scratch.openings_cut, origin, dir);
                 sum += weight * transmittance * balance(self.kernel(i, dir), density);
             }
         }
@@ -407,28 +409,27 @@ impl<'a> Gatherer<'a> {
         sum
     }
 
-    /// The point of zone `i` for a point of the unit cube, and the number of the side of a pane.
-    fn start(&self, i: usize, u: [f64; 3]) -> (Vec3, f64) {
-        (point_in_zone(self.zones, self.tracer.transport, i, u), u[2])
+    /// The point of zone `i` for a point of the unit cube.
+    fn start(&self, i: usize, u: [f64; 3]) -> RayStart {
+        RayStart { point: point_in_zone(self.zones, self.tracer.transport, i, u), side: u[2] }
     }
 
-    /// Follows one ray from a point of the zone, of a pane on the side of the number beside it, in the direction of the first two numbers; the third places points in
-    /// the medium.
+    /// Follows one ray from a point of the zone in the direction of the first two numbers; the third places points in the medium.
     fn follow_ray(
         &self,
-        ray: (usize, usize),
-        from: (Vec3, f64),
+        ray: RayNumber,
+        from: &RayStart,
         [d0, d1, jitter]: [f64; 3],
         scratch: &mut GatherScratch,
     ) {
-        let (i, tracer) = (ray.0, self.tracer);
-        let (origin, dir, weight) = ray_from_point(self.zones, i, from, [d0, d1]);
+        let (i, tracer) = (ray.zone, self.tracer);
+        let start = ray_from_point(self.zones, i, from.point, from.side, [d0, d1]);
+        let WeightedRay { origin, dir, weight } = start;
         let end = tracer.first_surface(origin, dir);
-        let left =
-            weight * self.path.collect((origin, dir), (end.distance, jitter), weight, &mut scratch.list);
+        let left = weight * self.path.collect(&start, end.distance, jitter, &mut scratch.list);
         if end.zone >= FIRST_CODE {
             if let Some(openings) = self.openings.as_ref().filter(|_| end.zone == ESCAPED) {
-                let density = openings.density(&scratch.openings_cut, (origin, dir));
+                let density = openings.density(&scratch.openings_cut, origin, dir);
                 scratch.escaped = left * balance(self.kernel(i, dir), density);
                 scratch.sky += scratch.escaped;
             }
@@ -443,8 +444,8 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Adds the surface at the end of a ray or connection; paths go on from patches close by.
-    fn add_surface(&self, ray: (usize, usize), end: RayEnd, weight: Bands, scratch: &mut GatherScratch) {
-        let continues = ray.0 < self.zones.voxel_offset()
+    fn add_surface(&self, ray: RayNumber, end: RayEnd, weight: Bands, scratch: &mut GatherScratch) {
+        let continues = ray.zone < self.zones.patches.len()
             && self.zones.patches[end.zone as usize].continues_rays(end.distance)
             && self.zones.sheets.opposite(end.zone as usize).is_none();
         match self.lights.as_ref().filter(|_| continues) {
@@ -468,16 +469,16 @@ impl<'a> Gatherer<'a> {
         let Some((dir, transmittance)) = openings.sample(&scratch.openings_cut, x, u) else { return };
         let kernel = self.kernel(i, dir);
         if kernel > 0.0 {
-            let density = openings.density(&scratch.openings_cut, (x, dir));
+            let density = openings.density(&scratch.openings_cut, x, dir);
             scratch.sky += self.ray_weight(i, dir) * transmittance * (kernel / (kernel + density));
         }
     }
 
     /// Weight of a ray of zone `i`.
     fn ray_weight(&self, i: usize, dir: Vec3) -> Bands {
-        match i.checked_sub(self.zones.pane_offset()) {
-            Some(k) => pane_ray_weight(&self.zones.panes[k], dir),
-            None => Bands::ONE,
+        match self.zones.zone(i) {
+            ZoneRef::Pane(_, p) => pane_ray_weight(p, dir),
+            _ => Bands::ONE,
         }
     }
 
@@ -488,13 +489,10 @@ impl<'a> Gatherer<'a> {
 
     /// Density of the directions of zone `i`, 1/sr.
     fn kernel(&self, i: usize, dir: Vec3) -> f64 {
-        let zones = self.zones;
-        if i < zones.voxel_offset() {
-            zones.patches[i].normal.dot(dir).max(0.0) / PI
-        } else if i < zones.pane_offset() {
-            1.0 / (4.0 * PI)
-        } else {
-            zones.panes[i - zones.pane_offset()].normal.dot(dir).abs() / (2.0 * PI)
+        match self.zones.zone(i) {
+            ZoneRef::Patch(p) => p.normal.dot(dir).max(0.0) / PI,
+            ZoneRef::Voxel(..) => 1.0 / (4.0 * PI),
+            ZoneRef::Pane(_, p) => p.normal.dot(dir).abs() / (2.0 * PI),
         }
     }
 
@@ -504,8 +502,8 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Connects the point `x` of zone `i` with a patch.
-    fn connect(&self, ray: (usize, usize), x: Vec3, u: [f64; 3], scratch: &mut GatherScratch) {
-        let (zones, i) = (self.zones, ray.0);
+    fn connect(&self, ray: RayNumber, x: Vec3, u: [f64; 3], scratch: &mut GatherScratch) {
+        let (zones, i) = (self.zones, ray.zone);
         let Some((j, probability)) = self.patch_lights.sample(&scratch.cut, u[0]) else { return };
         let patch = &zones.patches[j as usize];
         if j as usize == i {

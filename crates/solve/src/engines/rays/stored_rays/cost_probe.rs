@@ -5,12 +5,12 @@
 
 use super::path_continuation::PathLights;
 use super::ray_sampling::RaysPerZone;
-use super::ray_tracer::{FIRST_CODE, RayTracer};
+use super::ray_tracer::{FIRST_CODE, RayNumber, RayTracer};
 use crate::right_hand_side::direct_light::light_field::{DirectLight, LightField};
 use crate::settings::zone_power::reflected_fraction;
 use std::ops::Range;
 use zonal_math::parallel;
-use zonal_scene::{Bands, Scene, Zones};
+use zonal_scene::{Bands, Scene, ZoneRef, Zones};
 use zonal_transport::Transport;
 
 /// Neighbouring zones of one run, so that their rays find the same parts of the scene in the cache as in a solve.
@@ -95,7 +95,7 @@ fn trace_sample(tracer: &RayTracer, lights: &PathLights, range: Range<usize>) ->
         let mut sample = ProbeSample::default();
         let mut vertices = Vec::new();
         let end = (start + ZONES_PER_RUN.min(stride)).min(range.end);
-        let source = |r: usize| (start + r / RAYS_PER_ZONE, r % RAYS_PER_ZONE);
+        let source = |r: usize| RayNumber { zone: start + r / RAYS_PER_ZONE, number: r % RAYS_PER_ZONE };
         sample.rays = RAYS_PER_ZONE * (end - start);
         tracer.trace_batch(sample.rays, source, |r, end| {
             sample.response += largest_response(tracer.zones, end.zone);
@@ -115,11 +115,13 @@ fn trace_sample(tracer: &RayTracer, lights: &PathLights, range: Range<usize>) ->
 
 /// The largest ρ or Ω of the bands of a zone hit; zero for a ray that ends in no zone.
 fn largest_response(zones: &Zones, zone: u32) -> f64 {
-    let v = match zone {
-        FIRST_CODE.. => return 0.0,
-        z if (z as usize) < zones.voxel_offset() => reflected_fraction(zones, z as usize),
-        z if (z as usize) < zones.pane_offset() => zones.voxels.at(z as usize - zones.voxel_offset()).albedo,
-        z => zones.panes[z as usize - zones.pane_offset()].albedo,
+    if zone >= FIRST_CODE {
+        return 0.0;
+    }
+    let response = match zones.zone(zone as usize) {
+        ZoneRef::Patch(_) => reflected_fraction(zones, zone as usize),
+        ZoneRef::Voxel(_, v) => v.albedo,
+        ZoneRef::Pane(_, p) => p.albedo,
     };
-    v.max_element()
+    response.max_element()
 }

@@ -12,7 +12,7 @@
 //! A continued ray costs one further ray and one shadow ray for each vertex.
 
 use super::padded_bands::{LANES, PaddedBands, padded_f32};
-use super::ray_tracer::{FIRST_CODE, RAY_SEED, RayEnd, RayTracer};
+use super::ray_tracer::{FIRST_CODE, RAY_SEED, RayEnd, RayNumber, RayTracer};
 use crate::right_hand_side::direct_light::light_field::DirectLight;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{Vec3, low_discrepancy};
@@ -177,7 +177,7 @@ impl<'a> PathLights<'a> {
         let receiver = Receiver::Surface(tracer.zones.patches[j].normal);
         let sample = sampler.sample_at(tracer.transport, x, receiver, [u[0], u[1], u[2]]);
         let light = sample.and_then(|s| sampler.attenuated(tracer.transport, x, &s));
-        (chosen, light.unwrap_or_default().map_to(|h| (h / p) as f32))
+        (chosen, light.unwrap_or_default().map(|h| (h / p) as f32))
     }
 }
 
@@ -190,19 +190,19 @@ impl RayTracer<'_> {
         (patch.continues_rays(end.distance) && self.zones.sheets.opposite(i).is_none()).then_some(i)
     }
 
-    /// Continues ray `k` of zone `i` from its end, appends the vertices, and returns the zone or the first vertex of the path.
+    /// Continues a ray from its end, appends the vertices, and returns the zone or the first vertex of the path.
     pub(crate) fn continue_path(
         &self,
         lights: &PathLights,
-        (i, k): (usize, usize),
+        ray: RayNumber,
         mut end: RayEnd,
         vertices: &mut Vec<PathVertex>,
     ) -> u32 {
         let first = end.zone;
-        let zone_hash = low_discrepancy::split_mix64(i as u64 ^ RAY_SEED);
-        let seed = low_discrepancy::split_mix64(zone_hash.wrapping_add(k as u64));
+        let zone_hash = low_discrepancy::split_mix64(ray.zone as u64 ^ RAY_SEED);
+        let seed = low_discrepancy::split_mix64(zone_hash.wrapping_add(ray.number as u64));
         let mut head = None;
-        let max_vertices = if i < self.zones.voxel_offset() { MAX_PATH_VERTICES } else { 0 };
+        let max_vertices = if ray.zone < self.zones.patches.len() { MAX_PATH_VERTICES } else { 0 };
         for depth in 0..max_vertices {
             let Some(j) = self.continuing_patch(&end) else { break };
             // Independent numbers: a rotation of the ray's first numbers would correlate its end with its start.

@@ -24,7 +24,7 @@ use super::path_continuation::{
 };
 use super::ray_checkpoint;
 use super::ray_sampling::RaysPerZone;
-use super::ray_tracer::{BACK_FACE, ESCAPED, FIRST_CODE, NO_ZONE, RayTracer};
+use super::ray_tracer::{BACK_FACE, ESCAPED, FIRST_CODE, NO_ZONE, RayNumber, RayTracer};
 use crate::context::SolveContext;
 use crate::distribution::{Blocks, Communicator, Message};
 use crate::right_hand_side::surroundings::SurroundingsExchange;
@@ -55,6 +55,18 @@ pub(crate) struct RayTable<'a> {
     reflectance: Vec<PaddedBands>,
     /// Fraction of its own emission that each pane zone absorbs.
     pane_self_exchange: Vec<Bands>,
+}
+
+/// The radiation that the rays of a zone transport.
+#[derive(Clone, Copy)]
+struct RadiatedField<'a> {
+    /// The path vertices of the block of the zone.
+    vertices: &'a [PathVertex],
+    /// Radiosities of the zones, W/m².
+    b: &'a [PaddedBands],
+    /// Radiosity of the surroundings, W/m².
+    sky: PaddedBands,
+    extent: PathExtent<'a>,
 }
 
 /// Part of a path that a product includes.
@@ -146,7 +158,7 @@ impl KindTracing<'_> {
         if self.context.settings.progress.is_interrupted() {
             return vertices;
         }
-        let source = |r: usize| (zone + r / rays, r % rays);
+        let source = |r: usize| RayNumber { zone: zone + r / rays, number: r % rays };
         self.tracer.trace_batch(ends.len(), source, |r, end| {
             if let Some(w) = weights.get_mut(r) {
                 *w = end.weight;
@@ -237,7 +249,7 @@ impl<'a> RayTable<'a> {
             let (mut found, range) = ([Bands::ZERO; 2], self.rays_of(i));
             let per_ray = closure_target(zones, i) / range.len() as f64;
             for r in range.filter(|&r| self.ends[r] == ESCAPED || self.ends[r] == BACK_FACE) {
-                let weight = self.weights.get(r).map_or(Bands::ONE, |w| w.map_to_bands(f64::from));
+                let weight = self.weights.get(r).map_or(Bands::ONE, |w| w.map(f64::from));
                 found[usize::from(self.ends[r] == BACK_FACE)] += per_ray * weight;
             }
             found
@@ -269,41 +281,27 @@ impl<'a> RayTable<'a> {
         &self.vertices[kind][place / ZONES_PER_BLOCK]
     }
 
-    /// Calls `each` with the radiosity that every ray of `range`, of a zone of these vertices, transports from zones of radiosity `b` and surroundings of
-    /// radiosity `sky`.
+    /// Calls `each` with the radiosity that every ray of `range` transports.
     #[inline(always)]
-    fn for_each_ray(
-        &self,
-        range: Range<usize>,
-        vertices: &[PathVertex],
-        b: &[PaddedBands],
-        sky: PaddedBands,
-        extent: PathExtent,
-        mut each: impl FnMut(PaddedBands),
-    ) {
+    fn for_each_ray(&self, range: Range<usize>, field: &RadiatedField, mut each: impl FnMut(PaddedBands)) {
         if self.weights.is_empty() {
             for &end in &self.ends[range] {
-                each(match b.get(end as usize) {
+                each(match field.b.get(end as usize) {
                     Some(b) => *b,
-                    None => self.transported(vertices, (end, PerBand::splat(1.0)), (b, sky), extent),
+                    None => self.transported(field, end, PerBand::splat(1.0)),
                 });
             }
         } else {
             for (end, weight) in self.ends[range.clone()].iter().zip(&self.weights[range]) {
-                each(self.transported(vertices, (*end, *weight), (b, sky), extent));
+                each(self.transported(field, *end, *weight));
             }
         }
     }
 
-    /// Radiosity that a ray of this end and weight transports from zones of radiosity `b` and surroundings of radiosity `sky`.
+    /// Radiosity that a ray of this end and weight transports.
     #[inline]
-    pub(crate) fn transported(
-        &self,
-        vertices: &[PathVertex],
-        (end, weight): (u32, PerBand<f32>),
-        (b, sky): (&[PaddedBands], PaddedBands),
-        extent: PathExtent,
-    ) -> PaddedBands {
+    fn transported(&self, field: &RadiatedField, end: u32, weight: PerBand<f32>) -> PaddedBands {
+        let RadiatedField { vertices, b, sky, extent } = *field;
         let weight = padded_f32(weight);
         let weighted = |b: PaddedBands| std::array::from_fn(|k| weight[k] * b[k]);
         let from_zone = |zone: u32| weighted(b[zone as usize]);
@@ -328,7 +326,8 @@ impl<'a> RayTable<'a> {
             let count = range.len().div_ceil(divisor);
             let mut sum: PaddedBands = [0.0; LANES];
             let rays = range.start..range.start + count;
-            self.for_each_ray(rays, self.vertices_of(i), b, [0.0; LANES], extent, |v| {
+            let field = RadiatedField { vertices: self.vertices_of(i), b, sky: [0.0; LANES], extent };
+            self.for_each_ray(rays, &field, |v| {
                 (0..LANES).for_each(|k| sum[k] += v[k]);
             });
             let own = self.self_irradiation(i, b);
@@ -348,7 +347,8 @@ impl<'a> RayTable<'a> {
             let range = self.rays_of(i);
             let (m, factor) = (range.len() as f64, self.incident_factor(i));
             let (mut sum, mut square) = ([0.0; LANES], [0.0; LANES]);
-            self.for_each_ray(range, self.vertices_of(i), b, sky, extent, |v| {
+            let field = RadiatedField { vertices: self.vertices_of(i), b, sky, extent };
+            self.for_each_ray(range, &field, |v| {
                 let v = v.map(f64::from);
                 (0..LANES).for_each(|k| sum[k] += v[k]);
                 (0..LANES).for_each(|k| square[k] += v[k] * v[k]);

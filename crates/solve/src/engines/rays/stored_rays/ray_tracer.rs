@@ -14,7 +14,7 @@
 //! traverses for [`RAYS_PER_BATCH`] rays first and then reads the patches hit for all of them, so that the cache misses overlap. (Sorting the
 //! rays by direction was measured: the sort cost more than the coherent traversal saved.)
 
-use crate::right_hand_side::surroundings::zone_rays::zone_ray;
+use crate::right_hand_side::surroundings::zone_rays::{WeightedRay, zone_ray};
 use zonal_math::{Vec3, low_discrepancy};
 use zonal_scene::{Band, Bands, PerBand, Scene, VoxelGrid, Zones};
 use zonal_transport::patch_locator::{PatchLocator, facet_side_locator, pane_piece_locator};
@@ -38,6 +38,15 @@ const RAYS_PER_BATCH: usize = 64;
 const MAX_LENGTH_IN_DIAGONALS: f64 = 3.0;
 /// Distance from its origin at which a ray may meet a facet first, in diagonals of the scene.
 const OFFSET_IN_DIAGONALS: f64 = 1e-9;
+
+/// Which ray of which zone.
+#[derive(Clone, Copy)]
+pub(crate) struct RayNumber {
+    /// The zone.
+    pub zone: usize,
+    /// The number of the ray among the rays of the zone.
+    pub number: usize,
+}
 
 /// End point of a ray.
 pub(crate) struct RayEnd {
@@ -130,9 +139,9 @@ impl<'a> RayTracer<'a> {
         }
     }
 
-    /// Origin, direction and weight of the `k`-th ray of zone `i`.
-    fn ray_of_zone(&self, i: usize, k: usize) -> (Segment, Bands) {
-        let (origin, dir, weight) = zone_ray(self.zones, self.transport, i, RAY_SEED, k);
+    fn ray_of_zone(&self, ray: RayNumber) -> (Segment, Bands) {
+        let WeightedRay { origin, dir, weight } =
+            zone_ray(self.zones, self.transport, ray.zone, RAY_SEED, ray.number);
         (Segment { origin, dir }, weight)
     }
 
@@ -199,7 +208,7 @@ impl<'a> RayTracer<'a> {
     fn weighted_end(&self, zone: u32, ray: Segment, distance: f64, light: Bands) -> RayEnd {
         let whole = light.mean();
         let one = |l: f64| if whole > 0.0 { (l / whole) as f32 } else { 1.0 };
-        let weight = if self.grey { PerBand::splat(1.0) } else { light.map_to(one) };
+        let weight = if self.grey { PerBand::splat(1.0) } else { light.map(one) };
         RayEnd { zone, weight, distance, position: ray.at(distance) }
     }
 
@@ -222,23 +231,23 @@ impl<'a> RayTracer<'a> {
 
     /// Fraction of the emission of pane zone `i` that the zone itself absorbs, by the weights of its first `rays` rays.
     pub(crate) fn self_exchange(&self, i: usize, rays: usize) -> Bands {
-        let sum = (0..rays).map(|k| self.ray_of_zone(i, k).1);
+        let sum = (0..rays).map(|k| self.ray_of_zone(RayNumber { zone: i, number: k }).1);
         1.0 - sum.sum::<Bands>() / rays as f64
     }
 
-    /// The random number by which medium or pane stops the `k`-th ray of a zone. It belongs to the sequence of the directions: a number
+    /// The random number by which medium or pane stops a ray. It belongs to the sequence of the directions: a number
     /// of the sequence of the origins would be correlated with these over thousands of rays.
-    fn stopping_number(&self, i: usize, k: usize) -> f64 {
-        let seed = low_discrepancy::split_mix64((i as u64 * 8 + 7) ^ RAY_SEED) as u32;
-        low_discrepancy::sobol_third_dimension(k as u32, seed)
+    fn stopping_number(ray: RayNumber) -> f64 {
+        let seed = low_discrepancy::split_mix64((ray.zone as u64 * 8 + 7) ^ RAY_SEED) as u32;
+        low_discrepancy::sobol_third_dimension(ray.number as u32, seed)
     }
 
-    /// Traces `rays` rays in order. `source` returns the zone of a ray and its number among the rays of that zone; `ended` receives
-    /// the number of the ray in the batch and its end.
+    /// Traces `rays` rays in order. `source` returns which ray stands at a place of the batch; `ended` receives the place and the end of
+    /// the ray.
     pub(crate) fn trace_batch(
         &self,
         rays: usize,
-        source: impl Fn(usize) -> (usize, usize),
+        source: impl Fn(usize) -> RayNumber,
         mut ended: impl FnMut(usize, RayEnd),
     ) {
         let mut hits = Vec::with_capacity(RAYS_PER_BATCH);
@@ -247,15 +256,13 @@ impl<'a> RayTracer<'a> {
             let batch = start..(start + RAYS_PER_BATCH).min(rays);
             hits.clear();
             hits.extend(batch.clone().map(|r| {
-                let (i, k) = source(r);
-                let (ray, weight) = self.ray_of_zone(i, k);
+                let (ray, weight) = self.ray_of_zone(source(r));
                 (ray, weight, self.closest_hit(ray))
             }));
             self.patches
                 .prefetch(hits.iter().filter_map(|m| m.2.as_ref()).map(side_and_position), &mut places);
             for (r, &(ray, weight, hit)) in batch.zip(&hits) {
-                let (i, k) = source(r);
-                let mut end = self.end(ray, hit, self.stopping_number(i, k));
+                let mut end = self.end(ray, hit, RayTracer::stopping_number(source(r)));
                 Band::all().for_each(|b| end.weight[b] *= weight[b] as f32);
                 ended(r, end);
             }

@@ -113,7 +113,7 @@ impl WallSumLayout<'_> {
             parts.extend(self.own_parts(own, wall).into_iter().map(|(b, p)| (b, Cow::Borrowed(p))));
             for other in (0..ranks).filter(|r| *r != rank) {
                 for node in self.parts_of(other, wall.axis) {
-                    let (bytes, rest) = read[other].split_at(16 * self.length(wall.axis, node.1 << node.0));
+                    let (bytes, rest) = read[other].split_at(16 * self.length(wall.axis, node.first_block()));
                     read[other] = rest;
                     let mut part = vec![ZERO; bytes.len() / 16];
                     complex_bytes_mut(&mut part).copy_from_slice(bytes);
@@ -147,7 +147,7 @@ impl WallSumLayout<'_> {
         if axis == 1 {
             self.part.slabs.subtrees_of(rank)
         } else {
-            self.part.slabs.blocks_of(rank).map(|b| (0, b)).collect()
+            self.part.slabs.blocks_of(rank).map(SubtreeRoot::block).collect()
         }
     }
 
@@ -155,7 +155,7 @@ impl WallSumLayout<'_> {
     fn own_parts<'a>(&self, own: &'a [WallSums], wall: BoxWall) -> Vec<(SubtreeRoot, &'a [Complex64])> {
         let BoxWall { axis, side } = wall;
         let place = |block: usize| self.part.slabs.blocks().position(|b| b == block).unwrap_or(0);
-        let of = |node: SubtreeRoot| (node, &own[place(node.1 << node.0)].of_axis(axis)[side][..]);
+        let of = |node: SubtreeRoot| (node, &own[place(node.first_block())].of_axis(axis)[side][..]);
         self.parts_of(self.part.slabs.rank(), axis).into_iter().map(of).collect()
     }
 
@@ -180,8 +180,8 @@ impl WallSumLayout<'_> {
         }
         let size = [l1 * h2, l0 * h2, l0 * l1][axis];
         let mut out = vec![ZERO; components * size];
-        for ((_, block), part) in &parts {
-            let frequencies = self.part.slabs.frequencies_of(*block);
+        for (node, part) in &parts {
+            let frequencies = self.part.slabs.frequencies_of(node.number);
             for (q, part) in part.chunks(part.len() / components).enumerate() {
                 let out = &mut out[q * size..(q + 1) * size];
                 if axis == 2 {

@@ -28,8 +28,10 @@ pub(crate) struct GatheredLight {
     pub error: Vec<Bands>,
     /// Number of shadow rays.
     pub rays: u64,
-    /// The largest error of a kind of zones (root mean square over that of the light), and the maximum number of samples of a zone.
-    pub limited: (f64, usize),
+    /// The largest error of a kind of zones: root mean square over that of the light.
+    pub worst_error: f64,
+    /// Maximum number of samples of a zone.
+    pub max_samples: usize,
 }
 
 /// Maximum number of samples of each patch and each voxel of `n` zones together.
@@ -108,7 +110,8 @@ impl<'a> SkyThroughOpenings<'a> {
     /// The openings for a sky by the pilot samples of every `step`-th zone with their wanted errors; `None` for other lights, and where plain samples do.
     fn find<'b>(
         sampler: &ZoneLightSampler<'a>,
-        (limit, step): ([usize; 2], usize),
+        limit: [usize; 2],
+        step: usize,
         pilot: impl Iterator<Item = (usize, &'b DirectLightEstimate, f64)>,
     ) -> Option<SkyThroughOpenings<'a>> {
         let light = sampler.light.light();
@@ -124,8 +127,7 @@ impl<'a> SkyThroughOpenings<'a> {
             limit: limit[0] as f64,
         };
         let needs: Vec<SampleNeed> = pilot.map(need).collect();
-        let scene = (sampler.scene, sampler.zones);
-        let openings = SkyOpenings::find(scene, sampler.transport, light, &needs, step)?;
+        let openings = SkyOpenings::find(sampler.zones, sampler.transport, light, &needs, step)?;
         Some(SkyThroughOpenings { openings, max_rays })
     }
 }
@@ -149,7 +151,7 @@ pub(crate) fn expected_rays(
             parallel::map(&list, |&i| sampler.sample_zone(i, 0..PILOT_SAMPLES[kind]));
         let target = ErrorTarget::new(scene, &pilot, kind);
         let wanted = pilot.iter().zip(&list).map(|(o, &i)| (i, o, target.of(o)));
-        let openings = SkyThroughOpenings::find(&sampler, (limit, step), wanted);
+        let openings = SkyThroughOpenings::find(&sampler, limit, step, wanted);
         let more = |(o, &i): (&DirectLightEstimate, &usize)| {
             let wanted = target.of(o);
             if o.absolute_error() <= wanted {
@@ -168,10 +170,10 @@ pub(crate) fn expected_rays(
                 DISAGREEING_NEIGHBOURS
             };
             let most = if averaged { AVERAGED_VOXEL_SAMPLES } else { limit[kind] };
-            let second = sampler.resample(i, o, (most, 1.0), wanted);
+            let second = sampler.resample(i, o, most, 1.0, wanted);
             let excess = second.absolute_error() / wanted;
             let third = if !averaged && is_undersampled(&second, excess, most) {
-                sampler.resample(i, &second, (most, 1.0), wanted).count
+                sampler.resample(i, &second, most, 1.0, wanted).count
             } else {
                 0
             };
@@ -228,9 +230,9 @@ pub(crate) fn gather(
     let fields: Vec<Bands> = settled.iter().map(|s| s.0).chain(panes.iter().map(|p| p[0])).collect();
     let error: Vec<Bands> = settled.iter().map(|s| s.1.0).chain(panes.iter().map(|p| p[1])).collect();
     let kinds = [0..patches, patches..n, n..zones.len()];
-    let worst = kinds.into_iter().map(|kind| relative_error(&fields, &error, kind)).fold(0.0, f64::max);
+    let worst_error = kinds.into_iter().map(|kind| relative_error(&fields, &error, kind)).fold(0.0, f64::max);
     let rays = rays + settled.iter().map(|s| s.1.1).sum::<u64>() + pane_rays;
-    GatheredLight { fields, error, rays, limited: (worst, gathering.max_samples()) }
+    GatheredLight { fields, error, rays, worst_error, max_samples: gathering.max_samples() }
 }
 
 /// Root mean square of the errors of some zones over that of their fields.
@@ -282,7 +284,7 @@ impl<'a> Gathering<'a> {
         };
         // Find the openings of a sky where plain samples do not meet the tolerance.
         let wanted = pilot.iter().enumerate().map(|(i, o)| (i, o, gathering.wanted(i, o)));
-        gathering.openings = SkyThroughOpenings::find(sampler, (gathering.limit, 1), wanted);
+        gathering.openings = SkyThroughOpenings::find(sampler, gathering.limit, 1, wanted);
         gathering
     }
 
@@ -335,9 +337,9 @@ impl<'a> Gathering<'a> {
             return DirectLightEstimate::of_sky(&light);
         }
         if self.cube(i).is_some() {
-            return self.sampler.resample(i, pilot, (AVERAGED_VOXEL_SAMPLES, 1.0), wanted);
+            return self.sampler.resample(i, pilot, AVERAGED_VOXEL_SAMPLES, 1.0, wanted);
         }
-        self.sampler.resample(i, pilot, (self.limit[self.kind(i)], saving), wanted)
+        self.sampler.resample(i, pilot, self.limit[self.kind(i)], saving, wanted)
     }
 
     /// Field, error (W/m²) and number of further rays of zone `i`, whose error is too large: the mean with the cells around it if that is smooth, else further samples.
@@ -351,7 +353,7 @@ impl<'a> Gathering<'a> {
         let excess = own.absolute_error() / self.wanted(i, own);
         let limit = self.limit[self.kind(i)];
         let resampled = || {
-            let more = self.sampler.resample(i, own, (limit, 1.0), self.wanted(i, own));
+            let more = self.sampler.resample(i, own, limit, 1.0, self.wanted(i, own));
             result(&more, more.count as u64)
         };
         let openings = self.openings(i).filter(|_| excess > 1.0);

@@ -16,7 +16,7 @@
 use crate::right_hand_side::surroundings::zone_rays::voxel_point;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{IntensityDistribution, Patch, Plate, VoxelGrid, VoxelZone, Zones};
+use zonal_scene::{IntensityDistribution, Patch, Plate, VoxelGrid, VoxelZone, ZoneRef, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{BoxChord, BoxView, PlateView};
 
@@ -48,11 +48,11 @@ enum ZonePoints<'a> {
     /// On a patch, along the beam.
     PatchInBeam { view: PlateView, weight: f64 },
     /// In the cell of a near voxel zone, by its solid angle.
-    NearVoxel { view: BoxView, zone: (usize, VoxelZone<'a>), weight: f64 },
+    NearVoxel { view: BoxView, index: usize, zone: VoxelZone<'a>, weight: f64 },
     /// In the cell of a voxel zone, along the beam.
-    VoxelInBeam { view: BoxView, zone: (usize, VoxelZone<'a>), weight: f64, diagonal: f64 },
+    VoxelInBeam { view: BoxView, index: usize, zone: VoxelZone<'a>, weight: f64, diagonal: f64 },
     /// In a far voxel zone, uniform.
-    FarVoxel { zone: usize },
+    FarVoxel { index: usize },
 }
 
 /// A point light as seen from one zone.
@@ -69,16 +69,14 @@ impl<'a> PointLightOnZone<'a> {
     /// The light on zone `i`; `None` where it sends nothing there.
     pub(super) fn new(
         scene: LitZones<'a>,
-        (position, distribution): (Vec3, &'a IntensityDistribution),
+        position: Vec3,
+        distribution: &'a IntensityDistribution,
         i: usize,
     ) -> Option<PointLightOnZone<'a>> {
-        let zones = scene.zones;
-        let (bound, points) = match zones.patches.get(i) {
-            Some(patch) => patch_points(patch, position, distribution)?,
-            None => {
-                let z = i - zones.voxel_offset();
-                voxel_points(scene, (z, zones.voxels.at(z)), position, distribution)?
-            }
+        let (bound, points) = match scene.zones.zone(i) {
+            ZoneRef::Patch(patch) => patch_points(patch, position, distribution)?,
+            ZoneRef::Voxel(index, zone) => voxel_points(scene.grid?, index, zone, position, distribution)?,
+            ZoneRef::Pane(..) => return None,
         };
         Some(PointLightOnZone { scene, position, distribution, bound, points })
     }
@@ -93,21 +91,21 @@ impl<'a> PointLightOnZone<'a> {
                 let share = if hit.is_some() { 1.0 } else { 0.0 };
                 Some(PointLightSample { at: hit.unwrap_or(self.position), weight: *weight, share })
             }
-            ZonePoints::NearVoxel { view, zone, weight } => {
+            ZonePoints::NearVoxel { view, index, zone, weight } => {
                 let chord = view.sample(plane)?;
                 let one = self.towards(self.point_of(&chord, s[2]), weight * chord.length);
-                let share = if self.contains(*zone, one.at) { one.share } else { 0.0 };
+                let share = if self.contains(*index, zone, one.at) { one.share } else { 0.0 };
                 Some(PointLightSample { share, ..one })
             }
-            ZonePoints::VoxelInBeam { view, zone, weight, diagonal } => {
+            ZonePoints::VoxelInBeam { view, index, zone, weight, diagonal } => {
                 let chord = view.chord(self.distribution.sample_direction(plane));
                 let at = chord.map_or(self.position, |c| self.point_of(&c, s[2]));
-                let inside = chord.filter(|_| self.contains(*zone, at));
+                let inside = chord.filter(|_| self.contains(*index, zone, at));
                 let share = inside.map_or(0.0, |c| (c.length / diagonal).min(1.0));
                 Some(PointLightSample { at, weight: *weight, share })
             }
-            ZonePoints::FarVoxel { zone } => {
-                let at = voxel_point(self.scene.transport, self.scene.zones, *zone, s);
+            ZonePoints::FarVoxel { index } => {
+                let at = voxel_point(self.scene.transport, self.scene.zones, *index, s);
                 Some(self.towards(at, self.bound / (at - self.position).length2()))
             }
         }
@@ -124,7 +122,7 @@ impl<'a> PointLightOnZone<'a> {
     }
 
     /// True where a point of the cell of a voxel zone belongs to the zone.
-    fn contains(&self, (index, zone): (usize, VoxelZone), at: Vec3) -> bool {
+    fn contains(&self, index: usize, zone: &VoxelZone, at: Vec3) -> bool {
         zone.samples.sample_at(0.0).is_none()
             || self.scene.transport.volume_zone_at(self.scene.zones, zone.cell, at) == Some(index)
     }
@@ -137,19 +135,21 @@ pub(super) fn irradiance_bound(plate: &Plate, position: Vec3, distribution: &Int
     bound * view.solid_angle() / plate.area()
 }
 
-/// Centre and radius of a ball that holds a plate.
-fn bounding_ball(plate: &Plate) -> (Vec3, f64) {
-    let (corners, n) = plate.corners();
-    let centre = corners[..n].iter().fold(Vec3::ZERO, |sum, c| sum + *c) / n as f64;
-    (centre, corners[..n].iter().fold(0.0f64, |m, c| m.max((*c - centre).length())))
+/// A ball that holds a zone, m.
+struct Ball {
+    centre: Vec3,
+    radius: f64,
 }
 
-/// M over the ball of centre `centre` and radius `radius`, and the solid angle of the ball, sr.
-fn bound_over_ball(
-    distribution: &IntensityDistribution,
-    position: Vec3,
-    (centre, radius): (Vec3, f64),
-) -> (f64, f64) {
+fn bounding_ball(plate: &Plate) -> Ball {
+    let (corners, n) = plate.corners();
+    let centre = corners[..n].iter().fold(Vec3::ZERO, |sum, c| sum + *c) / n as f64;
+    Ball { centre, radius: corners[..n].iter().fold(0.0f64, |m, c| m.max((*c - centre).length())) }
+}
+
+/// M over a ball, and the solid angle of the ball, sr.
+fn bound_over_ball(distribution: &IntensityDistribution, position: Vec3, ball: Ball) -> (f64, f64) {
+    let Ball { centre, radius } = ball;
     let offset = centre - position;
     let distance = offset.length();
     if distance <= radius {
@@ -189,34 +189,34 @@ fn patch_points<'a>(
 
 /// M and the points of a voxel zone.
 fn voxel_points<'a>(
-    scene: LitZones<'a>,
-    zone: (usize, VoxelZone<'a>),
+    grid: &VoxelGrid,
+    index: usize,
+    zone: VoxelZone<'a>,
     position: Vec3,
     distribution: &IntensityDistribution,
 ) -> Option<(f64, ZonePoints<'a>)> {
-    let grid = scene.grid?;
-    let [x, y, z] = grid.coordinates(zone.1.cell);
+    let [x, y, z] = grid.coordinates(zone.cell);
     let (lo, hi) = (grid.corner([x, y, z]), grid.corner([x + 1, y + 1, z + 1]));
     let (centre, radius) = ((lo + hi) * 0.5, 0.5 * (hi - lo).length());
-    let (bound, ball) = bound_over_ball(distribution, position, (centre, radius));
+    let (bound, ball) = bound_over_ball(distribution, position, Ball { centre, radius });
     if bound <= 0.0 {
         return None;
     }
     let beam = distribution.solid_angle_integral();
     let is_far = (centre - position).length() > FAR_HALF_DIAGONALS * radius;
     if is_far && beam >= bound * ball {
-        return Some((bound, ZonePoints::FarVoxel { zone: zone.0 }));
+        return Some((bound, ZonePoints::FarVoxel { index }));
     }
     let view = BoxView::new(lo, hi, position);
-    let volume = zone.1.volume;
+    let volume = zone.volume;
     let all = bound * view.solid_angle();
     Some((
         bound,
         if beam < all {
             let diagonal = 2.0 * radius;
-            ZonePoints::VoxelInBeam { view, zone, weight: beam * diagonal / volume, diagonal }
+            ZonePoints::VoxelInBeam { view, index, zone, weight: beam * diagonal / volume, diagonal }
         } else {
-            ZonePoints::NearVoxel { view, zone, weight: all / volume }
+            ZonePoints::NearVoxel { view, index, zone, weight: all / volume }
         },
     ))
 }

@@ -216,7 +216,7 @@ impl<'a> ZoneLightSampler<'a> {
     ) -> DirectLightEstimate {
         let mut t = SampleTally { count: range.len(), ..SampleTally::default() };
         let scene = LitZones { zones: self.zones, transport: self.transport, grid: self.grid };
-        let on_zone = PointLightOnZone::new(scene, (position, distribution), i);
+        let on_zone = PointLightOnZone::new(scene, position, distribution, i);
         for k in range {
             let [u, v, w, _] = scrambled_sobol::first_dimensions_of_blocks(k, i as u64);
             let Some(one) = on_zone.as_ref().and_then(|z| z.sample([u, v, w])) else { continue };
@@ -313,7 +313,8 @@ impl<'a> ZoneLightSampler<'a> {
         &self,
         i: usize,
         pilot: &DirectLightEstimate,
-        (most, saving): (usize, f64),
+        most: usize,
+        saving: f64,
         wanted: f64,
     ) -> DirectLightEstimate {
         let count = samples_needed(pilot, most as f64, saving, wanted).ceil() as usize;
