@@ -153,7 +153,7 @@ impl Exchange<'_> {
     }
 
     pub(super) fn sub_volume(&self) -> f64 {
-        let z = self.prepared.get(self.zones.voxel_offset());
+        let z = self.prepared.get(self.zones.voxel_index(0));
         (z.hi - z.lo).product() / (SUBCELLS * SUBCELLS * SUBCELLS) as f64
     }
 }

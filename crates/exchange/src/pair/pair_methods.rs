@@ -92,7 +92,7 @@ impl Exchange<'_> {
             volumes: [a.measure, b.measure],
             distance,
             row: &row.factors,
-            cell: self.zones.voxels.at(j - self.zones.voxel_offset()).cell,
+            cell: self.zones.voxels.at(j - self.zones.patches.len()).cell,
             exact: &self.cache,
         });
         DistanceMoments { factor, mean_distance: distance, ..DistanceMoments::ZERO }
@@ -252,6 +252,6 @@ impl Exchange<'_> {
     }
 
     fn kappa(&self, i: usize) -> Bands {
-        self.zones.voxels.at(i - self.zones.voxel_offset()).extinction
+        self.zones.voxels.at(i - self.zones.patches.len()).extinction
     }
 }

@@ -85,11 +85,11 @@ fn zone_sources(z: &Zones, optics: &WalkOptics, b: Band) -> Vec<(EmissionElement
     }
     for (k, v) in z.voxels.iter().enumerate() {
         let power = optics.cells[v.cell].emission[b] * v.volume;
-        list.push((EmissionElement::Zone(z.voxel_offset() + k), power));
+        list.push((EmissionElement::Zone(z.voxel_index(k)), power));
     }
     for (k, p) in z.panes.iter().enumerate() {
         let power = optics.panes[p.pane].emission[b] * p.area * p.thickness;
-        list.push((EmissionElement::Zone(z.pane_offset() + k), power));
+        list.push((EmissionElement::Zone(z.pane_index(k)), power));
     }
     list
 }

@@ -456,7 +456,7 @@ impl<'a> Walker<'a> {
             1 => range.start,
             _ => self.visible_part(zones, range, at)?,
         };
-        Some(zones.voxel_offset() + k)
+        Some(zones.voxel_index(k))
     }
 
     /// The part of a divided cell that holds a point: among those with a sample in the sub-cell of the point that sees it, the one with the most volume there;
@@ -486,7 +486,7 @@ impl<'a> Walker<'a> {
         let own = (0..zones.panes.len()).filter(|&k| zones.panes[k].pane == pane);
         let excess = |k: usize| parameter_excess(&zones.panes[k].plate, at);
         let k = own.min_by(|&a, &b| excess(a).total_cmp(&excess(b)))?;
-        Some(zones.pane_offset() + k)
+        Some(zones.pane_index(k))
     }
 }
 

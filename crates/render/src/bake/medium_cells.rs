@@ -12,7 +12,6 @@ use zonal_scene::{Bands, Solution};
 /// The cell values of the medium; `None` without one.
 pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<BakedMedium> {
     let (map, zones) = (s.scene.voxel_grid()?, &s.zones);
-    let offset = zones.voxel_offset();
     let cells = map.len();
     let volume = |c: usize| zones.voxel_zones_of_cell(c).map(|i| zones.voxels.at(i).volume).sum::<f64>();
     let mean = |c: usize, value: &(dyn Fn(usize) -> Bands + Sync)| {
@@ -34,7 +33,7 @@ pub(super) fn average_cells(s: &Solution, groups: &[GroupField]) -> Option<Baked
         volume: parallel::collect(cells, |c| volume(c) as f32),
         extinction: grid(&|i| zones.voxels.at(i).extinction),
         albedo: grid(&|i| zones.voxels.at(i).albedo),
-        radiosity: groups.iter().map(|g| grid(&|i| g.radiosity(offset + i))).collect(),
-        fluence: groups.iter().map(|g| grid(&|i| g.fluence(offset + i))).collect(),
+        radiosity: groups.iter().map(|g| grid(&|i| g.radiosity(zones.voxel_index(i)))).collect(),
+        fluence: groups.iter().map(|g| grid(&|i| g.fluence(zones.voxel_index(i)))).collect(),
     })
 }

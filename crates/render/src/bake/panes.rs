@@ -41,7 +41,6 @@ fn triangulate_piece(kind: PlateKind, n: u32) -> (Vec<[f64; 2]>, Vec<[u32; 3]>) 
 
 /// The panes.
 pub(super) fn mesh_panes(s: &Solution, groups: &[GroupField]) -> PaneMesh {
-    let offset = s.zones.pane_offset();
     let mut mesh = PaneMesh::default();
     let mut places = Vec::new();
     let n = intervals_per_edge(s.zones.panes.len());
@@ -56,17 +55,18 @@ pub(super) fn mesh_panes(s: &Solution, groups: &[GroupField]) -> PaneMesh {
             mesh.normals.push(single_vector(z.normal));
             mesh.panes.push(z.pane as u32);
             mesh.depth.push(to_single_precision(z.extinction * z.thickness));
-            mesh.error.push(to_single_precision(s.fields.total_error(offset + i)));
+            mesh.error.push(to_single_precision(s.fields.total_error(s.zones.pane_index(i))));
         }
         for t in triangles {
             mesh.triangles.push(t.map(|k| first + k));
-            mesh.zones.push((offset + i) as u32);
+            mesh.zones.push(s.zones.pane_index(i) as u32);
         }
     }
     let (_, _, of) = pane_plates(&s.scene, &s.zones);
     let topology = TileTopology::new(pane_tiles(s, &of), None);
     let field = |group: &GroupField| {
-        let values: Vec<Bands> = parallel::collect(s.zones.panes.len(), |i| group.radiosity(offset + i));
+        let radiosity = |i: usize| group.radiosity(s.zones.pane_index(i));
+        let values: Vec<Bands> = parallel::collect(s.zones.panes.len(), radiosity);
         let field = TileField::new(values);
         parallel::map(&places, |&(i, uv)| to_single_precision(field.at(&topology, i, uv)))
     };

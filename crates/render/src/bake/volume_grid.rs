@@ -260,17 +260,18 @@ impl GridSource<'_> {
     /// B of one group.
     fn radiosity(&self, group: &GroupField) -> Vec<PerBand<f32>> {
         let s = self.solution;
-        let (offset, voxels) = (s.zones.voxel_offset(), &s.zones.voxels);
+        let voxels = &s.zones.voxels;
         // On a grid no finer than the voxels take the values of the zones.
         let has_separate_sun = self.lit.has_separate_sun(group.kind);
         if self.grid.parts == 1 && !has_separate_sun {
-            return self.grid.mean(self.zones, |z| group.radiosity(offset + z));
+            return self.grid.mean(self.zones, |z| group.radiosity(s.zones.voxel_index(z)));
         }
         // Leave out the direct light that is sampled, and that of separate suns.
         let light_samplers = self.sampled_lights(group);
         let leaves_direct_out = has_separate_sun || !light_samplers.is_empty();
         let indirect = |i: usize| {
-            let (b, direct) = (group.radiosity(offset + i), group.direct(offset + i));
+            let zone = s.zones.voxel_index(i);
+            let (b, direct) = (group.radiosity(zone), group.direct(zone));
             b - if leaves_direct_out { voxels.at(i).albedo * direct / 4.0 } else { Bands::ZERO }
         };
         if self.grid.parts == 1 {

@@ -57,14 +57,14 @@ impl<'a> ContactField<'a> {
             transport,
             gather: FinalGather::new(s, transport, RAYS_PER_NODE),
             viewpoint,
-            lattices: LazyValues::new(s.zones.voxel_offset()),
+            lattices: LazyValues::new(s.zones.patches.len()),
         }
     }
 
     /// Leaves the nodes of the camera before.
     pub(crate) fn look_from(&mut self, viewpoint: Viewpoint) {
         self.viewpoint = viewpoint;
-        self.lattices = LazyValues::new(self.solution.zones.voxel_offset());
+        self.lattices = LazyValues::new(self.solution.zones.patches.len());
     }
 
     /// The correction of `irradiance`, the interpolated H, at a point of patch `i`, W/m².

@@ -76,15 +76,15 @@ pub(crate) struct FinalGather<'a> {
 impl<'a> FinalGather<'a> {
     /// Prepares the fields for `rays` rays a point.
     pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>, rays: usize) -> FinalGather<'a> {
-        let (first, last) = (s.zones.voxel_offset(), s.zones.pane_offset());
+        let [_, voxels, _] = s.zones.ranges_of_kinds();
         let radiosity = &s.fields.radiosity;
         FinalGather {
             solution: s,
             transport,
             rays,
             surfaces: patch_field(s, transport, radiosity),
-            medium: RadiosityField::from_means(s, transport, radiosity[first..last].to_vec()),
-            means: &radiosity[first..last],
+            medium: RadiosityField::from_means(s, transport, radiosity[voxels.clone()].to_vec()),
+            means: &radiosity[voxels],
         }
     }
 
@@ -207,7 +207,7 @@ impl<'a> FinalGather<'a> {
     /// Radiance, W/(m² sr), that a segment of a ray in a voxel zone emits and scatters, at its border. Optically thin segments take the
     /// zone's mean.
     fn segment_radiance(&self, zone: usize, kappa: Bands, length: f64, middle: Vec3) -> Bands {
-        let glow = self.solution.zones.transparent_source(self.solution.zones.voxel_offset() + zone);
+        let glow = self.solution.zones.transparent_source(self.solution.zones.voxel_index(zone));
         let glow = glow * (length / PI);
         if kappa == Bands::ZERO {
             return glow;

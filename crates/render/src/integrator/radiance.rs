@@ -272,9 +272,10 @@ impl<'a> Integrator<'a> {
 
     /// Radiance of sources q in transparent voxels, Σ τ q ℓ/(4π), W/(m² sr).
     fn transparent_radiance(&self, path: &RayPath) -> Bands {
-        let offset = self.solution.zones.voxel_offset();
+        let zones = &self.solution.zones;
         let of = |p: &VoxelSegment| {
-            p.transmittance * self.solution.zones.transparent_source(offset + p.zone) * ((p.t1 - p.t0) / PI)
+            let source = zones.transparent_source(zones.voxel_index(p.zone));
+            p.transmittance * source * ((p.t1 - p.t0) / PI)
         };
         path.segments.iter().map(of).sum()
     }

@@ -66,7 +66,7 @@ impl<'a> StoredSkies<'a> {
     /// Radiosity by light of the skies that voxel zone `zone` scatters once, ΩG/4, W/m².
     pub(crate) fn scattered(&self, zone: usize) -> Bands {
         let zones = &self.solution.zones;
-        let fluence: Bands = self.groups.iter().map(|g| g.direct_at(zones.voxel_offset() + zone)).sum();
+        let fluence: Bands = self.groups.iter().map(|g| g.direct_at(zones.voxel_index(zone))).sum();
         zones.voxels.at(zone).albedo * fluence / 4.0
     }
 }
@@ -76,7 +76,7 @@ impl<'a> SkyField<'a> {
     pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>, viewpoint: Viewpoint) -> Option<Self> {
         let skies = s.scene.lights().iter().filter(|l| matches!(l, Light::Sky { .. }));
         let skies: Vec<LightSampler> = skies.map(|l| LightSampler::new(&s.scene, l)).collect();
-        let lattices = LazyValues::new(s.zones.voxel_offset());
+        let lattices = LazyValues::new(s.zones.patches.len());
         (!skies.is_empty()).then_some(SkyField { solution: s, transport, skies, viewpoint, lattices })
     }
 

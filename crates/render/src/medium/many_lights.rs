@@ -152,7 +152,7 @@ impl<'a> ManyLights<'a> {
         let mut g = Bands::ZERO;
         for (k, emitter) in self.emitters.iter().enumerate() {
             if let Some(group) = self.groups[k].filter(|_| !self.has_near_cluster(k, zone)) {
-                g += group.direct_at(self.s.zones.voxel_offset() + zone);
+                g += group.direct_at(self.s.zones.voxel_index(zone));
                 continue;
             }
             let unoccluded = emitter.estimate_unoccluded(z.centre, Receiver::Free);

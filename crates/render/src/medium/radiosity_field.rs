@@ -27,10 +27,9 @@ impl<'a> RadiosityField<'a> {
         transport: &'a Transport,
         many_lights: Option<ManyLights<'a>>,
     ) -> Option<RadiosityField<'a>> {
-        let offset = s.zones.voxel_offset();
-        let indirect = |(i, z): (usize, VoxelZone)| {
-            let (b, direct) = (s.fields.radiosity[offset + i], s.fields.direct_light(offset + i));
-            b - z.albedo * direct / 4.0
+        let indirect = |(k, z): (usize, VoxelZone)| {
+            let i = s.zones.voxel_index(k);
+            s.fields.radiosity[i] - z.albedo * s.fields.direct_light(i) / 4.0
         };
         let means = s.zones.voxels.iter().enumerate().map(indirect).collect();
         let mut field = RadiosityField::from_means(s, transport, means)?;

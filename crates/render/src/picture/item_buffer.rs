@@ -270,7 +270,7 @@ impl<'a> ItemBuffer<'a> {
         let zones = &self.solution.zones;
         let zone = self.transport.volume_zone_at(zones, map.index(map.cell_at(point)?), point)?;
         let normal = Vec3::from_array(std::array::from_fn(|k| f64::from(u8::from(k == axis))));
-        let zone = (zones.voxel_offset() + zone) as u32;
+        let zone = zones.voxel_index(zone) as u32;
         Some((t, SeenItem { zone, surface: u32::MAX - 1, normal, point }))
     }
 
@@ -286,7 +286,7 @@ impl<'a> ItemBuffer<'a> {
         let piece = sheets.locate(first[hit.pane] + hit.plate, plate.parameters(point))?;
         let normal = zones.panes[piece as usize].normal;
         let surface = (scene.surfaces().len() + hit.pane) as u32;
-        Some(SeenItem { zone: zones.pane_offset() as u32 + piece, surface, normal, point })
+        Some(SeenItem { zone: zones.pane_index(piece as usize) as u32, surface, normal, point })
     }
 }
 

@@ -352,7 +352,7 @@ impl EvenExtension {
         for same_pane in zones.panes.chunk_by(|a, b| a.pane == b.pane) {
             for r in &self.reflections {
                 out.panes.extend(same_pane.iter().map(|p| r.pane_zone(p)));
-                base.extend((0..same_pane.len()).map(|k| (zones.pane_offset() + first + k) as u32));
+                base.extend((0..same_pane.len()).map(|k| zones.pane_index(first + k) as u32));
             }
             first += same_pane.len();
         }
@@ -386,7 +386,7 @@ impl EvenExtension {
                 of_zone.push(z);
             }
         }
-        base.extend(of_zone.iter().map(|z| (zones.voxel_offset() + z) as u32));
+        base.extend(of_zone.iter().map(|z| zones.voxel_index(*z) as u32));
         out.voxels = VoxelZones::with_properties_of(*grid.geometry(), places, &zones.voxels, &of_zone);
     }
 

@@ -13,7 +13,7 @@ use crate::bands::Bands;
 use crate::bands::band::PerBand;
 use crate::solution::energy_balance::EnergyBalance;
 use crate::solution::solve_status::SolveStatus;
-use crate::zones::Zones;
+use crate::zones::{ZoneKind, Zones};
 
 /// Name of the group of emission and volumetric source of the medium.
 pub const MEDIUM_GROUP: &str = "medium";
@@ -45,9 +45,9 @@ impl LightGroupKind {
     pub fn emits(self, zones: &Zones, i: usize) -> bool {
         match self {
             LightGroupKind::All => true,
-            LightGroupKind::Surface(s) => i < zones.voxel_offset() && zones.patches[i].surface == s,
-            LightGroupKind::Medium => (zones.voxel_offset()..zones.pane_offset()).contains(&i),
-            LightGroupKind::Panes => i >= zones.pane_offset(),
+            LightGroupKind::Surface(s) => zones.patches.get(i).is_some_and(|p| p.surface == s),
+            LightGroupKind::Medium => zones.kind(i) == ZoneKind::Voxel,
+            LightGroupKind::Panes => zones.kind(i) == ZoneKind::Pane,
             LightGroupKind::Light(_) | LightGroupKind::Surroundings => false,
         }
     }

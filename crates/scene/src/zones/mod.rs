@@ -172,6 +172,29 @@ impl Zones {
             ZoneRef::Pane(k, &self.panes[k])
         }
     }
+    /// The kind of zone `i`.
+    pub fn kind(&self, i: usize) -> ZoneKind {
+        match i {
+            i if i < self.voxel_offset() => ZoneKind::Patch,
+            i if i < self.pane_offset() => ZoneKind::Voxel,
+            _ => ZoneKind::Pane,
+        }
+    }
+    /// The zones of each kind: patches, voxel zones and pane zones.
+    pub fn ranges_of_kinds(&self) -> [std::ops::Range<usize>; 3] {
+        let (voxels, panes) = (self.voxel_offset(), self.pane_offset());
+        [0..voxels, voxels..panes, panes..self.len()]
+    }
+    /// Global index of voxel zone `k`.
+    #[inline]
+    pub fn voxel_index(&self, k: usize) -> usize {
+        self.voxel_offset() + k
+    }
+    /// Global index of pane zone `k`.
+    #[inline]
+    pub fn pane_index(&self, k: usize) -> usize {
+        self.pane_offset() + k
+    }
     /// Global index of the first voxel zone.
     pub fn voxel_offset(&self) -> usize {
         self.patches.len()
@@ -208,9 +231,8 @@ impl Zones {
     }
     /// Strength κB of the source of zone `i` in the bands in which it is transparent, W/m³: q/4, where q/(4κ) has no value. Zero for other zones.
     pub fn transparent_source(&self, i: usize) -> Bands {
-        match i.checked_sub(self.voxel_offset()) {
-            Some(k) if k < self.voxels.len() => {
-                let v = self.voxels.at(k);
+        match self.zone(i) {
+            ZoneRef::Voxel(_, v) => {
                 v.source.zip_map(v.extinction, |q, k| if k > 0.0 { 0.0 } else { 0.25 * q })
             }
             _ => Bands::ZERO,

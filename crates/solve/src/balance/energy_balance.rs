@@ -91,7 +91,7 @@ fn add_zones(
             (1.0 - p.reflectance - zones.sheets.transmittance(i)) * total(i) * p.area;
     }
     let [emitted, absorbed]: [Bands; 2] = zones.sum_voxels(|k| {
-        let (i, v) = (zones.voxel_offset() + k, zones.voxels.at(k));
+        let (i, v) = (zones.voxel_index(k), zones.voxels.at(k));
         let absorption = v.extinction * (1.0 - v.albedo);
         let emitted = emits(i) * (4.0 * absorption * v.emission + v.source);
         [v.volume * emitted, v.volume * (absorption * total(i))]
@@ -99,7 +99,7 @@ fn add_zones(
     e.emitted += emitted;
     e.absorbed_volumes += absorbed;
     for (k, p) in zones.panes.iter().enumerate() {
-        let i = zones.pane_offset() + k;
+        let i = zones.pane_index(k);
         let volume = p.area * p.thickness;
         let absorption = p.extinction * (1.0 - p.albedo);
         e.emitted += emits(i) * 4.0 * absorption * p.emission * volume;

@@ -53,8 +53,8 @@ pub(crate) fn widen_by_residual(zones: SharedZones, groups: &[LightGroup], field
         if factors == Bands::ZERO {
             continue;
         }
-        let h = |i: usize| (g.incident.at(i) * g.incident_scale).abs();
-        let patches = zones.voxel_offset();
+        let h = |i: usize| g.incident_at(i).abs();
+        let patches = zones.patches.len();
         let sizes = [patches, zones.total() - patches].map(|n| n.max(1) as f64);
         let means: [Bands; 2] = zones.sum(|i| {
             if i < patches { [h(i) / sizes[0], Bands::ZERO] } else { [Bands::ZERO, h(i) / sizes[1]] }
@@ -133,8 +133,8 @@ pub(crate) fn power_errors(
         out.absorbed_surfaces[p.surface].1 += absorption_area(&zones, i).zip_map(error(i), absorbed_error);
     }
     let of = |i: usize| absorption_area(&zones, i).zip_map(error(i), absorbed_error);
-    out.absorbed_volumes = zones.sum_voxels(|k| of(zones.voxel_offset() + k));
-    out.absorbed_panes = (zones.pane_offset()..zones.len()).fold(Bands::ZERO, |s, i| s + of(i));
+    out.absorbed_volumes = zones.sum_voxels(|k| of(zones.voxel_index(k)));
+    out.absorbed_panes = (0..zones.panes.len()).fold(Bands::ZERO, |s, k| s + of(zones.pane_index(k)));
     let squares: Bands = zones.sum(|i| match fields.surroundings_error.get(i) {
         Some(error) => (interception_area(&zones, i) * *error).map(|e| e.powi(2)),
         None => Bands::ZERO,

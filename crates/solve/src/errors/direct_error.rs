@@ -185,9 +185,9 @@ pub(crate) fn add_to_power_errors(
     let add_errors = |sums: &mut [Bands; 2], i: usize| *sums = sums.plus(errors(i));
     zones.patches.iter().enumerate().for_each(|(i, p)| add_errors(&mut of_surface[p.surface], i));
     out.absorbed_surfaces.iter_mut().zip(of_surface).for_each(|(row, sums)| add(&mut row.1, sums));
-    add(&mut out.absorbed_volumes, zones.sum_voxels(|k| errors(zones.voxel_offset() + k)));
+    add(&mut out.absorbed_volumes, zones.sum_voxels(|k| errors(zones.voxel_index(k))));
     let mut of_panes = [Bands::ZERO; 2];
-    (zones.pane_offset()..zones.len()).for_each(|i| add_errors(&mut of_panes, i));
+    (0..zones.panes.len()).for_each(|k| add_errors(&mut of_panes, zones.pane_index(k)));
     add(&mut out.absorbed_panes, of_panes);
     // Powers exchanged with the outside.
     let [sent, escaped, backs] = light_power_errors(direct);

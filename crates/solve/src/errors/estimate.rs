@@ -6,7 +6,7 @@ use zonal_scene::{Bands, ErrorEstimate, Fields, SquareSums};
 
 /// The estimate for the fields of some zones, those of other processes included.
 pub(crate) fn error_estimate(zones: SharedZones, fields: &Fields, grade: Grade) -> ErrorEstimate {
-    let patches = zones.voxel_offset();
+    let patches = zones.patches.len();
     let value = |list: &[Bands], i: usize| list.get(i).copied().unwrap_or_default();
     let sums: [[Bands; 4]; 2] = zones.sum(|i| {
         let (error, incident) = (value(&fields.error, i), value(&fields.incident, i));

@@ -6,7 +6,8 @@
 
 use crate::distribution::Communicator;
 use zonal_scene::{
-    Bands, EnergyBalance, Fields, LightGroup, Report, Scene, SceneError, ThermalFields, ZoneValues, Zones,
+    Bands, EnergyBalance, Fields, LightGroup, Report, Scene, SceneError, ThermalFields, ZoneRef, ZoneValues,
+    Zones,
 };
 
 /// Refuses a solution with a value that is not finite; errors that are NaN become infinite.
@@ -141,15 +142,14 @@ fn not_finite(what: &str) -> SceneError {
 
 /// Describes zone `i` in a message.
 fn describe_zone(scene: &Scene, zones: &Zones, i: usize) -> String {
-    if i < zones.voxel_offset() {
-        format!("on zone {i} of surface '{}'", scene.surfaces()[zones.patches[i].surface].name)
-    } else if i < zones.pane_offset() {
-        // The number among the zones of all processes.
-        let voxel = i - zones.voxel_offset();
-        let number = if zones.voxels.is_divided() { zones.voxels.at(voxel).cell } else { voxel };
-        format!("in zone {} of the medium", zones.voxel_offset() + number)
-    } else {
-        format!("in zone {i} of pane '{}'", scene.panes()[zones.panes[i - zones.pane_offset()].pane].name)
+    match zones.zone(i) {
+        ZoneRef::Patch(p) => format!("on zone {i} of surface '{}'", scene.surfaces()[p.surface].name),
+        ZoneRef::Voxel(k, v) => {
+            // The number among the zones of all processes.
+            let number = if zones.voxels.is_divided() { v.cell } else { k };
+            format!("in zone {} of the medium", zones.voxel_index(number))
+        }
+        ZoneRef::Pane(_, p) => format!("in zone {i} of pane '{}'", scene.panes()[p.pane].name),
     }
 }
 

@@ -60,7 +60,7 @@ impl ErrorReflection<'_> {
             let one = self.of_draw(k as u64);
             parallel::for_each_pair(&mut mean, &one, |m, x| *m += x * x / draws as f64);
         }
-        for range in [0..zones.voxel_offset(), zones.voxel_offset()..n] {
+        for range in [0..zones.patches.len(), zones.patches.len()..n] {
             let start = range.start;
             let [means, squares]: [Bands; 2] = multivector::sum(range.len(), |k| {
                 let (m, l) = (mean[start + k], first[start + k]);

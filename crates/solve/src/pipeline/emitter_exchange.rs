@@ -170,7 +170,7 @@ impl PatchExchange<'_> {
 
 /// The larger of the relative errors of patches and of volume zones: root mean square error of the intercepted power over its root mean square.
 fn relative_error(zones: SharedZones, light: &LightField) -> f64 {
-    let patches = zones.voxel_offset();
+    let patches = zones.patches.len();
     let sums: [[f64; 2]; 2] = zones.sum(|i| {
         let w = interception_area(&zones, i);
         let square = |x: Bands| (w * x).map(|x| x.powi(2)).sum();

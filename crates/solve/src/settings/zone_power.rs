@@ -26,7 +26,7 @@ pub(crate) fn reflected_fraction(zones: &Zones, i: usize) -> Bands {
 
 /// Incident field over radiosity in a cavity without losses: H = B of patches, G = 4 B of volume zones.
 pub(crate) fn fluence_factor(zones: &Zones, i: usize) -> f64 {
-    if i < zones.voxel_offset() { 1.0 } else { 4.0 }
+    if i < zones.patches.len() { 1.0 } else { 4.0 }
 }
 
 /// Absorbed power of all zones for an incident field (W/m²), W per band.

@@ -92,7 +92,7 @@ impl ExchangeData {
             bands: scene.bands().count(),
             has_solar_band: scene.bands().has_solar_band(),
             matrices: areas.matrices,
-            patches: zones.voxel_offset(),
+            patches: zones.patches.len(),
             direct: areas.direct.clone(),
             sizes: (0..n).map(|i| zones.response(i).1).collect(),
             surroundings_temperature: thermal.surroundings,

@@ -15,7 +15,7 @@ pub fn apply_boundary_conditions(scenes: &[Scene], zones: &mut [Zones]) {
     let blocks: Vec<BlockZones> =
         scenes.iter().zip(&*zones).map(|(scene, zones)| BlockZones { scene, zones }).collect();
     let balances = SpectralBalances::new(&blocks);
-    let patches = blocks[0].zones.voxel_offset();
+    let patches = blocks[0].zones.patches.len();
     let of_block = |t: usize| -> Vec<(ThermalCondition, Bands)> {
         let of_zone = |i: usize| (balances.first(i).condition, balances.source(t, i, i < patches));
         (0..balances.len()).map(of_zone).collect()
@@ -26,7 +26,7 @@ pub fn apply_boundary_conditions(scenes: &[Scene], zones: &mut [Zones]) {
 
 /// Sets emission and sources of zones, each with its thermal condition.
 fn set_sources(zones: &mut Zones, sources: &[(ThermalCondition, Bands)]) {
-    let (of_patches, others) = sources.split_at(zones.voxel_offset());
+    let (of_patches, others) = sources.split_at(zones.patches.len());
     let (of_voxels, of_panes) = others.split_at(zones.voxels.len());
     for (p, (condition, own)) in zones.patches.iter_mut().zip(of_patches) {
         p.emission = *own;
@@ -50,7 +50,7 @@ fn set_sources(zones: &mut Zones, sources: &[(ThermalCondition, Bands)]) {
 pub(super) fn set_emissive_powers(scene: &Scene, zones: &mut Zones, emissive: &[Bands]) {
     let balances = ZoneBalances::new(scene, zones);
     let own: Vec<_> = (0..zones.len()).map(|i| balances.of(zones, i)).collect();
-    let (voxels, panes) = (zones.voxel_offset(), zones.pane_offset());
+    let [_, voxels, panes] = zones.ranges_of_kinds().map(|zones| zones.start);
     for (i, p) in zones.patches.iter_mut().enumerate() {
         p.reflectance = own[i].reflect;
         p.emission = (own[i].absorb * emissive[i]).map(|w| w.max(0.0));

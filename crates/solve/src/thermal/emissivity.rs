@@ -177,7 +177,7 @@ fn known_temperatures(scenes: &[Scene], zones: &[Zones]) -> Vec<f64> {
         ThermalCondition::Temperature(t) => t,
         _ => initial,
     };
-    (0..zones[0].voxel_offset()).map(of_patch).collect()
+    (0..zones[0].patches.len()).map(of_patch).collect()
 }
 
 /// Gives the patches of every block the reflectances at temperatures in K.

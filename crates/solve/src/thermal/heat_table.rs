@@ -82,13 +82,12 @@ pub(super) fn rows(
         .map(|(s, list)| row(&s.name, HeatRowKind::Surface, &mut list.into_iter()))
         .collect();
     if !zones.voxels.is_empty() {
-        let first = zones.voxel_offset();
-        let mut list = zones.voxels.iter().enumerate().map(|(k, v)| (first + k, v.volume));
+        let mut list = zones.voxels.iter().enumerate().map(|(k, v)| (zones.voxel_index(k), v.volume));
         rows.push(row("medium", HeatRowKind::Medium, &mut list));
     }
     for (k, pane) in scene.panes().iter().enumerate() {
-        let (first, own) = (zones.pane_offset(), zones.panes.iter().enumerate().filter(|(_, p)| p.pane == k));
-        let mut list = own.map(|(j, p)| (first + j, p.area * p.thickness));
+        let own = zones.panes.iter().enumerate().filter(|(_, p)| p.pane == k);
+        let mut list = own.map(|(j, p)| (zones.pane_index(j), p.area * p.thickness));
         rows.push(row(&pane.name, HeatRowKind::Pane, &mut list));
     }
     rows

@@ -4,7 +4,7 @@ use zonal_math::parallel;
 use zonal_scene::thermal::{blackbody_emissive_power, blackbody_temperature};
 use zonal_scene::{
     BandFractions, Bands, Convection, Fields, NodeCondition, Patch, Scene, Thermal, ThermalCondition,
-    ThermalNetwork, Zones,
+    ThermalNetwork, ZoneRef, Zones,
 };
 
 /// Distance from a patch, over the largest edge of a cell, at which the medium in front of it is looked up.
@@ -108,8 +108,7 @@ impl<'a> ZoneBalances<'a> {
     }
     /// Zone `i`.
     pub(super) fn of(&self, zones: &Zones, i: usize) -> ZoneBalance {
-        if i < zones.voxel_offset() {
-            let p = &zones.patches[i];
+        if let Some(p) = zones.patches.get(i) {
             let known = match self.scene.faces().values_of(p.facet).condition {
                 Some(ThermalCondition::Power(w)) => ThermalCondition::Flux(w / self.face_area(p.facet)),
                 Some(own) => own,
@@ -133,17 +132,16 @@ impl<'a> ZoneBalances<'a> {
                 kind: self.kind_at_patch(p),
             };
         }
-        let (kappa, albedo, known, kind) = if i < zones.pane_offset() {
-            let cell = zones.voxels.at(i - zones.voxel_offset()).cell;
-            // A scene with voxel zones has a voxel grid.
-            let map = self.scene.voxel_grid();
-            let of = |f: &dyn Fn(&zonal_scene::VoxelGrid) -> Bands| map.map_or(Bands::ZERO, f);
-            let known = map.and_then(|m| m.heat(cell)).unwrap_or(ThermalCondition::Flux(0.0));
-            (of(&|m| m.extinction(cell)), of(&|m| m.albedo(cell)), known, self.kind_of_cell(Some(cell)))
-        } else {
-            let pane = zones.panes[i - zones.pane_offset()].pane;
-            let p = &self.scene.panes()[pane];
-            (p.extinction, p.albedo, self.thermal.panes[pane], 0)
+        let (kappa, albedo, known, kind) = match (zones.zone(i), self.scene.voxel_grid()) {
+            (ZoneRef::Voxel(_, v), Some(grid)) => {
+                let known = grid.heat(v.cell).unwrap_or(ThermalCondition::Flux(0.0));
+                (grid.extinction(v.cell), grid.albedo(v.cell), known, self.kind_of_cell(Some(v.cell)))
+            }
+            (ZoneRef::Pane(_, p), _) => {
+                let pane = &self.scene.panes()[p.pane];
+                (pane.extinction, pane.albedo, self.thermal.panes[p.pane], 0)
+            }
+            _ => unreachable!("a scene with voxel zones has a voxel grid"),
         };
         ZoneBalance {
             weight: 4.0 * kappa,

@@ -80,7 +80,7 @@ impl LayerStack {
         let mut first: Vec<Option<usize>> = vec![None; layers];
         for (i, v) in zones.voxels.iter().enumerate() {
             let layer = map.coordinates(v.cell)[axis];
-            stack.element[zones.voxel_offset() + i] = layer as u32 + 1;
+            stack.element[zones.voxel_index(i)] = layer as u32 + 1;
             let f = zones.voxels.at(*first[layer].get_or_insert(i));
             let same = (v.extinction, v.albedo, v.emission, v.source)
                 == (f.extinction, f.albedo, f.emission, f.source)
@@ -125,7 +125,7 @@ impl LayerStack {
                 }
                 let element = (self.layers + 2 + next) as u32;
                 for &k in &panes[next].zones {
-                    self.element[zones.pane_offset() + k] = element;
+                    self.element[zones.pane_index(k)] = element;
                 }
                 let own = &zones.panes[panes[next].zones[0]];
                 self.add_sheet(own.extinction, own.thickness, element);

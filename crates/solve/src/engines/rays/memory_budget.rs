@@ -70,7 +70,7 @@ impl MemoryBudget {
 
     /// Bytes without which no solve begins: everything except rays, and the fewest rays.
     pub(crate) fn min_bytes(&self, zones: &Zones) -> u64 {
-        let (patches, n) = (zones.voxel_offset() as f64, zones.len() as f64);
+        let (patches, n) = (zones.patches.len() as f64, zones.len() as f64);
         let rays = n + MIN_RAYS_OF_PATCH * (patches + volume_to_patch_ratio(zones) * (n - patches));
         self.fixed + (self.continued_ray * rays).ceil() as u64
     }

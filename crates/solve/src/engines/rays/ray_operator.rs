@@ -183,7 +183,7 @@ impl<'a> RayOperator<'a> {
         };
         let factor = |l: usize| if group.has_light(l) { 1.0 } else { 0.0 };
         VertexSource {
-            patches: parallel::collect(self.zones.voxel_offset(), one),
+            patches: parallel::collect(self.zones.patches.len(), one),
             lights: (0..context.direct.lights.len()).map(factor).collect(),
         }
     }
@@ -418,7 +418,7 @@ impl RayOperator<'_> {
     /// the value that is consistent with itself is G = G' + a (G − G_stored) = G' + (G' − G_stored) a/(1 − a).
     pub(crate) fn solve_pane_self_exchange(&self, stored: &[Vec<Bands>], gathered: &mut Gathered) {
         for (k, f) in self.pane_self_exchange.iter().enumerate() {
-            let i = self.zones.pane_offset() + k;
+            let i = self.zones.pane_index(k);
             let share = 4.0 * *f * self.zones.response(i).0;
             let gain = share.map(|a| 1.0 / (1.0 - a));
             for (column, stored) in gathered.columns.iter_mut().zip(stored) {

@@ -126,15 +126,17 @@ fn leaving_power(grid: &VoxelGrid, zones: SharedZones, fields: &Fields, thick: &
                 area += edges[(axis + 1) % 3] * edges[(axis + 2) % 3];
             }
         }
-        fields.radiosity[zones.voxel_offset() + k].abs() * area
+        fields.radiosity[zones.voxel_index(k)].abs() * area
     };
     zones.sum_voxels(of_zone)
 }
 
 /// (B_max − B_min)/B_max of the fluence of the thick cells.
 fn contrast(zones: SharedZones, fields: &Fields, thick: &[bool]) -> Bands {
-    let fluence =
-        |k: usize| fields.incident[zones.voxel_offset() + k] + fields.direct_light(zones.voxel_offset() + k);
+    let fluence = |k: usize| {
+        let i = zones.voxel_index(k);
+        fields.incident[i] + fields.direct_light(i)
+    };
     let cells = zones.voxels.iter().enumerate().filter(|(_, z)| thick[z.cell]).map(|(k, _)| fluence(k));
     let none = [Bands::splat(f64::INFINITY), Bands::ZERO];
     let [least, most] = cells.fold(none, |[least, most], g| [least.min(g), most.max(g)]);

@@ -90,7 +90,7 @@ impl<'a> CellZones<'a> {
     #[inline]
     fn zone_at(&self, cell: usize, point: impl Fn() -> Vec3) -> Option<u32> {
         let entry = self.cells[cell];
-        let offset = self.zones.voxel_offset() as u32;
+        let offset = self.zones.voxel_index(0) as u32;
         if entry & (DIVIDED | WALLED) == 0 {
             return Some(entry + offset);
         }

@@ -125,8 +125,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
     let escape = task.sky.map(of_sky).unwrap_or_default();
     let mut sums = GatherSums::load(task.checkpoints, n, quantities, escape);
     if sums.round == 0 {
-        let kind = |i: usize| kind_of(task.zones, i) + usize::from(i >= task.zones.pane_offset());
-        let first = |i: usize| FIRST_SAMPLES[kind(i)];
+        let first = |i: usize| FIRST_SAMPLES[task.zones.kind(i) as usize];
         take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
     }
     let mut fields = GatheredFields::new(task);
@@ -230,7 +229,7 @@ fn cut_nodes(samples: usize) -> usize {
 
 /// The zones whose connections are aimed with those of zone `i`, from it on. The result depends on the zones alone.
 fn aimed_together(zones: &Zones, i: usize) -> Range<usize> {
-    let volumes = zones.voxel_offset()..zones.pane_offset();
+    let [_, volumes, _] = zones.ranges_of_kinds();
     if !volumes.contains(&i) {
         return i..i + 1;
     }
@@ -281,7 +280,7 @@ struct Goal {
 }
 
 fn kind_of(zones: &Zones, i: usize) -> usize {
-    usize::from(i >= zones.voxel_offset())
+    usize::from(i >= zones.patches.len())
 }
 
 impl Goal {

@@ -37,5 +37,5 @@ pub(crate) struct GatherTask<'a> {
 
 /// The patches, and the volume zones with the panes.
 pub(crate) fn ranges_of_kinds(zones: &Zones) -> [Range<usize>; 2] {
-    [0..zones.voxel_offset(), zones.voxel_offset()..zones.len()]
+    [0..zones.patches.len(), zones.patches.len()..zones.len()]
 }

@@ -14,7 +14,7 @@
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
 use crate::engines::rays::stored_rays::ray_tracer::RayTracer;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Zones};
+use zonal_scene::{Bands, ZoneRef, Zones};
 
 /// Share of the surroundings that each pane sees at least: few rays measure it.
 const MIN_SKY_SHARE: f64 = 0.02;
@@ -62,10 +62,9 @@ impl<'a> PaneOpenings<'a> {
         }
         let far = self.tracer.transport.exterior_point(origin, dir);
         self.tracer.transport.pane_crossings(origin, far, &mut |hit| {
-            if let Some(zone) = self.tracer.pane_zone(&hit, origin + dir * hit.t) {
-                let k = zone - self.zones().pane_offset();
-                sum += self.tree.probability(cut, k as u32) * hit.t * hit.t
-                    / (self.zones().panes[k].area * hit.cos);
+            let zone = self.tracer.pane_zone(&hit, origin + dir * hit.t);
+            if let Some(ZoneRef::Pane(k, pane)) = zone.map(|i| self.zones().zone(i)) {
+                sum += self.tree.probability(cut, k as u32) * hit.t * hit.t / (pane.area * hit.cos);
             }
         });
         sum

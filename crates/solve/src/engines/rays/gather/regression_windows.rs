@@ -90,12 +90,12 @@ impl<'a> RegressionWindows<'a> {
 
     /// Number of windows of zone `i`.
     pub(crate) fn levels(&self, i: usize) -> usize {
-        if i < self.zones.voxel_offset() { PATCH_RADII.len() } else { VOXEL_STEPS.len() }
+        if i < self.zones.patches.len() { PATCH_RADII.len() } else { VOXEL_STEPS.len() }
     }
 
     /// A window of zone `i`, wider for a higher `level`; `None` where it has too few zones.
     pub(crate) fn window(&self, i: usize, level: usize) -> Option<RegressionWindow> {
-        match i.checked_sub(self.zones.voxel_offset()) {
+        match i.checked_sub(self.zones.patches.len()) {
             Some(z) => self.voxels.as_ref()?.window(z, VOXEL_STEPS[level]),
             None => linear_fit(&self.similar_patches(i, PATCH_RADII[level]), PLANE_RIDGE),
         }

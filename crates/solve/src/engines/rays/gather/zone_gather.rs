@@ -235,7 +235,7 @@ impl<'a> Gatherer<'a> {
                 power: p.area * b,
             }
         };
-        let list = brightness.iter().take(zones.voxel_offset()).enumerate().map(light).collect();
+        let list = brightness.iter().take(zones.patches.len()).enumerate().map(light).collect();
         let reflectance = match lights {
             Some(_) => parallel::map(&zones.patches, |p| padded(p.reflectance)),
             None => Vec::new(),
@@ -245,8 +245,8 @@ impl<'a> Gatherer<'a> {
             tracer,
             path: ExpectedPath::new(tracer),
             lights,
-            patch_lights: PatchLightTree::new(list, zones.voxel_offset()),
-            openings: field.sky.map(|sky| PaneOpenings::new(tracer, &sky.shares[zones.pane_offset()..])),
+            patch_lights: PatchLightTree::new(list, zones.patches.len()),
+            openings: field.sky.map(|sky| PaneOpenings::new(tracer, &sky.shares[zones.pane_index(0)..])),
             reflectance,
             field,
         }

@@ -24,11 +24,7 @@ pub(crate) struct ZoneGroups {
 impl ZoneGroups {
     /// The groups of patches, of volume zones, and of panes.
     pub(crate) fn new(scene: &Scene, zones: &Zones) -> ZoneGroups {
-        let kinds = [
-            0..zones.voxel_offset(),
-            zones.voxel_offset()..zones.pane_offset(),
-            zones.pane_offset()..zones.len(),
-        ];
+        let kinds = zones.ranges_of_kinds();
         let mut order: Vec<u32> = (0..zones.len() as u32).collect();
         if let Some(grid) = scene.voxel_grid() {
             let block = |i: &u32| {

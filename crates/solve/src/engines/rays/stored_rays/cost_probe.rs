@@ -53,11 +53,11 @@ pub(crate) fn probe_ray_cost(
     clock: &dyn Fn() -> f64,
 ) -> RayCost {
     let tracer = RayTracer::new(scene, zones, transport);
+    let patches = zones.patches.len();
     // Vertices sample per light; the choice of the light hardly changes the time.
-    let lit = |_| LightField { fields: vec![Bands::ONE; zones.voxel_offset()], ..LightField::default() };
+    let lit = |_| LightField { fields: vec![Bands::ONE; patches], ..LightField::default() };
     let direct = DirectLight { lights: scene.lights().iter().map(lit).collect() };
     let lights = PathLights::new(scene, &direct);
-    let patches = zones.voxel_offset();
     let mut out = RayCost::default();
     let (mut traced, mut response) = (0.0, 0.0);
     for (range, rays) in [(0..patches, rays_per_zone[0]), (patches..zones.len(), rays_per_zone[1])] {

@@ -64,12 +64,12 @@ pub(crate) fn rays_without_gather([of_patch, of_volume]: RaysPerZone) -> RaysPer
 
 /// Rays of all zones together.
 pub(crate) fn total_rays(zones: &Zones, rays: RaysPerZone) -> u64 {
-    (rays[0] * zones.voxel_offset() + rays[1] * (zones.len() - zones.voxel_offset())) as u64
+    (rays[0] * zones.patches.len() + rays[1] * (zones.len() - zones.patches.len())) as u64
 }
 
 /// `wanted` rays of a patch within all limits, with those of a volume zone.
 fn limited_rays(zones: &Zones, wanted: f64, max_rays: f64) -> RaysPerZone {
-    let (patches, volumes) = (zones.voxel_offset() as f64, (zones.len() - zones.voxel_offset()) as f64);
+    let (patches, volumes) = (zones.patches.len() as f64, (zones.len() - zones.patches.len()) as f64);
     let ratio = volume_to_patch_ratio(zones);
     // The number of a volume zone is rounded up: one ray for each is set aside.
     let max_rays = (max_rays - volumes).min(MAX_RAYS_IN_TOTAL);

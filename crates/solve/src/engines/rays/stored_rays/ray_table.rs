@@ -125,7 +125,7 @@ impl KindTracing<'_> {
         let name = ray_checkpoint::stage_name(self.rays_per_zone, self.kind, number);
         let size = ray_checkpoint::StageLimits {
             rays_per_block: rays * ZONES_PER_BLOCK,
-            patches: zones.voxel_offset(),
+            patches: zones.patches.len(),
             zones: zones.len(),
         };
         if let Some(vertices) =
@@ -181,7 +181,7 @@ impl<'a> RayTable<'a> {
     ) -> RayTable<'a> {
         let zones = context.zones;
         let tracer = RayTracer::new(context.scene, zones, context.transport);
-        let patches = zones.voxel_offset();
+        let patches = zones.patches.len();
         let of_kind = [patches, zones.len() - patches];
         let stages = [0, 1].map(|k| {
             let zones_per_stage = ray_checkpoint::zones_per_stage(of_kind[k], rays_per_zone[k]);
@@ -194,7 +194,7 @@ impl<'a> RayTable<'a> {
             Some(_) => zones.patches.iter().map(|p| padded(p.reflectance)).collect(),
             None => Vec::new(),
         };
-        let pane_zones = zones.pane_offset()..zones.len();
+        let [_, _, pane_zones] = zones.ranges_of_kinds();
         let mut table = RayTable {
             communicator: context.settings.communicator,
             patches,

@@ -195,7 +195,7 @@ impl<'a> RayTracer<'a> {
     pub(crate) fn pane_zone(&self, hit: &PaneHit, point: Vec3) -> Option<usize> {
         let uv = self.scene.panes()[hit.pane].plates[hit.plate].parameters(point);
         let piece = self.pane_pieces.locate(self.first_plate[hit.pane] + hit.plate, uv)?;
-        Some(piece as usize + self.zones.pane_offset())
+        Some(self.zones.pane_index(piece as usize))
     }
 
     /// Transmittance up to the distance `t`, behind panes of transmittance `panes`.
@@ -304,7 +304,7 @@ impl<'a> RayTracer<'a> {
         let position = ray.at(s.min(t));
         let Some(cell) = grid.cell_at(position).map(|c| grid.index(c)) else { return no_zone };
         let zone = self.transport.volume_zone_at(self.zones, cell, position);
-        let zone = zone.map_or(NO_ZONE, |z| (z + self.zones.voxel_offset()) as u32);
+        let zone = zone.map_or(NO_ZONE, |z| self.zones.voxel_index(z) as u32);
         let light = if self.grey {
             Bands::ONE
         } else {

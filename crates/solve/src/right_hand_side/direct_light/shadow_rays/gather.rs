@@ -115,7 +115,7 @@ impl<'a> SkyThroughOpenings<'a> {
         pilot: impl Iterator<Item = (usize, &'b DirectLightEstimate, f64)>,
     ) -> Option<SkyThroughOpenings<'a>> {
         let light = sampler.light.light();
-        let max_rays = (MAX_RAYS / sampler.zones.pane_offset().max(1)).min(MAX_OPENING_RAYS);
+        let max_rays = (MAX_RAYS / sampler.zones.pane_index(0).max(1)).min(MAX_OPENING_RAYS);
         if limit[0].min(max_rays) < MIN_SKY_RAYS || !matches!(light, Light::Sky { .. }) {
             return None;
         }
@@ -142,7 +142,7 @@ pub(crate) fn expected_rays(
     unobstructed: Option<&UnobstructedCells>,
 ) -> f64 {
     let sampler = ZoneLightSampler::new(scene, zones, transport, light);
-    let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
+    let (n, patches) = (zones.pane_index(0), zones.patches.len());
     let limit = max_samples(scene, n);
     let of = |range: Range<usize>, kind: usize| {
         let step = (range.len() / sample.max(1)).max(1);
@@ -195,7 +195,7 @@ pub(crate) fn gather(
     execution: Execution,
 ) -> GatheredLight {
     let sampler = ZoneLightSampler::new(scene, zones, transport, light);
-    let (n, patches) = (zones.pane_offset(), zones.voxel_offset());
+    let (n, patches) = (zones.pane_index(0), zones.patches.len());
     let progress = execution.progress;
     progress.begin("direct light", 2 * n as u64);
     // Sample every zone with its pilot samples.
@@ -273,7 +273,7 @@ struct Gathering<'a> {
 impl<'a> Gathering<'a> {
     fn new(sampler: &'a ZoneLightSampler<'a>, pilot: &[DirectLightEstimate]) -> Gathering<'a> {
         let (scene, zones, light) = (sampler.scene, sampler.zones, sampler.light.light());
-        let patches = zones.voxel_offset();
+        let patches = zones.patches.len();
         let mut gathering = Gathering {
             targets: error_targets(scene, pilot, patches),
             openings: None,

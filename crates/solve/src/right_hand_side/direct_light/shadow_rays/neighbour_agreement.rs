@@ -18,9 +18,9 @@ impl<'a> NeighbourAgreement<'a> {
         grid: &'a VoxelGrid,
         pilot: &[DirectLightEstimate],
     ) -> NeighbourAgreement<'a> {
-        let offset = sampler.zones.voxel_offset();
+        let zones = sampler.zones;
         let of_cell = |c: usize| {
-            sampler.zones.voxel_zones_of_cell(c).fold(0, |s, z| s | pilot[z + offset].visibility_bits())
+            zones.voxel_zones_of_cell(c).fold(0, |s, z| s | pilot[zones.voxel_index(z)].visibility_bits())
         };
         let mut bits: Vec<u8> = (0..grid.len()).map(of_cell).collect();
         let dims = grid.dims();
@@ -45,7 +45,7 @@ impl<'a> NeighbourAgreement<'a> {
         let around = sampler.cell_of(self.grid, i).map(|c| self.bits[c]);
         let side: usize = 2 * AGREEMENT_REACH + 1;
         // The cells in front of a surface represent its creases less well than their own volume.
-        let count = side.pow(if i < sampler.zones.voxel_offset() { 2 } else { 3 });
+        let count = side.pow(if i < sampler.zones.patches.len() { 2 } else { 3 });
         if around == Some(one.visibility_bits()) && one.agrees() { PILOT_SAMPLES[1] * count } else { 0 }
     }
 }

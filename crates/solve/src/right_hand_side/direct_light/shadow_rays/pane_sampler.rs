@@ -21,7 +21,7 @@ const MIN_COSINE: f64 = 1e-6;
 impl ZoneLightSampler<'_> {
     /// G_dir of pane zone `k` and its standard error, from `count` points.
     pub(super) fn pane(&self, k: usize, count: usize) -> [Bands; 2] {
-        let (p, i) = (&self.zones.panes[k], self.zones.pane_offset() + k);
+        let (p, i) = (&self.zones.panes[k], self.zones.pane_index(k));
         let shift = [0, 1].map(|m| low_discrepancy::hash_to_unit((i as u64) << 3 | m));
         let mut parts = [Bands::ZERO; PANE_PARTS];
         for n in 0..count {

@@ -10,7 +10,7 @@ use crate::right_hand_side::surroundings::sky_openings::SkyLight;
 use crate::right_hand_side::surroundings::zone_rays::voxel_point;
 use zonal_math::parallel;
 use zonal_math::{Vec3, scrambled_sobol};
-use zonal_scene::{Bands, IntensityDistribution, Light, Scene, VoxelGrid, Zones};
+use zonal_scene::{Bands, IntensityDistribution, Light, Scene, VoxelGrid, ZoneRef, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -168,7 +168,7 @@ impl<'a> ZoneLightSampler<'a> {
     /// Adds the samples of `range` of zone `i`.
     fn trace_shadow_rays(&self, t: &mut SampleTally, i: usize, range: std::ops::Range<usize>) {
         let Some(patch) = self.zones.patches.get(i) else {
-            let zone = i - self.zones.voxel_offset();
+            let zone = i - self.zones.patches.len();
             for k in range {
                 let [p, q, u, v, w, r, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
                 let x = voxel_point(self.transport, self.zones, zone, [u, v, w]);
@@ -289,15 +289,17 @@ impl<'a> ZoneLightSampler<'a> {
     /// Estimates zone `i` if none of `count` points sees light, even without occlusion: no light, with an upper bound of the light as the one that the samples may
     /// have missed. The bound is zero where the light is proved to be behind the zone.
     fn estimate_unlit(&self, i: usize, count: usize) -> DirectLightEstimate {
-        let unoccluded = if let Some(p) = self.zones.patches.get(i) {
-            let (corners, n) = p.plate.corners();
-            self.light.upper_bound(&corners[..n], Receiver::Surface(p.normal))
-        } else if let Some(grid) = self.grid {
-            let [x, y, z] = grid.coordinates(self.zones.voxels.at(i - self.zones.voxel_offset()).cell);
-            let corner = |k: usize| grid.corner([x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)]);
-            self.light.upper_bound(&std::array::from_fn::<Vec3, 8, _>(corner), Receiver::Free)
-        } else {
-            Bands::ZERO
+        let unoccluded = match (self.zones.zone(i), self.grid) {
+            (ZoneRef::Patch(p), _) => {
+                let (corners, n) = p.plate.corners();
+                self.light.upper_bound(&corners[..n], Receiver::Surface(p.normal))
+            }
+            (ZoneRef::Voxel(_, v), Some(grid)) => {
+                let [x, y, z] = grid.coordinates(v.cell);
+                let corner = |k: usize| grid.corner([x + (k & 1), y + (k >> 1 & 1), z + (k >> 2)]);
+                self.light.upper_bound(&std::array::from_fn::<Vec3, 8, _>(corner), Receiver::Free)
+            }
+            _ => Bands::ZERO,
         };
         let visible = if unoccluded == Bands::ZERO { 0.5 } else { 0.0 };
         let count = count.min(u16::MAX as usize) as u16;
@@ -346,8 +348,10 @@ impl<'a> ZoneLightSampler<'a> {
 
     /// The cell of a voxel zone, or the cell in front of a patch.
     pub(super) fn cell_of(&self, grid: &VoxelGrid, i: usize) -> Option<usize> {
-        let Some(p) = self.zones.patches.get(i) else {
-            return Some(self.zones.voxels.at(i - self.zones.voxel_offset()).cell);
+        let p = match self.zones.zone(i) {
+            ZoneRef::Patch(p) => p,
+            ZoneRef::Voxel(_, v) => return Some(v.cell),
+            ZoneRef::Pane(..) => return None,
         };
         let before = p.plate.centre() + p.normal * (0.25 * grid.cell().max_abs());
         grid.cell_at(before).map(|c| grid.index(c))
