@@ -237,13 +237,9 @@ fn interpolate_block(
                 + 2.0 * swept.displacement_error(g, kappa)
                 + (evaluation + work * UNIT_ROUNDOFF) * top);
     let values = interpolate_to_zones(samples, points, b);
-    let cost = (sample_count(points) * count).div_ceil(b.len()) as u64;
+    let cost = (points.iter().product::<usize>() * count).div_ceil(b.len()) as u64;
     let result = BlockResult { values: &values, error, evaluations: cost };
     store_block(lattice, b, &p, &result, tolerance, out)
-}
-
-fn sample_count(points: [usize; 3]) -> usize {
-    points.iter().product()
 }
 
 /// True if every zone of a block is unseen, tested at its corners.

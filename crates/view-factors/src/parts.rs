@@ -1,6 +1,6 @@
 //! View factors as plain lists, to hand over and to restore.
 
-use crate::matrix::{ExchangeRows, RowLists};
+use crate::matrix::ExchangeRows;
 use crate::view_factors::{ViewFactorCounts, ViewFactors};
 use zonal_math::{Bounded, Grade};
 use zonal_scene::SceneError;
@@ -54,23 +54,21 @@ impl ViewFactorParts {
 impl ViewFactors {
     /// The lists, with their memory.
     pub fn into_parts(self) -> ViewFactorParts {
-        let pair = |b: &Bounded| [b.value, b.radius];
-        let (sky, ground) =
-            (self.rows.sky.iter().map(pair).collect(), self.rows.ground.iter().map(pair).collect());
-        let lists = self.rows.into_lists();
+        let ViewFactors { areas, rows, defects, open_rows, remaining_defect, grade, counts } = self;
+        let pairs = |list: Vec<Bounded>| list.iter().map(|b| [b.value, b.radius]).collect();
         ViewFactorParts {
-            areas: self.areas,
-            row_starts: lists.starts,
-            columns: lists.columns,
-            exchange_areas: lists.values,
-            radii: lists.radii,
-            sky,
-            ground,
-            defects: self.defects,
-            open_rows: self.open_rows,
-            remaining_defect: self.remaining_defect,
-            grade: self.grade,
-            counts: self.counts,
+            areas,
+            row_starts: rows.starts,
+            columns: rows.columns,
+            exchange_areas: rows.values,
+            radii: rows.radii,
+            sky: pairs(rows.sky),
+            ground: pairs(rows.ground),
+            defects,
+            open_rows,
+            remaining_defect,
+            grade,
+            counts,
         }
     }
 
@@ -85,27 +83,19 @@ impl ViewFactors {
                 "the arrays do not fit together; save the view factors again",
             ));
         }
-        let bounded = |list: &[[f64; 2]]| {
-            list.iter()
-                .map(|[value, radius]| Bounded { value: *value, radius: *radius, grade: parts.grade })
-                .collect()
+        let ViewFactorParts { areas, defects, open_rows, remaining_defect, grade, counts, .. } = parts;
+        let bounded = |list: Vec<[f64; 2]>| {
+            list.into_iter().map(|[value, radius]| Bounded { value, radius, grade }).collect()
         };
-        let (sky, ground) = (bounded(&parts.sky), bounded(&parts.ground));
-        let lists = RowLists {
+        let rows = ExchangeRows {
             starts: parts.row_starts,
             columns: parts.columns,
             values: parts.exchange_areas,
             radii: parts.radii,
+            sky: bounded(parts.sky),
+            ground: bounded(parts.ground),
         };
-        Ok(ViewFactors {
-            areas: parts.areas,
-            rows: ExchangeRows::from_lists(lists, sky, ground),
-            defects: parts.defects,
-            open_rows: parts.open_rows,
-            remaining_defect: parts.remaining_defect,
-            grade: parts.grade,
-            counts: parts.counts,
-        })
+        Ok(ViewFactors { areas, rows, defects, open_rows, remaining_defect, grade, counts })
     }
 }
 

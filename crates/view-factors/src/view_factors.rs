@@ -4,9 +4,9 @@ use crate::bounds::Bounds;
 use crate::geometry::Geometry;
 use crate::geometry::occluder_list;
 use crate::image_choice::{choose_images, sky_nodes, unresolved_cells};
+use crate::matrix::ExchangeRows;
 use crate::matrix::closing::{close_rows, defects};
 use crate::matrix::pairs::{NodePair, PairExchange, PairTraversal, TreatmentCounts, merge_images, round_up};
-use crate::matrix::{ExchangeRows, RowLists};
 use crate::periods::PeriodicImages;
 use crate::settings::{ErrorGoal, Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
@@ -253,24 +253,16 @@ impl ViewFactors {
     pub fn into_rows(self) -> FactorRows {
         let per_area: Vec<f64> = (0..self.len()).map(|i| self.per_area(i)).collect();
         let scaled = |b: &[Bounded]| b.iter().zip(&per_area).map(|(b, s)| *b * *s).collect();
-        let (sky, ground) = (scaled(&self.rows.sky), scaled(&self.rows.ground));
-        let RowLists { starts: row_starts, columns, mut values, mut radii } = self.rows.into_lists();
+        let ExchangeRows { starts: row_starts, columns, mut values, mut radii, sky, ground } = self.rows;
         for (i, scale) in per_area.iter().enumerate() {
             for k in row_starts[i] as usize..row_starts[i + 1] as usize {
                 values[k] *= scale;
                 radii[k] = round_up(f64::from(radii[k]) * scale);
             }
         }
-        FactorRows {
-            row_starts,
-            columns,
-            values,
-            radii,
-            sky,
-            ground,
-            areas: self.areas,
-            defects: self.defects,
-        }
+        let (sky, ground) = (scaled(&sky), scaled(&ground));
+        let ViewFactors { areas, defects, .. } = self;
+        FactorRows { row_starts, columns, values, radii, sky, ground, areas, defects }
     }
 
     /// The factors of unions of facets: `group` numbers the union of each facet, below `groups`. Radii add up. A union

@@ -151,7 +151,8 @@ impl<'a> ManyLights<'a> {
             [0, 1, 2].map(|k| low_discrepancy::hash_to_unit((zone as u64).wrapping_mul(3).wrapping_add(k)));
         let mut g = Bands::ZERO;
         for (k, emitter) in self.emitters.iter().enumerate() {
-            if let Some(group) = self.groups[k].filter(|_| !self.has_near_cluster(k, zone)) {
+            if let Some(group) = self.groups[k].filter(|_| !self.near_clusters(zone).any(|c| c.emitter == k))
+            {
                 g += group.direct_at(self.s.zones.voxel_index(zone));
                 continue;
             }
@@ -181,11 +182,6 @@ impl<'a> ManyLights<'a> {
     fn near_clusters(&self, zone: usize) -> impl Iterator<Item = &FacetCluster> {
         let all = self.begin[zone] as usize..self.begin[zone + 1] as usize;
         self.near[all].iter().map(|&c| &self.clusters[c as usize])
-    }
-
-    /// True where clusters of emitter `k` are near a zone.
-    fn has_near_cluster(&self, k: usize, zone: usize) -> bool {
-        self.near_clusters(zone).any(|c| c.emitter == k)
     }
 
     /// w at the square of a distance.

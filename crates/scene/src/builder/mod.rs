@@ -15,7 +15,7 @@ use crate::geometry::shells::{ShellKind, Shells, WELD_TOLERANCE};
 use crate::{
     BandFractions, BandSet, Bands, Camera, DEFAULT_REFLECTANCE, Diagnostic, Facet, Light, LinkLaw,
     NodeCondition, NodeLink, Plate, Scene, SceneError, SceneParts, SideEmissivity, Sides, SolveOptions,
-    Surface, SurfaceEmissivity, Surroundings, Thermal, ThermalCondition, ThermalNetwork, ThermalNode,
+    Surface, SurfaceEmissivity, Thermal, ThermalCondition, ThermalNetwork, ThermalNode,
 };
 use zonal_math::Vec3;
 
@@ -40,21 +40,15 @@ const SOLAR_WITHOUT_LIGHT: &str =
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
-    name: String,
+    /// What needs no other part.
+    parts: SceneParts,
     meshes: Vec<Mesh>,
     nodes: Vec<ThermalNode>,
     links: Vec<([String; 2], LinkLaw)>,
     panes: Vec<GlassPane>,
     medium: Option<Medium>,
-    lights: Vec<Light>,
-    surroundings: Surroundings,
     surroundings_temperature: Option<f64>,
     band_fractions: Option<BandFractions>,
-    periodic: [bool; 3],
-    symmetry_planes: [[bool; 2]; 3],
-    boundary_box: Option<(Vec3, Vec3)>,
-    cameras: Vec<Camera>,
-    options: SolveOptions,
 }
 
 impl Scene {
@@ -69,7 +63,7 @@ impl SceneBuilder {
     /// Sets the name of the scene.
     #[must_use]
     pub fn name(mut self, name: impl Into<String>) -> SceneBuilder {
-        self.name = name.into();
+        self.parts.name = name.into();
         self
     }
 
@@ -139,14 +133,14 @@ impl SceneBuilder {
     /// ```
     #[must_use]
     pub fn light(mut self, light: impl Into<Light>) -> SceneBuilder {
-        self.lights.push(light.into());
+        self.parts.lights.push(light.into());
         self
     }
 
     /// Sets the radiance that comes in from everywhere beyond the scene, W/(m² sr); 0 where not given.
     #[must_use]
     pub fn surroundings(mut self, radiance: impl BandValues) -> SceneBuilder {
-        self.surroundings.radiance = radiance.into_bands();
+        self.parts.surroundings.radiance = radiance.into_bands();
         self
     }
 
@@ -179,14 +173,14 @@ impl SceneBuilder {
     /// If `axis` is above 2.
     #[must_use]
     pub fn symmetry_planes(mut self, axis: usize, [low, high]: [bool; 2]) -> SceneBuilder {
-        self.symmetry_planes[axis] = [low, high];
+        self.parts.symmetry_planes[axis] = [low, high];
         self
     }
 
     /// Sets the box whose ends are symmetry planes, or a period, in a scene without a medium: its lower and upper corner, m.
     #[must_use]
     pub fn boundary_box(mut self, min: [f64; 3], max: [f64; 3]) -> SceneBuilder {
-        self.boundary_box = Some((Vec3::from_array(min), Vec3::from_array(max)));
+        self.parts.boundary_box = Some((Vec3::from_array(min), Vec3::from_array(max)));
         self
     }
 
@@ -196,28 +190,28 @@ impl SceneBuilder {
     /// If `axis` is above 2.
     #[must_use]
     pub fn periodic(mut self, axis: usize) -> SceneBuilder {
-        self.periodic[axis] = true;
+        self.parts.periodic[axis] = true;
         self
     }
 
     /// Adds a camera.
     #[must_use]
     pub fn camera(mut self, camera: Camera) -> SceneBuilder {
-        self.cameras.push(camera);
+        self.parts.cameras.push(camera);
         self
     }
 
     /// Sets how the scene is solved: accuracy, engine, size of patches.
     #[must_use]
     pub fn options(mut self, options: SolveOptions) -> SceneBuilder {
-        self.options = options;
+        self.parts.options = options;
         self
     }
 
     /// Sets the wanted patch edge, m; a thirtieth of the scene's diagonal where not given.
     #[must_use]
     pub fn patch_size(mut self, size: f64) -> SceneBuilder {
-        self.options.patch_size = Some(size);
+        self.parts.options.patch_size = Some(size);
         self
     }
 
@@ -241,17 +235,7 @@ impl SceneBuilder {
     /// names the part.
     pub fn build(self) -> Result<Scene, SceneError> {
         let (thermal, gives_solar) = (self.is_thermal(), self.gives_solar());
-        let mut parts = SceneParts {
-            name: self.name,
-            lights: self.lights,
-            surroundings: self.surroundings,
-            periodic: self.periodic,
-            symmetry_planes: self.symmetry_planes,
-            boundary_box: self.boundary_box,
-            cameras: self.cameras,
-            options: self.options,
-            ..SceneParts::default()
-        };
+        let mut parts = self.parts;
         let emitters = self.meshes.iter().any(|m| m.direct_light);
         if thermal && (emitters || !parts.lights.is_empty()) {
             add_sunlight(&mut parts, self.band_fractions.as_ref())?;

@@ -52,17 +52,7 @@ impl SumSegment {
 impl<'a> SumOrder<'a> {
     /// The order of vectors that have no planes.
     pub(crate) fn plain() -> SumOrder<'static> {
-        let communicator = &SingleProcess;
-        SumOrder {
-            communicator,
-            patches: 0,
-            voxels: 0,
-            panes: 0,
-            plane: None,
-            first: 0,
-            total: 0,
-            is_divided: false,
-        }
+        SumOrder { plane: None, ..SumOrder::of_zones(&Zones::default(), &SingleProcess) }
     }
 
     /// The order of vectors over zones.

@@ -85,9 +85,7 @@ fn solve_block(
     let (fields, groups) = match SymmetricSolve::of(scene, &zones)? {
         Some(m) => {
             let transport = &Transport::new(&m.extension.scene);
-            let (scene, zones) = (&m.extension.scene, &m.zones);
-            let extended = BandBlock { scene, zones, transport, mirrored: Some(&m) };
-            let (fields, groups) = extended.first_fields(settings, light)?;
+            let (fields, groups) = m.block(transport).first_fields(settings, light)?;
             (m.fields_of_part(fields), m.groups_of_part(groups))
         }
         None => {

@@ -214,13 +214,8 @@ fn solve_equations(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec
     let transport = Transport::new(&first.extension.scene);
     let transports: Vec<Transport> =
         mirrored.iter().map(|m| transport.with_bands(&m.extension.scene)).collect();
-    let extended = mirrored.iter().zip(&transports).map(|(m, transport)| BandBlock {
-        scene: &m.extension.scene,
-        zones: &m.zones,
-        transport,
-        mirrored: Some(m),
-    });
-    let extended: Vec<BandBlock> = extended.collect();
+    let extended: Vec<BandBlock> =
+        mirrored.iter().zip(&transports).map(|(m, transport)| m.block(transport)).collect();
     let solved = solve_without_symmetry_planes(&extended, settings)
         .map_err(|e| symmetry_planes::explain(blocks[0].scene, e))?;
     Ok(solved
@@ -283,7 +278,7 @@ impl BandBlock<'_> {
         let mut exterior = if is_completed && completed_later() {
             surroundings::stage::pilot(zones, transport, settings)
         } else {
-            measure_surroundings(scene, zones, transport, choice.engine, settings)?
+            self.measure_surroundings(choice.engine, settings)?
         };
         if let Some(m) = mirrored {
             exterior = m.even_surroundings(&exterior);
@@ -297,11 +292,50 @@ impl BandBlock<'_> {
 
     /// Direct light of light number `l` by shadow rays, with its mirror images.
     fn light(&self, l: usize, settings: &SolveSettings) -> Result<LightField, SceneError> {
-        let light = illuminate_stage(self.scene, self.zones, self.transport, l, settings)?;
+        let light = self.illuminate(l, settings)?;
         Ok(match self.mirrored {
             Some(m) => m.even_light(l, light),
             None => light,
         })
+    }
+
+    /// The exchange with the surroundings by rays; zeros if the engine determines it.
+    pub(crate) fn measure_surroundings(
+        &self,
+        engine: Engine,
+        settings: &SolveSettings,
+    ) -> Result<SurroundingsExchange, SceneError> {
+        let BandBlock { scene, zones, transport, .. } = *self;
+        let exterior = if let Some(strips) = StripImages::of(scene, zones) {
+            SurroundingsExchange::of_strips(&strips, zones)
+        } else if selection::knows_escaping_power(engine, scene) {
+            SurroundingsExchange::default()
+        } else if engine == Engine::Rays && rays_measure_escape(scene, zones) {
+            SurroundingsExchange::unmeasured(zones)
+        } else {
+            surroundings::stage::measure(zones, transport, settings)
+        };
+        check_interrupted(settings.progress)?;
+        Ok(exterior)
+    }
+
+    /// Direct light of light number `l` by shadow rays: the stage `light-…`, or computed and saved.
+    pub(crate) fn illuminate(&self, l: usize, settings: &SolveSettings) -> Result<LightField, SceneError> {
+        let BandBlock { scene, zones, transport, .. } = *self;
+        let stage = format!("light-{l}");
+        if let Some(light) =
+            settings.checkpoints.load(&stage).and_then(|b| LightField::decode(&b, zones.len()))
+        {
+            return Ok(light);
+        }
+        let normalization = illumination::PowerNormalization::of(scene);
+        let light =
+            illumination::illuminate_by(scene, zones, transport, l, normalization, settings.execution());
+        if settings.checkpoints.keeps() {
+            settings.checkpoints.save(&stage, &light.encode());
+        }
+        check_interrupted(settings.progress)?;
+        Ok(light)
     }
 }
 
@@ -419,27 +453,6 @@ fn describe_engine(report: &mut Report, prepared: &Prepared, scene: &Scene) {
     report.warnings.extend(missed);
 }
 
-/// The exchange with the surroundings by rays; zeros if the engine determines it.
-pub(crate) fn measure_surroundings(
-    scene: &Scene,
-    zones: &Zones,
-    transport: &Transport,
-    engine: Engine,
-    settings: &SolveSettings,
-) -> Result<SurroundingsExchange, SceneError> {
-    let exterior = if let Some(strips) = StripImages::of(scene, zones) {
-        SurroundingsExchange::of_strips(&strips, zones)
-    } else if selection::knows_escaping_power(engine, scene) {
-        SurroundingsExchange::default()
-    } else if engine == Engine::Rays && rays_measure_escape(scene, zones) {
-        SurroundingsExchange::unmeasured(zones)
-    } else {
-        surroundings::stage::measure(zones, transport, settings)
-    };
-    check_interrupted(settings.progress)?;
-    Ok(exterior)
-}
-
 /// Solves the linear system of all groups, or iterates on temperatures if they couple the bands; then the zones of each block with the emission of the
 /// temperatures found follow, else none.
 fn solve_columns(
@@ -463,25 +476,4 @@ fn solve_columns(
         check_interrupted(engine.context.settings.progress)?;
     }
     Ok((columns, Vec::new()))
-}
-
-/// Direct light of light number `l` by shadow rays: the stage `light-…`, or computed and saved.
-pub(crate) fn illuminate_stage(
-    scene: &Scene,
-    zones: &Zones,
-    transport: &Transport,
-    l: usize,
-    settings: &SolveSettings,
-) -> Result<LightField, SceneError> {
-    let stage = format!("light-{l}");
-    if let Some(light) = settings.checkpoints.load(&stage).and_then(|b| LightField::decode(&b, zones.len())) {
-        return Ok(light);
-    }
-    let normalization = illumination::PowerNormalization::of(scene);
-    let light = illumination::illuminate_by(scene, zones, transport, l, normalization, settings.execution());
-    if settings.checkpoints.keeps() {
-        settings.checkpoints.save(&stage, &light.encode());
-    }
-    check_interrupted(settings.progress)?;
-    Ok(light)
 }

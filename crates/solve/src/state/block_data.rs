@@ -8,6 +8,7 @@ use crate::areas::exchange_areas::ExchangeAreas;
 use crate::balance::{closure, least_squares_closure};
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::closure_error::unexplained_fractions;
+use crate::pipeline::BandBlock;
 use crate::pipeline::emitter_exchange::PatchExchange;
 use crate::pipeline::symmetry_planes::SymmetricSolve;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
@@ -48,7 +49,10 @@ impl BlockData {
         let zones = further.as_ref().unwrap_or(&areas.zones);
         let mirrored = SymmetricSolve::of(scene, zones)?;
         let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
-        let rays = RayTracing { scene, zones, transport, mirrored: extension };
+        let rays = RayTracing {
+            part: BandBlock { scene, zones, transport, mirrored: None },
+            mirrored: extension.as_ref().map(|(m, transport)| (*m, m.block(transport))),
+        };
         // Close the rows.
         let mut operator = AreaOperator::new(areas, zones, block);
         let mut exterior = rays.surroundings(&operator, settings)?;

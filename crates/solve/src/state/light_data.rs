@@ -4,6 +4,7 @@
 
 use super::ray_tracing::RayTracing;
 use crate::errors::direct_error::light_power_errors;
+use crate::pipeline::BandBlock;
 use crate::pipeline::emitter_exchange::{EmitterExchange, PatchExchange};
 use crate::right_hand_side::direct_light::LightField;
 use crate::right_hand_side::direct_light::light_field::DirectLight;
@@ -66,10 +67,11 @@ pub(super) fn direct_light(
     exchange: &PatchExchange,
     settings: &SolveSettings,
 ) -> Result<DirectLight, SceneError> {
-    let emitters = EmitterExchange::of(rays.scene, rays.zones, Engine::Dense, settings.pair_settings);
+    let BandBlock { scene, zones, .. } = rays.part;
+    let emitters = EmitterExchange::of(scene, zones, Engine::Dense, settings.pair_settings);
     let one = |l: usize| match emitters.surface(l) {
         Some(surface) => exchange.light_of_emitter(l, surface, || rays.light(l, settings)),
         None => rays.light(l, settings),
     };
-    Ok(DirectLight { lights: (0..rays.scene.lights().len()).map(one).collect::<Result<_, _>>()? })
+    Ok(DirectLight { lights: (0..scene.lights().len()).map(one).collect::<Result<_, _>>()? })
 }

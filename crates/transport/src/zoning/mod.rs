@@ -106,7 +106,7 @@ fn zones_without_symmetry_planes(
 #[must_use]
 pub fn zones_of_bands(scene: &Scene, zones: &Zones) -> Zones {
     let patches = patches::patches_of_bands(scene, &zones.patches);
-    let panes = patches::panes_of_bands(scene, &zones.panes);
+    let panes = zones.panes.iter().map(|p| patches::pane_zone(scene, p.pane, p.plate)).collect();
     let voxels = match scene.voxel_grid() {
         Some(grid) => zones.voxels.with_media_of(grid),
         None => VoxelZones::default(),

@@ -218,7 +218,7 @@ pub(super) fn panes(scene: &Scene) -> Result<Vec<PaneZone>, SceneError> {
 }
 
 /// The piece `plate` of a pane with its optical properties.
-fn pane_zone(scene: &Scene, pane: usize, plate: Plate) -> PaneZone {
+pub(super) fn pane_zone(scene: &Scene, pane: usize, plate: Plate) -> PaneZone {
     let own = &scene.panes()[pane];
     PaneZone {
         pane,
@@ -230,9 +230,4 @@ fn pane_zone(scene: &Scene, pane: usize, plate: Plate) -> PaneZone {
         albedo: own.albedo,
         emission: own.emission,
     }
-}
-
-/// Zones of panes with the optical properties of the bands of `scene`, whose geometry is theirs.
-pub(super) fn panes_of_bands(scene: &Scene, panes: &[PaneZone]) -> Vec<PaneZone> {
-    panes.iter().map(|p| pane_zone(scene, p.pane, p.plate)).collect()
 }

@@ -9,16 +9,6 @@ use zonal_math::{Bounded, Grade};
 /// Exchange areas in m², rows sorted by column, both halves stored; the surroundings of each row apart.
 #[derive(Clone, Debug)]
 pub(crate) struct ExchangeRows {
-    starts: Vec<u64>,
-    columns: Vec<u32>,
-    values: Vec<f64>,
-    radii: Vec<f32>,
-    pub sky: Vec<Bounded>,
-    pub ground: Vec<Bounded>,
-}
-
-/// The entries of rows with their memory.
-pub(crate) struct RowLists {
     /// Index of the first entry of each row, and the number of all entries.
     pub starts: Vec<u64>,
     /// Column of each entry.
@@ -27,6 +17,10 @@ pub(crate) struct RowLists {
     pub values: Vec<f64>,
     /// Error radius of each entry, m².
     pub radii: Vec<f32>,
+    /// Exchange with the directions above the horizon that meet nothing, m².
+    pub sky: Vec<Bounded>,
+    /// Exchange with the directions below the horizon that meet nothing, m².
+    pub ground: Vec<Bounded>,
 }
 
 impl ExchangeRows {
@@ -127,17 +121,6 @@ impl ExchangeRows {
                 self.radii[k] = crate::matrix::pairs::round_up(b.radius);
             }
         }
-    }
-
-    /// The entries of all rows.
-    pub(crate) fn into_lists(self) -> RowLists {
-        RowLists { starts: self.starts, columns: self.columns, values: self.values, radii: self.radii }
-    }
-
-    /// Rows from their lists, which fit together.
-    pub(crate) fn from_lists(lists: RowLists, sky: Vec<Bounded>, ground: Vec<Bounded>) -> ExchangeRows {
-        let RowLists { starts, columns, values, radii } = lists;
-        ExchangeRows { starts, columns, values, radii, sky, ground }
     }
 
     /// Entries of column I × column J of a partition, added: rows of unions of facets.

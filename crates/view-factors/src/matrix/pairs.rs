@@ -66,22 +66,14 @@ impl TreatmentCounts {
         [self.node_pairs, self.unobstructed, self.hidden, self.partial, self.facet_pairs]
     }
 
-    pub(crate) fn from_numbers(n: [u64; 5]) -> TreatmentCounts {
-        TreatmentCounts {
-            node_pairs: n[0],
-            unobstructed: n[1],
-            hidden: n[2],
-            partial: n[3],
-            facet_pairs: n[4],
-        }
+    pub(crate) fn from_numbers(numbers: [u64; 5]) -> TreatmentCounts {
+        let [node_pairs, unobstructed, hidden, partial, facet_pairs] = numbers;
+        TreatmentCounts { node_pairs, unobstructed, hidden, partial, facet_pairs }
     }
 
     pub(crate) fn add(&mut self, o: &TreatmentCounts) {
-        self.node_pairs += o.node_pairs;
-        self.unobstructed += o.unobstructed;
-        self.hidden += o.hidden;
-        self.partial += o.partial;
-        self.facet_pairs += o.facet_pairs;
+        let (own, more) = (self.numbers(), o.numbers());
+        *self = TreatmentCounts::from_numbers(std::array::from_fn(|k| own[k] + more[k]));
     }
 }
 
@@ -128,10 +120,6 @@ impl<'a> PairTraversal<'a> {
             planes: Vec::new(),
             view: OccludedView::default(),
         }
-    }
-
-    fn bounds_of_second(&self, pair: &NodePair) -> Bounds {
-        self.images.bounds(&self.geometry.node(pair.b).bounds, &pair.block)
     }
 
     /// The parts of a pair that may exchange, or None for a pair of leaves whose images need no division.
@@ -220,7 +208,8 @@ impl<'a> PairTraversal<'a> {
 
     fn leaves(&mut self, pair: &NodePair) {
         let g = self.geometry;
-        let shaft = BoxShaft::new(&g.node(pair.a).bounds, &self.bounds_of_second(pair), g.contact);
+        let second = self.images.bounds(&g.node(pair.b).bounds, &pair.block);
+        let shaft = BoxShaft::new(&g.node(pair.a).bounds, &second, g.contact);
         let mut near = Vec::new();
         occluder_list::filter(g, self.images, &pair.occluders, 0.0, |o| shaft.excludes(o), &mut near);
         self.near.clear();
@@ -273,18 +262,17 @@ impl<'a> PairTraversal<'a> {
         let base = self.images.shift(&ImageBlock { first: at, last: at });
         let (outer, inner) = (long[0], *long.last().unwrap_or(&long[0]));
         let (step, rows) = (self.images.step(outer), self.images.step(inner));
-        let polygons = [facets[0].polygon(), facets[1].polygon()];
-        if outer == inner {
-            let rest = RestBound::new(polygons, base, step, None);
-            let (request, total) = (*request, 0.0);
-            let mut images = FacetImages { traversal: self, facets, base, step, request, rest, total };
-            return image_sum::sum(block.first[outer], block.last[outer], goal, &mut images);
+        let has_rows = outer != inner;
+        let polygons = facets.map(PreparedFacet::polygon);
+        let rest = RestBound::new(polygons, base, step, has_rows.then(|| rows.length()));
+        let (request, total) = (*request, 0.0);
+        let mut images = FacetImages { traversal: self, facets, base, step, request, rest, total };
+        let [first, last] = [block.first[outer], block.last[outer]];
+        if !has_rows {
+            return image_sum::sum(first, last, goal, &mut images);
         }
-        let rest = RestBound::new(polygons, base, step, Some(rows.length()));
         let range = [block.first[inner], block.last[inner]];
-        let mut images =
-            FacetRows { traversal: self, facets, base, step, rows, range, request: *request, rest };
-        image_sum::sum(block.first[outer], block.last[outer], goal, &mut images)
+        image_sum::sum(first, last, goal, &mut FacetRows { images, rows, range })
     }
 
     /// 𝓕 of two facets, the second one displaced, with the occluders of `self.near` between them.
@@ -427,38 +415,32 @@ impl ImageFunction for FacetImages<'_, '_> {
 
 /// The exchange of a facet with rows of images of another one; all occluders between are endless along both axes.
 struct FacetRows<'s, 'a> {
-    traversal: &'s mut PairTraversal<'a>,
-    facets: [&'a PreparedFacet; 2],
-    base: Vec3,
-    /// One period from row to row, and within a row.
-    step: Vec3,
+    /// The rows, one for each period.
+    images: FacetImages<'s, 'a>,
+    /// One period within a row.
     rows: Vec3,
     /// The images of a row.
     range: [i32; 2],
-    request: IntegrationRequest,
-    rest: RestBound,
 }
 
 impl ImageFunction for FacetRows<'_, '_> {
     fn value(&mut self, displacement: f64, weight: f64) -> Bounded {
-        let absolute = self.request.absolute / (IMAGE_SHARES * weight.max(1.0));
-        let request = IntegrationRequest { absolute, ..self.request };
-        let base = self.base + self.step * displacement;
-        let polygons = self.facets.map(|f| f.polygon());
-        let rest = RestBound::new(polygons, base, self.rows, None);
+        let FacetImages { traversal, facets, base, step, request, .. } = &mut self.images;
+        let absolute = request.absolute / (IMAGE_SHARES * weight.max(1.0));
+        let request = IntegrationRequest { absolute, ..*request };
+        let (facets, base) = (*facets, *base + *step * displacement);
+        let rest = RestBound::new(facets.map(PreparedFacet::polygon), base, self.rows, None);
         let goal = SumGoal { relative: request.relative, absolute };
-        let facets = self.facets;
-        let (step, total) = (self.rows, 0.0);
-        let mut row = FacetImages { traversal: self.traversal, facets, base, step, request, rest, total };
+        let mut row = FacetImages { traversal, facets, base, step: self.rows, request, rest, total: 0.0 };
         image_sum::sum(self.range[0], self.range[1], goal, &mut row)
     }
 
     fn rest(&self, n: i32) -> f64 {
-        self.rest.from(n)
+        self.images.rest(n)
     }
 
     fn scale(&self) -> f64 {
-        self.rest.gap / self.rest.period
+        self.images.scale()
     }
 
     fn set_total(&mut self, _: f64) {}

@@ -232,7 +232,8 @@ fn halves(&[a, b, c]: &[Vec3; 3]) -> [[Vec3; 3]; 2] {
 }
 
 fn triangle_sum([a, b, c]: &[Vec3; 3], f: &mut impl FnMut(Vec3) -> f64) -> TriangleSum {
-    let rules = triangle_rules();
+    static RULES: OnceLock<TriangleRules> = OnceLock::new();
+    let rules = RULES.get_or_init(make_triangle_rules);
     let values: [f64; POINTS] = std::array::from_fn(|k| {
         let [u, v, w] = rules.points[k];
         f(*a * u + *b * v + *c * w)
@@ -264,11 +265,6 @@ struct TriangleRules {
     difference: [f64; POINTS],
     /// An orthonormal basis of the weights that annihilate polynomials up to [`NULL_DEGREE`].
     null: [[f64; POINTS]; POINTS - MONOMIALS],
-}
-
-fn triangle_rules() -> &'static TriangleRules {
-    static RULES: OnceLock<TriangleRules> = OnceLock::new();
-    RULES.get_or_init(make_triangle_rules)
 }
 
 fn make_triangle_rules() -> TriangleRules {

@@ -28,10 +28,6 @@ use zonal_scene::{Bands, Diagnostic, Engine, Fields, Scene, SceneError};
 const MAX_NOISE_SHARE: f64 = 0.4;
 const WANTED_NOISE_SHARE: f64 = 0.25;
 
-fn no_zones() -> SceneError {
-    SceneError::new("scene", "the scene has no zones; add a surface or a medium")
-}
-
 /// Builds the engine for all light groups of a scene.
 ///
 /// # Errors
@@ -42,7 +38,7 @@ pub(crate) fn build<'a>(
 ) -> Result<BuiltEngine<'a>, SceneError> {
     let (scene, zones, tolerance) = (context.scene, context.zones, context.scene.options().tolerance);
     if zones.is_empty() {
-        return Err(no_zones());
+        return Err(SceneError::new("scene", "the scene has no zones; add a surface or a medium"));
     }
     let budget = MemoryBudget::new(scene, zones, context.transport, context.settings.memory_limit);
     let rays = budget.affordable_rays(zones, tolerance).ok_or_else(|| {

@@ -66,7 +66,7 @@ pub(crate) fn complete(
     if !needs.contains(&true) {
         return pilot;
     }
-    stage::measure_zones(zones, transport, &needs, settings)
+    stage::measure_zones(zones, transport, Some(&needs), settings)
 }
 
 /// The plates of all one-sided facets; `None` if they are many.

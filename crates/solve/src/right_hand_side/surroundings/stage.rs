@@ -16,18 +16,7 @@ pub(crate) fn measure(
     transport: &Transport,
     settings: &SolveSettings,
 ) -> SurroundingsExchange {
-    kept_or_measured(STAGE, zones, transport, settings, None)
-}
-
-/// The exchange of the zones that need rays, with pilot rays of the others: loaded from its stage, or sampled and saved.
-pub(super) fn measure_zones(
-    zones: &Zones,
-    transport: &Transport,
-    needs: &[bool],
-    settings: &SolveSettings,
-) -> SurroundingsExchange {
-    let stage = if needs.contains(&false) { STAGE_OF_ZONES } else { STAGE };
-    kept_or_measured(stage, zones, transport, settings, Some(needs))
+    measure_zones(zones, transport, None, settings)
 }
 
 /// The exchange by pilot rays of all zones.
@@ -35,13 +24,15 @@ pub(crate) fn pilot(zones: &Zones, transport: &Transport, settings: &SolveSettin
     sampled(zones, transport, settings, Some(&vec![false; zones.len()]))
 }
 
-fn kept_or_measured(
-    stage: &str,
+/// The exchange of the zones that need rays, with pilot rays of the others: loaded from its stage, or sampled and saved.
+pub(super) fn measure_zones(
     zones: &Zones,
     transport: &Transport,
-    settings: &SolveSettings,
     needs: Option<&[bool]>,
+    settings: &SolveSettings,
 ) -> SurroundingsExchange {
+    let are_some = needs.is_some_and(|needs| needs.contains(&false));
+    let stage = if are_some { STAGE_OF_ZONES } else { STAGE };
     let kept = settings.checkpoints.load(stage).and_then(|bytes| decode(&bytes, zones.len()));
     kept.unwrap_or_else(|| {
         let exchange = sampled(zones, transport, settings, needs);

@@ -292,7 +292,6 @@ fn refine(
 ) {
     let options = traced.transport.scene().options();
     let limit = max_rays(traced.transport.scene(), tallies.len());
-    let offsets = [traced.zones.voxel_offset(), traced.zones.pane_offset()];
     let any = (0..tallies.len()).any(needs_all);
     let openings = if any && uses_openings(traced.transport.scene(), tallies.len()) {
         OpeningSampler::find(*traced)
@@ -300,10 +299,10 @@ fn refine(
         None
     };
     for round in if openings.is_some() { ROUNDS - 1 } else { 0 }..ROUNDS {
-        let wanted = error_targets(tallies, offsets, ERROR_SHARE * options.tolerance);
+        let wanted = error_targets(tallies, traced.zones, ERROR_SHARE * options.tolerance);
         let refined = |i: usize| {
             let mut x = tallies[i];
-            let wanted = wanted[offsets.iter().filter(|first| i >= **first).count()];
+            let wanted = wanted[traced.zones.kind(i) as usize];
             let off = norm(x.standard_error()) / wanted;
             if wanted > 0.0 && off > 1.0 && needs_all(i) {
                 let growth = off.powf(RAYS_OVER_ERROR_EXPONENT).min(MAX_GROWTH);
@@ -329,10 +328,10 @@ fn uses_openings(scene: &Scene, zones: usize) -> bool {
 }
 
 /// Wanted error of patches, voxel zones and panes: `share` of the root mean square over the kind. The offsets are those of voxels and panes.
-fn error_targets(tallies: &[RayTally], [voxels, panes]: [usize; 2], share: f64) -> [f64; 3] {
+fn error_targets(tallies: &[RayTally], zones: &Zones, share: f64) -> [f64; 3] {
     let mean =
         |of: &[RayTally]| of.iter().map(|x| norm(x.mean_sky()).powi(2)).sum::<f64>() / of.len().max(1) as f64;
-    [0..voxels, voxels..panes, panes..tallies.len()].map(|of| share * mean(&tallies[of]).sqrt())
+    zones.ranges_of_kinds().map(|of| share * mean(&tallies[of]).sqrt())
 }
 
 /// Root of the sum of squares over the bands.

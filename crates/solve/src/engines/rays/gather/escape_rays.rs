@@ -88,7 +88,7 @@ pub(crate) struct EscapeRays {
     /// Rays of each half so far, of every row.
     counts: Vec<u32>,
     /// Wanted rays for each sample, of every row.
-    rays_per_sample: Vec<u8>,
+    pub rays_per_sample: Vec<u8>,
     /// Of each row: Σ e of both halves, Σ e' of both halves, and Σ v e of every column.
     sums: Vec<SingleBands>,
 }
@@ -181,11 +181,6 @@ impl EscapeRays {
     /// All rays so far.
     pub(crate) fn total(&self) -> u64 {
         self.counts.iter().map(|c| 2 * u64::from(*c)).sum()
-    }
-
-    /// Sets the rays for each sample of every row.
-    pub(crate) fn set_ratios(&mut self, ratios: Vec<u8>) {
-        self.rays_per_sample = ratios;
     }
 
     /// The best rays for each sample of every row, from the moments of its group: `moments` gives c² Var(e) and Var(v) of a zone, of the sum of the columns

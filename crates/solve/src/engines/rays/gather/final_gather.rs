@@ -132,7 +132,7 @@ pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
     let mut changed = [true; 2];
     let goal = loop {
         fields.update(gatherer, task, &sums, changed);
-        sums.escape.set_ratios(std::mem::take(&mut fields.escape_ratios));
+        sums.escape.rays_per_sample = std::mem::take(&mut fields.escape_ratios);
         let goal = Goal::of(task, &fields);
         let more = goal.samples(task, &sums, &fields);
         match more.filter(|_| sums.round < MAX_ROUNDS && !task.execution.progress.is_interrupted()) {
@@ -298,7 +298,7 @@ impl Goal {
                 if of_samples.iter().all(|s| *s > 0.0) {
                     return of_samples;
                 }
-                let unmet = (square(&mut r.map(|i| fields.unmet_level(q, i))) / count).sqrt();
+                let unmet = (square(&mut r.map(|i| fields.unmet.level(q, i))) / count).sqrt();
                 of_samples.zip_map(unmet, |met, unmet| if met > 0.0 { met } else { unmet })
             })
         };

@@ -34,7 +34,7 @@ pub(crate) struct GatheredFields {
     /// Escape rays for each sample in the next round ([`super::escape_rays::EscapeRays::ratios`]).
     pub escape_ratios: Vec<u8>,
     /// Zones whose samples met no light.
-    unmet: UnmetLight,
+    pub unmet: UnmetLight,
 }
 
 /// The sums of the samples, with the corrections of their means by escape rays.
@@ -124,11 +124,6 @@ impl GatheredFields {
             let standard = standard_errors(&variances);
             order.iter().zip(standard).for_each(|(i, e)| errors[*i as usize] = e);
         }
-    }
-
-    /// What quantity `q` of zone `i` may be where no samples met light ([`UnmetLight::level`]); zero where light was met.
-    pub(crate) fn unmet_level(&self, q: usize, i: usize) -> Bands {
-        self.unmet.level(q, i)
     }
 
     /// The errors by the noise of the radiosities.
