@@ -64,10 +64,7 @@ fn fields_of_several_lights_add_up() {
         let scene = read(&unit_room("patch_size=0.25", "omit=[\"y1\"]", &format!("{FOG}{lights}")));
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
-        (
-            illuminate(&scene, &zones, &transport, PowerNormalization::None, Execution::alone(&NoProgress)),
-            zones.len(),
-        )
+        (illuminate(&zones, &transport, PowerNormalization::None, Execution::alone(&NoProgress)), zones.len())
     };
     let (both, zones) = lit(&format!("{SUN}{SKY}"));
     let [sun, sky]: [LightField; 2] = [SUN, SKY].map(|light| lit(light).0.lights.swap_remove(0));

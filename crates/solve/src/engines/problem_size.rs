@@ -63,7 +63,7 @@ pub fn direct_light_cost(scene: &Scene, zones: &Zones, transport: &Transport, th
         let found = || scene.voxel_grid().map(|grid| UnobstructedCells::new(grid, zones, transport));
         let averages = shadow_rays::averages_cells(light);
         let cells = averages.then(|| cells.get_or_init(found).as_ref()).flatten();
-        shadow_rays::expected_rays(scene, zones, transport, light, zones_of_light, cells)
+        shadow_rays::expected_rays(zones, transport, light, zones_of_light, cells)
     };
     // Of many lights of a kind, evenly spaced ones stand for all.
     let mut of_kinds: Vec<(std::mem::Discriminant<Light>, Vec<&Light>)> = Vec::new();

@@ -153,13 +153,8 @@ fn solve_with_reflectances(
     let explained = thermal::recover_temperatures(&mut solved);
     // Errors of rows that do not close are no explanation where closure can be restored.
     let explained = if scenes[0].restores_closure() { explained } else { 0.0 };
-    let backs = back_faces::lost_on_backs(
-        &scenes[0],
-        &solved[0].zones,
-        &transports[0],
-        &solved[0].fields,
-        &solved[0].report,
-    );
+    let backs =
+        back_faces::lost_on_backs(&solved[0].zones, &transports[0], &solved[0].fields, &solved[0].report);
     solved[0].report.warnings.extend(backs);
     for s in &mut solved {
         s.report
@@ -329,8 +324,7 @@ impl BandBlock<'_> {
             return Ok(light);
         }
         let normalization = illumination::PowerNormalization::of(scene);
-        let light =
-            illumination::illuminate_by(scene, zones, transport, l, normalization, settings.execution());
+        let light = illumination::illuminate_by(zones, transport, l, normalization, settings.execution());
         if settings.checkpoints.keeps() {
             settings.checkpoints.save(&stage, &light.encode());
         }

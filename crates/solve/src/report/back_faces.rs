@@ -5,7 +5,7 @@
 
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::low_discrepancy::{r2, sobol_2d};
-use zonal_scene::{Bands, Diagnostic, Fields, HeatReport, Report, Scene, Sides, Zones};
+use zonal_scene::{Bands, Diagnostic, Fields, HeatReport, Report, Sides, Zones};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::facet_side_locator;
 
@@ -22,7 +22,6 @@ const MIN_SHARE: f64 = 0.02;
 
 /// The diagnostic of power on backs beyond its stated error; none in light mode.
 pub(crate) fn lost_on_backs(
-    scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     fields: &Fields,
@@ -33,11 +32,11 @@ pub(crate) fn lost_on_backs(
     if lost <= MAX_LOST_SHARE * exchanged_power(heat) || lost <= error {
         return None;
     }
-    let received = received_by_backs(scene, zones, transport, fields);
+    let received = received_by_backs(zones, transport, fields);
     let all: f64 = received.iter().sum();
     let mut names: Vec<(f64, &str)> = received
         .iter()
-        .zip(scene.surfaces())
+        .zip(transport.scene().surfaces())
         .filter(|(w, _)| **w > MIN_SHARE * all)
         .map(|(w, s)| (w / all, s.name.as_str()))
         .collect();
@@ -62,7 +61,8 @@ fn exchanged_power(heat: &HeatReport) -> f64 {
 }
 
 /// Power on the backs of each surface without that of the medium, W.
-fn received_by_backs(scene: &Scene, zones: &Zones, transport: &Transport, fields: &Fields) -> Vec<f64> {
+fn received_by_backs(zones: &Zones, transport: &Transport, fields: &Fields) -> Vec<f64> {
+    let scene = transport.scene();
     let patches = facet_side_locator(scene, zones);
     let sky = scene.surroundings().radiosity();
     let has_back = |s: usize| scene.surfaces()[s].sides == Sides::Front && !scene.surfaces()[s].solid;

@@ -205,8 +205,7 @@ pub(crate) fn with_site(scene: &Scene, use_it: impl FnOnce(&SolveContext, &Surro
     let zones = build_zones(scene, &transport).unwrap_or_else(|e| panic!("{e}"));
     let escape = SurroundingsExchange::unmeasured(&zones);
     let sources: Vec<SourceGroup> = select_groups(scene, &zones).0;
-    let direct =
-        illuminate(scene, &zones, &transport, PowerNormalization::None, Execution::alone(&NoProgress));
+    let direct = illuminate(&zones, &transport, PowerNormalization::None, Execution::alone(&NoProgress));
     let site = SolveContext {
         scene,
         zones: &zones,

@@ -45,31 +45,30 @@ impl PowerNormalization {
 /// Direct light of all lights of a scene.
 #[must_use]
 pub fn illuminate(
-    scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     normalization: PowerNormalization,
     execution: Execution,
 ) -> DirectLight {
-    let one = |l: usize| illuminate_by(scene, zones, transport, l, normalization, execution);
-    DirectLight { lights: (0..scene.lights().len()).map(one).collect() }
+    let one = |l: usize| illuminate_by(zones, transport, l, normalization, execution);
+    DirectLight { lights: (0..transport.scene().lights().len()).map(one).collect() }
 }
 
 /// Direct light of light number `index` of the scene.
 pub(crate) fn illuminate_by(
-    scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     index: usize,
     normalization: PowerNormalization,
     execution: Execution,
 ) -> LightField {
+    let scene = transport.scene();
     let light = &scene.lights()[index];
     let name = light.name(scene.surfaces()).to_string();
     // Sample both sides: shadow rays from the zones, rays from the light.
     let GatheredLight { mut fields, mut error, rays, worst_error, max_samples } =
-        gather(scene, zones, transport, light, execution);
-    let mut power = LightPower::measure(scene, zones, transport, light);
+        gather(zones, transport, light, execution);
+    let mut power = LightPower::measure(zones, transport, light);
     let is_inside = matches!(light, Light::Emitter { .. } | Light::Point { .. });
     // Compare them, and normalize the fields unless they disagree too much.
     let agreement = compare(zones, &fields, &error, &power, normalization);

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use zonal_math::direction_sampling::{cosine_hemisphere, sin_cos_turns, uniform_sphere};
 use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Band, Bands, Light, Scene, Zones};
+use zonal_scene::{Band, Bands, Light, Zones};
 use zonal_transport::lights::{EmissionSample, LightSampler};
 use zonal_transport::patch_locator::{PatchLocator, facet_side_locator};
 use zonal_transport::{Hit, Transport};
@@ -45,12 +45,15 @@ impl LightPower {
     }
 
     /// Measures the powers of a light.
-    pub(super) fn measure(scene: &Scene, zones: &Zones, transport: &Transport, light: &Light) -> LightPower {
+    pub(super) fn measure(zones: &Zones, transport: &Transport, light: &Light) -> LightPower {
+        let scene = transport.scene();
+        let (lo, hi) = scene.bounds();
         let tracer = LightRays {
-            scene,
             transport,
             patches: facet_side_locator(scene, zones),
             sampler: LightSampler::new(scene, light),
+            centre: (lo + hi) * 0.5,
+            radius: 0.5 * scene.diagonal() * (1.0 + 1e-9),
         };
         let blocks: Vec<LightPower> = parallel::collect(LIGHT_RAYS / BLOCK_RAYS, |block| {
             let mut sum = LightPower::default();
@@ -108,17 +111,18 @@ impl LightPower {
 
 /// Rays from one light.
 struct LightRays<'a> {
-    scene: &'a Scene,
     transport: &'a Transport<'a>,
     patches: PatchLocator,
     sampler: LightSampler<'a>,
+    /// Centre and radius of a sphere around the scene, m.
+    centre: Vec3,
+    radius: f64,
 }
 
 impl LightRays<'_> {
     /// Traces the `k`-th ray and adds its power.
     fn trace(&self, k: usize, sum: &mut LightPower) {
-        let (lo, hi) = self.scene.bounds();
-        let (centre, radius) = ((lo + hi) * 0.5, 0.5 * self.scene.diagonal() * (1.0 + 1e-9));
+        let (centre, radius) = (self.centre, self.radius);
         let (u, v) = r4(k);
         match self.sampler.light() {
             Light::Sun { angular_diameter, .. } if *angular_diameter > WIDE_DISC => self.wide_disc(k, u, sum),
@@ -127,6 +131,7 @@ impl LightRays<'_> {
                 let disc = low_discrepancy::sobol_2d(k as u32, [0, 0]);
                 let dir = direction_from_sun(*direction, *angular_diameter, disc);
                 let (t, s) = direction.frame();
+                let (lo, hi) = self.transport.scene().bounds();
                 let half = (hi - lo) * 0.5;
                 let extent = |w: Vec3| half.x * w.x.abs() + half.y * w.y.abs() + half.z * w.z.abs();
                 let slack = 1.0 + angular_diameter;
@@ -153,8 +158,7 @@ impl LightRays<'_> {
 
     /// Adds a ray from a wide disc: from a square normal to it that covers the bounds.
     fn wide_disc(&self, k: usize, u: [f64; 2], sum: &mut LightPower) {
-        let (lo, hi) = self.scene.bounds();
-        let (centre, radius) = ((lo + hi) * 0.5, 0.5 * self.scene.diagonal() * (1.0 + 1e-9));
+        let (centre, radius) = (self.centre, self.radius);
         let disc = low_discrepancy::sobol_2d(k as u32, [0, 0]);
         let sample = self.sampler.sample_emission([disc[0], disc[1], 0.0]);
         let Some(EmissionSample::Distant { direction: towards, fluence }) = sample else { return };
@@ -165,8 +169,7 @@ impl LightRays<'_> {
 
     /// Adds a ray from a sky that is not uniform: from a disc normal to it that covers the bounds.
     fn varying_sky(&self, k: usize, u: [f64; 2], sum: &mut LightPower) {
-        let (lo, hi) = self.scene.bounds();
-        let (centre, radius) = ((lo + hi) * 0.5, 0.5 * self.scene.diagonal() * (1.0 + 1e-9));
+        let (centre, radius) = (self.centre, self.radius);
         let [x, y] = low_discrepancy::sobol_2d(k as u32, [0, 0]);
         let sample = self.sampler.sample_emission([x, y, 0.0]);
         let Some(EmissionSample::Distant { direction: towards, fluence }) = sample else { return };

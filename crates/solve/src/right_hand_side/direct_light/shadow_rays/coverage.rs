@@ -63,9 +63,8 @@ fn check(text: &str, tolerance: f64) -> ErrorCoverage {
     let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
-    let g = ZoneLightSampler::new(&scene, &zones, &transport, &scene.lights()[0]);
-    let lit =
-        illuminate_by(&scene, &zones, &transport, 0, PowerNormalization::None, Execution::alone(&NoProgress));
+    let g = ZoneLightSampler::new(&zones, &transport, &scene.lights()[0]);
+    let lit = illuminate_by(&zones, &transport, 0, PowerNormalization::None, Execution::alone(&NoProgress));
     let list: Vec<usize> = (0..zones.len()).step_by((zones.len() / COMPARED_ZONES).max(1)).collect();
     let truth: Vec<Bands> = parallel::map(&list, |&i| {
         if i < zones.pane_offset() {
@@ -240,7 +239,6 @@ fn direct_light_is_bit_identical_for_threads_and_checkpoints() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             illuminate_by(
-                &scene,
                 &zones,
                 &transport,
                 0,
@@ -266,7 +264,7 @@ fn stated_errors_hold_for_any_number_of_samples() {
         let least = if text.contains("kind = \"point\"") { 10 } else { 20 };
         let transport = Transport::new(&scene);
         let zones = build_zones(&scene, &transport).unwrap();
-        let g = ZoneLightSampler::new(&scene, &zones, &transport, &scene.lights()[0]);
+        let g = ZoneLightSampler::new(&zones, &transport, &scene.lights()[0]);
         let list: Vec<usize> = (0..zones.pane_offset()).step_by(zones.len() / COMPARED_ZONES).collect();
         let first = 1 << 18;
         let value = |&i: &usize| g.sample_zone(i, first..first + REFERENCE_SAMPLES).value().first();
@@ -337,7 +335,7 @@ fn skies_through_a_small_hole_meet_a_small_tolerance() {
         let lit = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let execution = Execution::alone(&NoProgress);
-            pool.install(|| illuminate_by(&scene, &zones, &transport, 0, PowerNormalization::None, execution))
+            pool.install(|| illuminate_by(&zones, &transport, 0, PowerNormalization::None, execution))
         };
         let found = lit(2);
         assert_eq!(found, lit(1));

@@ -81,12 +81,11 @@ fn root_mean_square(list: &[DirectLightEstimate]) -> f64 {
 
 /// The cells whose ratios may be averaged: none under a sun or a point light, whose penumbra is narrower than a cell.
 fn unobstructed_cells<'a>(
-    scene: &'a Scene,
     zones: &'a Zones,
     transport: &'a Transport<'a>,
     light: &Light,
 ) -> Option<UnobstructedCells<'a>> {
-    let grid = scene.voxel_grid()?;
+    let grid = transport.scene().voxel_grid()?;
     averages_cells(light).then(|| UnobstructedCells::new(grid, zones, transport))
 }
 
@@ -134,14 +133,13 @@ impl<'a> SkyThroughOpenings<'a> {
 
 /// Expected number of shadow rays of [`gather`], from about `sample` zones of each kind; `unobstructed` are the cells of a light that averages over them.
 pub(crate) fn expected_rays(
-    scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     light: &Light,
     sample: usize,
     unobstructed: Option<&UnobstructedCells>,
 ) -> f64 {
-    let sampler = ZoneLightSampler::new(scene, zones, transport, light);
+    let (sampler, scene) = (ZoneLightSampler::new(zones, transport, light), transport.scene());
     let (n, patches) = (zones.pane_index(0), zones.patches.len());
     let limit = max_samples(scene, n);
     let of = |range: Range<usize>, kind: usize| {
@@ -188,13 +186,12 @@ pub(crate) fn expected_rays(
 
 /// Gathers one light on all zones.
 pub(crate) fn gather(
-    scene: &Scene,
     zones: &Zones,
     transport: &Transport,
     light: &Light,
     execution: Execution,
 ) -> GatheredLight {
-    let sampler = ZoneLightSampler::new(scene, zones, transport, light);
+    let (sampler, scene) = (ZoneLightSampler::new(zones, transport, light), transport.scene());
     let (n, patches) = (zones.pane_index(0), zones.patches.len());
     let progress = execution.progress;
     progress.begin("direct light", 2 * n as u64);
@@ -272,12 +269,13 @@ struct Gathering<'a> {
 
 impl<'a> Gathering<'a> {
     fn new(sampler: &'a ZoneLightSampler<'a>, pilot: &[DirectLightEstimate]) -> Gathering<'a> {
-        let (scene, zones, light) = (sampler.scene, sampler.zones, sampler.light.light());
+        let ZoneLightSampler { zones, transport, light, .. } = sampler;
+        let scene = transport.scene();
         let patches = zones.patches.len();
         let mut gathering = Gathering {
             targets: error_targets(scene, pilot, patches),
             openings: None,
-            unobstructed: unobstructed_cells(scene, zones, sampler.transport, light),
+            unobstructed: unobstructed_cells(zones, transport, light.light()),
             limit: max_samples(scene, pilot.len()),
             patches,
             sampler,
@@ -291,7 +289,7 @@ impl<'a> Gathering<'a> {
     /// Takes the targets from better estimates: the few pilot samples of a small opening overestimate its light.
     fn update_targets(&mut self, second: &[DirectLightEstimate]) {
         if self.openings.is_some() {
-            self.targets = error_targets(self.sampler.scene, second, self.patches);
+            self.targets = error_targets(self.sampler.transport.scene(), second, self.patches);
         }
     }
 

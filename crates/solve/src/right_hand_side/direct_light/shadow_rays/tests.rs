@@ -27,8 +27,8 @@ fn check(light: &str, omit: &str, limit: f64) {
     let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
-    let g = ZoneLightSampler::new(&scene, &zones, &transport, &scene.lights()[0]);
-    let found = gather(&scene, &zones, &transport, &scene.lights()[0], Execution::alone(&NoProgress));
+    let g = ZoneLightSampler::new(&zones, &transport, &scene.lights()[0]);
+    let found = gather(&zones, &transport, &scene.lights()[0], Execution::alone(&NoProgress));
     let (mut off, mut all, mut within, mut n) = (0.0, 0.0, 0, 0);
     for i in (0..zones.pane_offset()).step_by(7) {
         let truth = largest(g.sample_zone(i, 0..4096).value());
@@ -99,8 +99,8 @@ fn partly_hidden_lamp_beside_a_zone_is_unbiased() {
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
     let light = &scene.lights()[0];
-    let g = ZoneLightSampler::new(&scene, &zones, &transport, light);
-    let found = gather(&scene, &zones, &transport, light, Execution::alone(&NoProgress));
+    let g = ZoneLightSampler::new(&zones, &transport, light);
+    let found = gather(&zones, &transport, light, Execution::alone(&NoProgress));
     let (patches, n) = (zones.voxel_offset(), zones.pane_offset());
     for (range, step) in [(0..patches, 5), (patches..n, 11)] {
         let limit = scene.options().tolerance;
@@ -118,7 +118,6 @@ fn partly_hidden_lamp_beside_a_zone_is_unbiased() {
     }
     // The power balance of the lamp closes.
     let lit = illuminate_by(
-        &scene,
         &zones,
         &transport,
         0,
@@ -135,7 +134,7 @@ fn expected_rays_are_within_a_factor_of_two() {
     let zones = build_zones(&scene, &transport).unwrap();
     let light = &scene.lights()[0];
     let cells = UnobstructedCells::new(scene.voxel_grid().unwrap(), &zones, &transport);
-    let expected = expected_rays(&scene, &zones, &transport, light, 500, Some(&cells));
-    let taken = gather(&scene, &zones, &transport, light, Execution::alone(&NoProgress)).rays as f64;
+    let expected = expected_rays(&zones, &transport, light, 500, Some(&cells));
+    let taken = gather(&zones, &transport, light, Execution::alone(&NoProgress)).rays as f64;
     assert!((0.5..2.0).contains(&(expected / taken)), "{expected} for {taken}");
 }

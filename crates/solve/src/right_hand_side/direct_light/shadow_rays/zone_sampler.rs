@@ -10,7 +10,7 @@ use crate::right_hand_side::surroundings::sky_openings::SkyLight;
 use crate::right_hand_side::surroundings::zone_rays::voxel_point;
 use zonal_math::parallel;
 use zonal_math::{Vec3, scrambled_sobol};
-use zonal_scene::{Bands, IntensityDistribution, Light, Scene, VoxelGrid, ZoneRef, Zones};
+use zonal_scene::{Bands, IntensityDistribution, Light, VoxelGrid, ZoneRef, Zones};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -66,7 +66,6 @@ impl SampleTally {
 
 /// Sampler of one light on the zones of a scene.
 pub(super) struct ZoneLightSampler<'a> {
-    pub(super) scene: &'a Scene,
     pub(super) zones: &'a Zones,
     pub(super) transport: &'a Transport<'a>,
     pub(super) light: LightSampler<'a>,
@@ -146,14 +145,13 @@ impl DirectLightEstimate {
 
 impl<'a> ZoneLightSampler<'a> {
     pub(super) fn new(
-        scene: &'a Scene,
         zones: &'a Zones,
         transport: &'a Transport<'a>,
         light: &'a Light,
     ) -> ZoneLightSampler<'a> {
+        let scene = transport.scene();
         let sampler = LightSampler::new(scene, light);
         ZoneLightSampler {
-            scene,
             zones,
             transport,
             // The weights of a point light are those of full intensity.
