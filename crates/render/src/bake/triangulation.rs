@@ -145,44 +145,44 @@ fn triangulate_cell(
 fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<SheetMesh>) -> SurfaceMesh {
     let s = lighting.solution;
     // Concatenate vertices and triangles.
-    let mut mesh = SurfaceMesh::default();
-    let mut vertices: Vec<PatchVertex> = Vec::with_capacity(sheets.iter().map(|c| c.vertices.len()).sum());
-    let mut values: Vec<PerBand<f32>> = Vec::with_capacity(sheets.iter().map(|c| c.values.len()).sum());
+    let mut all = SheetMesh::default();
     for c in sheets {
-        let first = vertices.len() as u32;
-        mesh.triangles.extend(c.triangles.iter().map(|t| t.map(|i| first + i)));
-        mesh.zones.extend(c.zones);
-        vertices.extend(c.vertices);
-        values.extend(c.values);
+        let first = all.vertices.len() as u32;
+        all.triangles.extend(c.triangles.iter().map(|t| t.map(|i| first + i)));
+        all.zones.extend(c.zones);
+        all.vertices.extend(c.vertices);
+        all.values.extend(c.values);
     }
     // Evaluate the geometry and the emission at the vertices.
+    let vertices = &all.vertices;
     let patch = |v: &PatchVertex| &s.zones.patches[v.patch as usize];
-    let on_facet = |v: &PatchVertex| {
-        let facet = &s.scene.facets()[patch(v).facet];
-        facet.plate.parameters(lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place)))
-    };
-    mesh.positions = parallel::map(&vertices, |v| {
-        single_vector(lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place)))
-    });
-    let normal = |v: &PatchVertex| single_vector(shading_normal(s, patch(v), on_facet(v)));
-    mesh.normals = parallel::map(&vertices, normal);
-    mesh.uvs = parallel::map(&vertices, |v| {
+    let facet = |v: &PatchVertex| &s.scene.facets()[patch(v).facet];
+    let point = |v: &PatchVertex| lighting.point(v.patch as usize, PatchQuadtree::parameters(v.place));
+    let on_facet = |v: &PatchVertex| facet(v).plate.parameters(point(v));
+    let uv = |v: &PatchVertex| {
         let [a, b] = on_facet(v);
-        s.scene.facets()[patch(v).facet].uv_at(a, b).map(|x| x as f32)
-    });
-    mesh.surfaces = vertices.iter().map(|v| patch(v).surface as u32).collect();
-    mesh.emission = parallel::map(&vertices, |v| {
+        facet(v).uv_at(a, b).map(|x| x as f32)
+    };
+    let emission = |v: &PatchVertex| {
         let [a, b] = on_facet(v);
         to_single_precision(s.scene.emission_at(patch(v).facet, a, b))
-    });
-    mesh.error =
-        vertices.iter().map(|v| to_single_precision(s.fields.total_error(v.patch as usize))).collect();
+    };
+    let normal = |v: &PatchVertex| single_vector(shading_normal(s, patch(v), on_facet(v)));
+    let error = |v: &PatchVertex| to_single_precision(s.fields.total_error(v.patch as usize));
     // Evaluate the irradiance of each group.
-    for (group, slot) in groups.iter().zip(&lighting.slots) {
-        mesh.irradiance.push(group_irradiance(lighting, group, *slot, &vertices, &values));
-        mesh.direct.push(group_direct(lighting, group, *slot, &vertices, &values));
+    let groups = || groups.iter().zip(&lighting.slots);
+    SurfaceMesh {
+        positions: parallel::map(vertices, |v| single_vector(point(v))),
+        normals: parallel::map(vertices, normal),
+        uvs: parallel::map(vertices, uv),
+        surfaces: vertices.iter().map(|v| patch(v).surface as u32).collect(),
+        irradiance: groups().map(|(group, slot)| group_irradiance(lighting, group, *slot, &all)).collect(),
+        direct: groups().map(|(group, slot)| group_direct(lighting, group, *slot, &all)).collect(),
+        emission: parallel::map(vertices, emission),
+        error: vertices.iter().map(error).collect(),
+        triangles: all.triangles,
+        zones: all.zones,
     }
-    mesh
 }
 
 /// The normal on a patch at a point of its facet: that of the curved surface for which the facet stands, or of the patch.
@@ -197,15 +197,14 @@ fn group_direct(
     lighting: &VertexLighting,
     group: &GroupField,
     slot: Option<usize>,
-    vertices: &[PatchVertex],
-    values: &[PerBand<f32>],
+    SheetMesh { vertices, values, .. }: &SheetMesh,
 ) -> Vec<[f32; 3]> {
     let (patches, n) = (lighting.solution.zones.patches.len(), lighting.value_count());
     match slot {
         Some(k) => (0..vertices.len()).map(|i| values[i * n + k].into_rgb()).collect(),
         None if group.is_smooth() => {
             let field = lighting.field_unless_zero((0..patches).map(|i| group.direct(i)).collect());
-            parallel::map(&vertices, |v| to_single_precision(at_vertex(&field, lighting, v)))
+            parallel::map(vertices, |v| to_single_precision(at_vertex(&field, lighting, v)))
         }
         None => Vec::new(),
     }
@@ -222,8 +221,7 @@ fn group_irradiance(
     lighting: &VertexLighting,
     group: &GroupField,
     slot: Option<usize>,
-    vertices: &[PatchVertex],
-    values: &[PerBand<f32>],
+    SheetMesh { vertices, values, .. }: &SheetMesh,
 ) -> Vec<[f32; 3]> {
     let patches = lighting.solution.zones.patches.len();
     let means: Vec<Bands> = parallel::collect(patches, |i| interpolated(group, i));

@@ -68,6 +68,11 @@ pub(crate) fn times<T: VectorEntry>(a: &[T], b: &[T]) -> Vec<T> {
     parallel::collect(a.len(), |i| a[i].times(b[i]))
 }
 
+/// The scaling `d` after an earlier one.
+pub(crate) fn times_scaling(earlier: &Option<Vec<Bands>>, d: &[Bands]) -> Vec<Bands> {
+    earlier.as_ref().map_or_else(|| d.to_vec(), |earlier| times(earlier, d))
+}
+
 /// The sum of all columns over `n` unknowns, in the order of the columns.
 pub(crate) fn total<'a>(n: usize, columns: impl IntoIterator<Item = &'a Vec<Bands>>) -> Vec<Bands> {
     let mut sum = vec![Bands::ZERO; n];

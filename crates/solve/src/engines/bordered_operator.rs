@@ -16,7 +16,7 @@
 //! **Cost.** m n factors for m patches outside and n zones, 28 bytes each; a product of 2 m n operations beside that of the convolution.
 
 use crate::context::SolveContext;
-use crate::distribution::multivector::times;
+use crate::distribution::multivector::times_scaling;
 use crate::engines::spectral::SpectralOperator;
 use crate::operator::{ErrorModel, ExchangeOperator};
 use crate::right_hand_side::surroundings::SurroundingsExchange;
@@ -118,7 +118,7 @@ impl<'a> BorderedOperator<'a> {
     }
 
     fn scaled(&self, s: &[Bands]) -> Vec<Bands> {
-        self.scaling.as_ref().map_or_else(|| s.to_vec(), |d| times(s, d))
+        times_scaling(&self.scaling, s)
     }
 }
 
@@ -152,10 +152,7 @@ impl ExchangeOperator for BorderedOperator<'_> {
     }
 
     fn scale(&mut self, d: &[Bands]) {
-        self.scaling = Some(match self.scaling.take() {
-            Some(old) => times(&old, d),
-            None => d.to_vec(),
-        });
+        self.scaling = Some(times_scaling(&self.scaling, d));
     }
 }
 

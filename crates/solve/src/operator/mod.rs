@@ -57,11 +57,7 @@ pub(crate) trait ErrorModel: ExchangeOperator {
     /// Incident power of the strengths of a solution, with the error of the sum of all columns.
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         let sum = multivector::total(self.len(), columns);
-        IncidentPower {
-            columns: self.apply_many(columns),
-            error: self.error(&sum),
-            column_errors: Vec::new(),
-        }
+        IncidentPower { columns: self.apply_many(columns), error: self.error(&sum), ..Default::default() }
     }
     /// As [`ErrorModel::incident_power`], in the memory of the strengths; these are returned if the errors need them. The error takes the memory of
     /// `spare`.
@@ -102,6 +98,7 @@ pub(crate) fn adjusted_factor(g: f64, change: f64, w: f64) -> f64 {
 }
 
 /// Incident power of every column of a multivector of strengths.
+#[derive(Default)]
 pub(crate) struct IncidentPower {
     /// P of every column.
     pub columns: Vec<Vec<Bands>>,

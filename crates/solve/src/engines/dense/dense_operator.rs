@@ -5,7 +5,7 @@
 
 use super::packed_symmetric::PackedSymmetric;
 use crate::distribution::Communicator;
-use crate::distribution::multivector::times;
+use crate::distribution::multivector::{times, times_scaling};
 use crate::engines::dense::pair_radii::{PairRadii, squared_radii};
 use crate::operator::{AdjustableExchange, ErrorModel, ExchangeOperator, IncidentPower, adjusted_factor};
 use zonal_math::Grade;
@@ -198,11 +198,7 @@ impl ExchangeOperator for DenseOperator<'_> {
         self.matrices[0].apply_on_ranks(s, self.communicator)
     }
     fn scale(&mut self, d: &[Bands]) {
-        let old = self.scaling.take();
-        self.scaling = Some(match old {
-            Some(o) => o.iter().zip(d).map(|(o, d)| o * d).collect(),
-            None => d.to_vec(),
-        });
+        self.scaling = Some(times_scaling(&self.scaling, d));
     }
 }
 
@@ -212,7 +208,7 @@ impl ErrorModel for DenseOperator<'_> {
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         // Errors are combined with the closure defects of the rows, group by group.
-        IncidentPower { columns: self.apply_many(columns), error: None, column_errors: Vec::new() }
+        IncidentPower { columns: self.apply_many(columns), ..IncidentPower::default() }
     }
     fn grade(&self) -> Grade {
         self.grade

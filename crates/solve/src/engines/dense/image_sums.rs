@@ -105,7 +105,7 @@ impl ErrorModel for ImageSumOperator<'_> {
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
         // As the dense operator without symmetry planes.
-        IncidentPower { columns: self.apply_many(columns), error: None, column_errors: Vec::new() }
+        IncidentPower { columns: self.apply_many(columns), ..IncidentPower::default() }
     }
     fn grade(&self) -> Grade {
         self.operator.grade()

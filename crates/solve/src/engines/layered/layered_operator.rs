@@ -1,7 +1,7 @@
 //! The operator of the layered engine and its errors (header of [`super`]).
 
 use super::layer_stack::LayerStack;
-use crate::distribution::multivector::times;
+use crate::distribution::multivector::{times, times_scaling};
 use crate::engines::dense::band_groups::BandGroups;
 use crate::engines::dense::packed_symmetric::PackedSymmetric;
 use crate::engines::dense::row_blocks::packed_length;
@@ -135,10 +135,7 @@ impl ExchangeOperator for LayeredOperator {
         }
     }
     fn scale(&mut self, d: &[Bands]) {
-        self.scaling = Some(match self.scaling.take() {
-            Some(old) => times(&old, d),
-            None => d.to_vec(),
-        });
+        self.scaling = Some(times_scaling(&self.scaling, d));
     }
 }
 

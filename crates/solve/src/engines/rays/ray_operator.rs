@@ -175,11 +175,9 @@ impl<'a> RayOperator<'a> {
     fn vertex_source(&self, context: &SolveContext, group: &SourceGroup, column: &[Bands]) -> VertexSource {
         let direct = group.direct(context.direct);
         let one = |i: usize| {
-            let s = column[i];
-            let (c, p) = (self.coefficients[i], &self.zones.patches[i]);
+            let p = &self.zones.patches[i];
             let lit = direct.get(i).copied().unwrap_or_default();
-            let all = s.zip_map(c, |s, c| if c > 0.0 { s / c } else { 0.0 });
-            padded((all - p.reflectance * lit).map(|source| source.max(0.0)))
+            padded((self.radiosity_of(i, column[i]) - p.reflectance * lit).map(|source| source.max(0.0)))
         };
         let factor = |l: usize| if group.has_light(l) { 1.0 } else { 0.0 };
         VertexSource {
@@ -211,8 +209,7 @@ impl<'a> RayOperator<'a> {
     }
 
     fn single_radiosities(&self, strengths: &[Bands]) -> Vec<PaddedBands> {
-        let over = |s: f64, c: f64| if c > 0.0 { s / c } else { 0.0 };
-        parallel::collect(strengths.len(), |i| padded(strengths[i].zip_map(self.coefficients[i], over)))
+        parallel::collect(strengths.len(), |i| padded(self.radiosity_of(i, strengths[i])))
     }
 
     /// Multiplies H by areas and G by volumes.

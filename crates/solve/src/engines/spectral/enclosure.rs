@@ -8,6 +8,7 @@
 //! surface, since the rest of a row is its exchange with the surroundings.
 
 use crate::device::grid::{BoxGrid, OTHER_AXES};
+use crate::engines::dense::band_groups::BandGroups;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
     Band, Bands, Light, Patch, PatchRule, PerBand, Plate, PlateKind, Scene, Sides, VoxelGrid, ZoneBasis,
@@ -116,14 +117,8 @@ impl BoxEnclosure {
 
     /// The groups of bands with equal extinctions.
     pub(crate) fn extinction_groups(&self) -> (PerBand<usize>, Vec<f64>) {
-        let mut distinct: Vec<f64> = Vec::new();
-        let group = self.kappa.map(|k| {
-            distinct.iter().position(|x| *x == k).unwrap_or_else(|| {
-                distinct.push(k);
-                distinct.len() - 1
-            })
-        });
-        (group, distinct)
+        let BandGroups { group, firsts } = BandGroups::of(|a, b| self.kappa[a] == self.kappa[b]);
+        (group, firsts.into_iter().map(|b| self.kappa[b]).collect())
     }
 }
 

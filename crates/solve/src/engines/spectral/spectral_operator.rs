@@ -7,7 +7,7 @@ use crate::device::basis::BasisOrder;
 use crate::device::grid::BoxGrid;
 use crate::device::slabs::Slabs;
 use crate::device::{Device, GridConvolution, GridPart, WallValues};
-use crate::distribution::multivector::{times, total};
+use crate::distribution::multivector::{times_scaling, total};
 use crate::distribution::sum_order::SumOrder;
 use crate::distribution::{Execution, Message};
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slopes};
@@ -417,10 +417,7 @@ impl ExchangeOperator for SpectralOperator<'_> {
     fn scale(&mut self, d: &[Bands]) {
         let mut d = d.to_vec();
         extend_to_slopes(&mut d, &self.slope_zones());
-        self.scaling = Some(match self.scaling.take() {
-            Some(old) => times(&old, &d),
-            None => d,
-        });
+        self.scaling = Some(times_scaling(&self.scaling, &d));
     }
 }
 
@@ -429,12 +426,8 @@ impl ErrorModel for SpectralOperator<'_> {
         Some(self.incident_error(&self.apply(strengths), Vec::new()))
     }
     fn incident_power(&self, columns: &[Vec<Bands>]) -> IncidentPower {
-        let copies: Vec<Vec<Bands>> = columns.to_vec();
-        self.incident_power_in_place(copies, Vec::new()).unwrap_or_else(|found| IncidentPower {
-            columns: found,
-            error: None,
-            column_errors: Vec::new(),
-        })
+        let found = self.incident_power_in_place(columns.to_vec(), Vec::new());
+        found.unwrap_or_else(|columns| IncidentPower { columns, ..IncidentPower::default() })
     }
     fn incident_power_in_place(
         &self,
