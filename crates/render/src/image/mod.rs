@@ -4,7 +4,9 @@ pub(crate) mod bloom;
 pub(crate) mod denoise;
 pub(crate) mod spectral_colour;
 
-use zonal_scene::Bands;
+use std::ops::Range;
+use zonal_math::parallel;
+use zonal_scene::{Bands, Progress};
 
 /// A linear picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +22,22 @@ pub struct Image {
 /// A radiance as a pixel, clamped to the finite range of single precision. NaN stays NaN: `min` would hide it.
 pub(crate) fn to_pixel(radiance: Bands) -> [f32; 3] {
     radiance.to_rgb().map(|x| x.clamp(f32::MIN.into(), f32::MAX.into()) as f32)
+}
+
+/// The values of the pixels of some rows of `width` pixels, row by row: `pixel(x, y)`. Each row is a step of the progress.
+pub(crate) fn pixels_of_rows<T: Send>(
+    rows: Range<usize>,
+    width: usize,
+    progress: &dyn Progress,
+    pixel: impl Fn(usize, usize) -> T + Sync,
+) -> Vec<T> {
+    let row = |y: usize| {
+        let row: Vec<T> = (0..width).map(|x| pixel(x, y)).collect();
+        progress.advance(1);
+        row
+    };
+    let rows: Vec<Vec<T>> = parallel::collect(rows.len(), |k| row(rows.start + k));
+    rows.into_iter().flatten().collect()
 }
 
 /// Red, green and blue in single precision.

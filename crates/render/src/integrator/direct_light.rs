@@ -89,12 +89,12 @@ pub(crate) struct DirectLights<'a> {
 }
 
 /// A surface point that receives direct light.
-struct LitPoint {
-    point: Vec3,
+pub(crate) struct LitPoint {
+    pub point: Vec3,
     /// Unit normal.
-    normal: Vec3,
+    pub normal: Vec3,
     /// Indirect irradiance, W/m²: the scale below which light is faint.
-    indirect: Bands,
+    pub indirect: Bands,
 }
 
 impl<'a> DirectLights<'a> {
@@ -112,27 +112,14 @@ impl<'a> DirectLights<'a> {
         }
     }
 
-    /// H_dir, W/m², at a surface point whose indirect irradiance is `indirect`.
+    /// H_dir, W/m², at a surface point, of the lights but those that `skip` selects.
     pub(crate) fn irradiance(
         &self,
-        point: Vec3,
-        normal: Vec3,
-        indirect: Bands,
-        sampler: RaySampler,
-    ) -> Bands {
-        self.irradiance_but(point, normal, indirect, sampler, &|_| false)
-    }
-
-    /// The same but for the lights that `skip` selects.
-    pub(crate) fn irradiance_but(
-        &self,
-        point: Vec3,
-        normal: Vec3,
-        indirect: Bands,
+        receiver: &LitPoint,
         sampler: RaySampler,
         skip: &dyn Fn(&LightSampler) -> bool,
     ) -> Bands {
-        let receiver = LitPoint { point, normal, indirect };
+        let point = receiver.point;
         let mut sum = Bands::ZERO;
         for light in self.lights.iter().filter(|l| !skip(&l.sampler)) {
             let (light_sampler, map) = (&light.sampler, &light.shadow_map);
@@ -149,9 +136,9 @@ impl<'a> DirectLights<'a> {
             let own = sampler.with_count(factor * n);
             let clustered = self.accuracy == DirectLightAccuracy::Clustered && light_sampler.is_clustered();
             let h = match light.narrow_sun_depths() {
-                Some(depths) => self.sun_irradiance(light_sampler, depths, &receiver, &own),
-                None if clustered => self.clustered_irradiance(light_sampler, &receiver, &own),
-                None => self.sampled_irradiance(light_sampler, &receiver, &own),
+                Some(depths) => self.sun_irradiance(light_sampler, depths, receiver, &own),
+                None if clustered => self.clustered_irradiance(light_sampler, receiver, &own),
+                None => self.sampled_irradiance(light_sampler, receiver, &own),
             };
             sum += h;
         }

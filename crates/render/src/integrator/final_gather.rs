@@ -17,7 +17,7 @@
 //! B(y) = E + ρ (H_dir(y) + π L(ω))
 //! ```
 
-use super::direct_light::DirectLights;
+use super::direct_light::{DirectLights, LitPoint};
 use super::ray_sampler::RaySampler;
 use crate::medium::path_builder::PathBuilder;
 use crate::medium::radiosity_field::RadiosityField;
@@ -192,7 +192,8 @@ impl<'a> FinalGather<'a> {
         }
         let reflectance = scene.reflectance_at(h.facet, h.u, h.v);
         let sampler = gather_ray.sampler;
-        let direct = inputs.lights.irradiance(point, patch.normal, radiosity, sampler);
+        let receiver = LitPoint { point, normal: patch.normal, indirect: radiosity };
+        let direct = inputs.lights.irradiance(&receiver, sampler, &|_| false);
         let number = (sampler.ray_index() * MAX_VERTICES + gather_ray.vertices) as u64;
         let uniform = |k: usize| {
             let hash = low_discrepancy::hash_to_unit(number << 1 | k as u64);

@@ -9,7 +9,7 @@
 //! H is interpolated between the patches, denoised, and corrected near contacts, or found by a final gather.
 
 use super::contact_field::ContactField;
-use super::direct_light::DirectLights;
+use super::direct_light::{DirectLights, LitPoint};
 use super::final_gather::{FinalGather, GatherInputs};
 use super::medium_segment::{CameraRayEnd, MediumSegment};
 use super::node_lattice::Viewpoint;
@@ -258,8 +258,8 @@ impl<'a> Integrator<'a> {
         let node_patch = patch.filter(|i| !has_map(i));
         let sky = self.skies.as_ref().zip(node_patch).and_then(|(f, i)| f.irradiance(i, point));
         let skip = |light: &LightSampler| sky.is_some() && is_sky(light);
-        let direct = sky.unwrap_or(Bands::ZERO)
-            + self.lights.irradiance_but(at.point, at.normal, indirect, sampler, &skip);
+        let receiver = LitPoint { point: at.point, normal: at.normal, indirect };
+        let direct = sky.unwrap_or(Bands::ZERO) + self.lights.irradiance(&receiver, sampler, &skip);
         indirect + direct
     }
 

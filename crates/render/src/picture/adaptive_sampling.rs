@@ -15,7 +15,7 @@
 //! Every value is a function of the pixel and its neighbours alone; strips of rows bound the memory and change nothing. Cost: one surface
 //! ray per pixel, a sixteenth to one medium segment a pixel, and four or eight more rays at edges.
 
-use crate::image::to_pixel;
+use crate::image::{pixels_of_rows, to_pixel};
 use crate::integrator::medium_segment::MediumSegment;
 use crate::integrator::radiance::Integrator;
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
@@ -24,7 +24,7 @@ use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
 use rayon::prelude::*;
 use std::collections::HashSet;
-use zonal_scene::{Band, Bands, Facet, Plate, Progress};
+use zonal_scene::{Band, Bands, Facet, NoProgress, Plate, Progress};
 
 /// Largest number of rays of a pixel, on a square grid that contains the pixel's centre.
 const RAYS: usize = 9;
@@ -150,15 +150,8 @@ impl<'a> AdaptiveSampler<'a> {
         for first in (0..height).step_by(STRIP_ROWS) {
             let last = (first + STRIP_ROWS).min(height);
             let strip = self.sample_strip(first, last);
-            let rows: Vec<Vec<[f32; 3]>> = (first..last)
-                .into_par_iter()
-                .map(|y| {
-                    let row = (0..self.options.width).map(|x| self.pixel(&strip, x, y)).collect();
-                    progress.advance(1);
-                    row
-                })
-                .collect();
-            out.extend(rows.into_iter().flatten());
+            let pixel = |x: usize, y: usize| self.pixel(&strip, x, y);
+            out.extend(pixels_of_rows(first..last, self.options.width, progress, pixel));
         }
         out
     }
@@ -170,9 +163,7 @@ impl<'a> AdaptiveSampler<'a> {
         let margin = SEGMENT_SPACING;
         let (first, last) = (first.saturating_sub(margin), up(last.min(self.options.height - 1)) + 1);
         // Sample the radiance behind the medium in every pixel.
-        let rows: Vec<Vec<PixelCentre>> =
-            (first..last).into_par_iter().map(|y| (0..width).map(|x| self.centre(x, y)).collect()).collect();
-        let centres: Vec<PixelCentre> = rows.into_iter().flatten().collect();
+        let centres = pixels_of_rows(first..last, width, &NoProgress, |x, y| self.centre(x, y));
         let mut strip = PixelStrip { first, width, segments: vec![None; centres.len()], centres };
         // Fill the medium segments on successively finer grids.
         let mut step = SEGMENT_SPACING;

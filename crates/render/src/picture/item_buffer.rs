@@ -11,13 +11,12 @@
 //!
 //! Every pixel is a function of its position alone; strips of rows bound the memory and change nothing.
 
+use crate::image::pixels_of_rows;
 use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
-use rayon::prelude::*;
 use std::ops::Range;
 use zonal_math::Vec3;
-use zonal_math::parallel;
-use zonal_scene::{Camera, Lens, Progress, Solution};
+use zonal_scene::{Camera, Lens, NoProgress, Progress, Solution};
 use zonal_transport::patch_locator::{PatchLocator, facet_side_locator, pane_piece_locator};
 use zonal_transport::{Hit, Transport};
 
@@ -182,15 +181,10 @@ impl<'a> ItemBuffer<'a> {
     /// The zone in the centre of every pixel, row by row, row 0 on top; `None` where there is none.
     pub fn zones(&self, progress: &dyn Progress) -> Vec<Option<u32>> {
         progress.begin("visible zones", self.height as u64);
-        let row = |y: usize| {
-            let row: Vec<_> =
-                (0..self.width).map(|x| self.centre_item(x, y).zone().map(|z| z as u32)).collect();
-            progress.advance(1);
-            row
-        };
-        let rows: Vec<Vec<Option<u32>>> = parallel::collect(self.height, row);
+        let zone = |x: usize, y: usize| self.centre_item(x, y).zone().map(|z| z as u32);
+        let zones = pixels_of_rows(0..self.height, self.width, progress, zone);
         progress.end();
-        rows.into_iter().flatten().collect()
+        zones
     }
 
     /// The picture in false colours, linear, row by row; `colour` has the colour of each zone, for `None` that of the background.
@@ -205,11 +199,7 @@ impl<'a> ItemBuffer<'a> {
         for first in (0..self.height).step_by(step) {
             let rows = first..(first + step).min(self.height);
             let strip = ItemStrip::new(self, rows.clone());
-            let row =
-                |y: usize| -> Vec<[f32; 3]> { (0..self.width).map(|x| strip.pixel(x, y, colour)).collect() };
-            let drawn: Vec<Vec<[f32; 3]>> = rows.clone().into_par_iter().map(row).collect();
-            out.extend(drawn.into_iter().flatten());
-            progress.advance(rows.len() as u64);
+            out.extend(pixels_of_rows(rows, self.width, progress, |x, y| strip.pixel(x, y, colour)));
         }
         progress.end();
         out
@@ -307,15 +297,11 @@ impl ItemStrip {
         let wider = |r: &Range<usize>| r.start.saturating_sub(1)..(r.end + 1).min(buffer.height);
         let rows = wider(&rows);
         let all = wider(&rows);
-        let centres: Vec<Vec<SeenItem>> = all
-            .clone()
-            .into_par_iter()
-            .map(|y| (0..buffer.width).map(|x| buffer.centre_item(x, y)).collect())
-            .collect();
+        let width = buffer.width;
         let mut strip = ItemStrip {
-            width: buffer.width,
+            width,
             first: all.start,
-            centres: centres.into_iter().flatten().collect(),
+            centres: pixels_of_rows(all.clone(), width, &NoProgress, |x, y| buffer.centre_item(x, y)),
             grids: Vec::new(),
             rows: rows.clone(),
         };
@@ -323,9 +309,7 @@ impl ItemStrip {
             let at = |i: usize| buffer.item(x, y, subpixel(i, RAYS_PER_EDGE_PIXEL));
             strip.is_edge(x, y, &all).then(|| Box::new(std::array::from_fn(at)))
         };
-        let grids: Vec<Vec<_>> =
-            rows.into_par_iter().map(|y| (0..buffer.width).map(|x| grid(x, y)).collect()).collect();
-        strip.grids = grids.into_iter().flatten().collect();
+        strip.grids = pixels_of_rows(rows, width, &NoProgress, grid);
         strip
     }
 

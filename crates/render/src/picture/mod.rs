@@ -8,7 +8,7 @@ pub(crate) mod camera;
 pub(crate) mod item_buffer;
 
 use crate::image::spectral_colour::{block_colours, colour_of};
-use crate::image::{Image, to_pixel};
+use crate::image::{Image, pixels_of_rows, to_pixel};
 use crate::integrator::node_lattice::Viewpoint;
 use crate::integrator::radiance::{DirectLightAccuracy, Integrator};
 use crate::integrator::ray_sampler::{RaySampler, pixel_shift};
@@ -17,7 +17,6 @@ use crate::options::{LENS_RAYS, RenderOptions, SKY_RAYS};
 use crate::picture::adaptive_sampling::AdaptiveSampler;
 use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
-use zonal_math::parallel;
 use zonal_scene::{Bands, Camera, Diagnostic, EvenExtension, Lens, Light, Progress, Scene, Solution};
 use zonal_transport::Transport;
 
@@ -278,13 +277,10 @@ pub(crate) fn render_pixels(
     // Behind a lens every ray has its own origin, so that neighbouring pixels cannot share medium segments.
     let samples = if adaptive { LENS_RAYS } else { options.samples };
     let options = &RenderOptions { samples, ..options.clone() };
-    let rows: Vec<Vec<[f32; 3]>> = parallel::collect(height, |y| {
-        let row = (0..width).map(|x| render_pixel(integrator, camera, options, [x, y])).collect();
-        progress.advance(1);
-        row
-    });
+    let pixel = |x: usize, y: usize| render_pixel(integrator, camera, options, [x, y]);
+    let pixels = pixels_of_rows(0..height, width, progress, pixel);
     progress.end();
-    Image { width, height, pixels: rows.into_iter().flatten().collect() }
+    Image { width, height, pixels }
 }
 
 /// Mean radiance of the rays of a pixel.
