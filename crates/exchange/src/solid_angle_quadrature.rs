@@ -131,16 +131,8 @@ impl PowerSums {
         self.error += o.error;
     }
     fn finish(self) -> DistanceMoments {
-        if self.f <= 0.0 {
-            return DistanceMoments {
-                factor: Bounded::estimated(0.0, self.error / PI),
-                ..DistanceMoments::ZERO
-            };
-        }
-        DistanceMoments::from_power_sums(
-            [self.f / PI, self.fr / PI, self.frr / PI, self.frrr / PI],
-            self.error / PI,
-        )
+        let sums = [self.f, self.fr, self.frr, self.frrr].map(|x| x / PI);
+        DistanceMoments::from_power_sums(sums, self.error / PI)
     }
 }
 

@@ -17,6 +17,7 @@
 //! | [`mod@vec3`] | three-dimensional vectors |
 
 pub mod bounded;
+mod counters;
 pub mod dilogarithm;
 pub mod direction_sampling;
 pub mod double_double;

@@ -410,7 +410,7 @@ impl Computation<'_> {
                 }
                 made
             };
-            counts.add(&part);
+            counts.merge(part);
             total += list.len() as u64;
             pairs.push(list);
             self.check_memory(total)?;
@@ -448,7 +448,7 @@ impl Computation<'_> {
         let mut counts = TreatmentCounts::default();
         let mut pairs = Vec::with_capacity(results.iter().map(|r| r.1.len()).sum());
         for (part, list) in results {
-            counts.add(&part);
+            counts.merge(part);
             pairs.extend(list);
         }
         if self.images.any() {

@@ -25,20 +25,11 @@ pub struct PairCounts {
     pub rays: u64,
 }
 
-impl PairCounts {
-    /// Adds another count.
-    pub fn merge(&mut self, o: PairCounts) {
-        self.aligned += o.aligned;
-        self.by_volume_method += o.by_volume_method;
-        self.general += o.general;
-        self.estimated += o.estimated;
-        self.cut += o.cut;
-        self.pane += o.pane;
-        self.facing_away += o.facing_away;
-        self.partial += o.partial;
-        self.rays += o.rays;
-    }
+zonal_math::counters!(
+    PairCounts of u64: aligned, by_volume_method, general, estimated, cut, pane, facing_away, partial, rays
+);
 
+impl PairCounts {
     /// True if every radius is proved: no ray and no estimate took part.
     pub fn all_proved(&self) -> bool {
         self.rays + self.estimated == 0

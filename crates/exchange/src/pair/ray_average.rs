@@ -36,9 +36,6 @@ pub(super) struct ZonePair<'z> {
 }
 
 impl ZonePair<'_> {
-    fn is_self(&self) -> bool {
-        std::ptr::eq(self.a, self.b)
-    }
     fn is_close(&self) -> bool {
         is_close(self.a, self.b)
     }
@@ -54,7 +51,7 @@ impl ZonePair<'_> {
     }
     /// Number of rays if the pair is partly visible and carries an important share of power.
     fn important_rays(&self) -> usize {
-        if self.is_self() {
+        if std::ptr::eq(self.a, self.b) {
             SELF_PAIR_RAYS
         } else if self.is_close() {
             CLOSE_RAYS

@@ -61,21 +61,7 @@ pub(crate) struct TreatmentCounts {
     pub facet_pairs: u64,
 }
 
-impl TreatmentCounts {
-    pub(crate) fn numbers(&self) -> [u64; 5] {
-        [self.node_pairs, self.unobstructed, self.hidden, self.partial, self.facet_pairs]
-    }
-
-    pub(crate) fn from_numbers(numbers: [u64; 5]) -> TreatmentCounts {
-        let [node_pairs, unobstructed, hidden, partial, facet_pairs] = numbers;
-        TreatmentCounts { node_pairs, unobstructed, hidden, partial, facet_pairs }
-    }
-
-    pub(crate) fn add(&mut self, o: &TreatmentCounts) {
-        let (own, more) = (self.numbers(), o.numbers());
-        *self = TreatmentCounts::from_numbers(std::array::from_fn(|k| own[k] + more[k]));
-    }
-}
+zonal_math::counters!(TreatmentCounts of u64: node_pairs, unobstructed, hidden, partial, facet_pairs);
 
 /// Adds the images of each pair of facets.
 pub(crate) fn merge_images(found: &mut Vec<PairExchange>) {

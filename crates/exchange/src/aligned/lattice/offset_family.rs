@@ -31,22 +31,12 @@ pub struct MethodCounts {
     pub unseen: usize,
 }
 
+zonal_math::counters!(MethodCounts of usize: moments, closed, gauss, pyramid, gaussians, unseen);
+
 impl MethodCounts {
     /// The sum over the methods.
     pub fn total(&self) -> usize {
-        self.moments + self.closed + self.gauss + self.pyramid + self.gaussians + self.unseen
-    }
-    /// Number of the kinds of entries.
-    pub(super) const KINDS: usize = 6;
-    /// The counts as numbers of a chunk.
-    pub(super) fn to_reals(self) -> [f64; MethodCounts::KINDS] {
-        [self.moments, self.closed, self.gauss, self.pyramid, self.gaussians, self.unseen].map(|n| n as f64)
-    }
-    /// The inverse of [`MethodCounts::to_reals`].
-    pub(super) fn from_reals(reals: &[f64]) -> MethodCounts {
-        let at = |k: usize| reals.get(k).map_or(0, |x| *x as usize);
-        let [moments, closed, gauss, pyramid, gaussians, unseen] = [0, 1, 2, 3, 4, 5].map(at);
-        MethodCounts { moments, closed, gauss, pyramid, gaussians, unseen }
+        self.numbers().iter().sum()
     }
     fn count(&mut self, method: Method, n: usize) {
         *match method {
@@ -56,16 +46,6 @@ impl MethodCounts {
             Method::NotVisible => &mut self.unseen,
             _ => &mut self.gauss,
         } += n;
-    }
-    pub(super) fn plus(self, o: MethodCounts) -> MethodCounts {
-        MethodCounts {
-            moments: self.moments + o.moments,
-            closed: self.closed + o.closed,
-            gauss: self.gauss + o.gauss,
-            pyramid: self.pyramid + o.pyramid,
-            gaussians: self.gaussians + o.gaussians,
-            unseen: self.unseen + o.unseen,
-        }
     }
 }
 
@@ -160,7 +140,10 @@ impl OffsetFamily {
         )
             .into_par_iter()
             .map(|(o, v, r)| self.fill(o, v, r))
-            .reduce(MethodCounts::default, MethodCounts::plus);
+            .reduce(MethodCounts::default, |mut sum, more| {
+                sum.merge(more);
+                sum
+            });
         (values, radii, counts)
     }
 

@@ -48,7 +48,7 @@ impl FactorTable {
             let (mut values, mut radii) = (vec![0.0; own.len()], vec![0.0; own.len()]);
             let counts = family.fill(own, &mut values, &mut radii);
             let worst = worst_relative_radius(&values, &radii);
-            values.extend(counts.to_reals());
+            values.extend(counts.numbers().map(|n| n as f64));
             values.push(worst);
             values
         };
@@ -57,8 +57,8 @@ impl FactorTable {
             (Vec::with_capacity(offsets.len()), MethodCounts::default(), 0.0f64);
         for mut values in evaluator.evaluate(chunks, &chunk) {
             worst = worst.max(values.pop().unwrap_or(f64::INFINITY));
-            let of_methods = values.split_off(values.len() - MethodCounts::KINDS);
-            counts = counts.plus(MethodCounts::from_reals(&of_methods));
+            let of_methods = values.split_off(values.len() - MethodCounts::LEN);
+            counts.merge(MethodCounts::from_numbers(std::array::from_fn(|k| of_methods[k] as usize)));
             all.extend(values);
         }
         FactorTable { index, values: all, radii: Vec::new(), counts, worst_relative: Some(worst) }

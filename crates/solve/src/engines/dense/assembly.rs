@@ -34,7 +34,7 @@ impl RowChunk {
     /// Encodes the chunk and its entries as a stage.
     fn encode(&self, rows: &ChunkRows) -> Vec<u8> {
         let mut encoder = Encoder::default();
-        encode_counts(&self.counts, &mut encoder);
+        encoder.ints(&self.counts.numbers());
         rows.iter().flatten().for_each(|row| encoder.reals(row));
         encoder.int(self.panes.len());
         self.panes.iter().for_each(|row| encoder.bands(row));
@@ -62,27 +62,8 @@ impl RowChunk {
     }
 }
 
-fn encode_counts(c: &PairCounts, encoder: &mut Encoder) {
-    encoder.ints(&[
-        c.aligned,
-        c.by_volume_method,
-        c.general,
-        c.estimated,
-        c.cut,
-        c.pane,
-        c.facing_away,
-        c.partial,
-        c.rays,
-    ]);
-}
-
 fn decode_counts(decoder: &mut Decoder) -> Option<PairCounts> {
-    let [aligned, by_volume_method, general, estimated, cut, pane, facing_away, partial, rays] =
-        decoder.ints()?[..]
-    else {
-        return None;
-    };
-    Some(PairCounts { aligned, by_volume_method, general, estimated, cut, pane, facing_away, partial, rays })
+    decoder.ints()?.try_into().ok().map(PairCounts::from_numbers)
 }
 
 /// Computes chunks of rows.
@@ -262,7 +243,7 @@ impl RowAssembler<'_> {
         let radii = joined_radii(&blocks, &communicator.all_to_all(messages.codes));
         let (panes, pane_radii) = joined_panes(self.shared, n, &communicator.all_gather(messages.panes));
         let mut encoder = Encoder::default();
-        encode_counts(&messages.counts, &mut encoder);
+        encoder.ints(&messages.counts.numbers());
         let mut counts = PairCounts::default();
         let all = communicator.all_gather(encoder.bytes());
         all.iter().filter_map(|bytes| decode_counts(&mut Decoder::new(bytes))).for_each(|c| counts.merge(c));
