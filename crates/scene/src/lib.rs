@@ -60,7 +60,7 @@ pub use model::face_table::{FaceMesh, FaceTable, FacetValues};
 pub use model::intensity_distribution::{IntensityDistribution, IntensityTable, PlaneSymmetry};
 pub use model::light::{Light, Surroundings};
 pub use model::options::{Engine, LightGrouping, PatchRule, SolveOptions, ZoneBasis};
-pub use model::shading::{CornerNormals, FacetSide, NormalMap, ShadedPoint, ShadingNormals};
+pub use model::shading::{CornerNormals, NormalMap, ShadedPoint, ShadingNormals, SidedFacet};
 pub use model::sky_distribution::{SkyDistribution, SkyIrradiance, SkyPlacement};
 pub use model::sun_position::{SunPosition, UniversalTime};
 pub use model::surface::{DEFAULT_REFLECTANCE, Facet, Pane, Sides, Surface, Texture, Transmission};

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use zonal_math::Vec3;
 use zonal_math::parallel;
-use zonal_scene::{Band, Bands, FacetSide, Patch, PerBand, PlateKind, Solution};
+use zonal_scene::{Band, Bands, Patch, PerBand, PlateKind, SidedFacet, Solution};
 
 /// Relative difference of the light below which two vertices at one position are merged.
 const MAX_MERGED_DIFFERENCE: f32 = 0.02;
@@ -188,7 +188,7 @@ fn join_sheets(lighting: &VertexLighting, groups: &[GroupField], sheets: Vec<She
 /// The normal on a patch at a point of its facet: that of the curved surface for which the facet stands, or of the patch.
 fn shading_normal(s: &Solution, patch: &Patch, on_facet: [f64; 2]) -> Vec3 {
     let front = s.scene.facets()[patch.facet].plate.normal().dot(patch.normal) > 0.0;
-    let curved = s.scene.curved_point(FacetSide { facet: patch.facet, front }, on_facet, 0.0);
+    let curved = s.scene.curved_point(SidedFacet { facet: patch.facet, front }, on_facet, 0.0);
     curved.map_or(patch.normal, |at| at.normal)
 }
 

@@ -11,7 +11,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use zonal_math::Vec3;
-use zonal_scene::{Bands, FacetSide, PlateKind, Solution};
+use zonal_scene::{Bands, PlateKind, SidedFacet, Solution};
 use zonal_transport::patch_locator::side_of_patch;
 
 /// Least cosine between normals at a vertex that are of one surface: cos 20°.
@@ -43,7 +43,7 @@ type VertexKey = [i64; 3];
 
 /// The corners of a side of a facet: positions, normals and angles.
 fn corners(s: &Solution, sheet: usize) -> Vec<(Vec3, Vec3, f64)> {
-    let side = FacetSide::of_number(sheet);
+    let side = SidedFacet::of_number(sheet);
     let plate = &s.scene.facets()[side.facet].plate;
     let (at, n) = plate.corners();
     let flat = if side.front { plate.normal() } else { -plate.normal() };

@@ -14,7 +14,7 @@ use crate::interpolation::node_interpolation::{
 };
 use std::f64::consts::{PI, TAU};
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, FacetSide, PerBand, Plate, PlateKind};
+use zonal_scene::{Band, Bands, PerBand, Plate, PlateKind, SidedFacet};
 use zonal_transport::Transport;
 use zonal_transport::patch_locator::{PatchLocator, clamped_parameters};
 use zonal_transport::plate_boxes::PlateBoxes;
@@ -304,7 +304,7 @@ impl<'a> TileTopology<'a> {
         let Some(scene) = self.transport.map(Transport::scene).filter(|_| tile.is_curved) else {
             return tile.normal;
         };
-        let side = FacetSide::of_number(tile.sheet);
+        let side = SidedFacet::of_number(tile.sheet);
         let uv = scene.facets()[side.facet].plate.parameters(p);
         scene.curved_point(side, uv, 0.0).map_or(tile.normal, |at| at.normal)
     }

@@ -6,7 +6,7 @@
 //! stands between facet and curved surface, as at a contact, the facet is shaded as it is.
 
 use zonal_math::Vec3;
-use zonal_scene::{FacetSide, ShadedPoint};
+use zonal_scene::{ShadedPoint, SidedFacet};
 use zonal_transport::Transport;
 
 /// Least height of a point of a curved surface above its facet, over the diameter of the facet.
@@ -64,7 +64,7 @@ impl ReceiverPoint {
         facet: usize,
         point: Vec3,
         facet_normal: Vec3,
-        shaded: impl Fn(FacetSide, f64) -> Option<ShadedPoint>,
+        shaded: impl Fn(SidedFacet, f64) -> Option<ShadedPoint>,
     ) -> ReceiverPoint {
         let scene = transport.scene();
         let flat = ReceiverPoint::flat(point, facet_normal);
@@ -74,7 +74,7 @@ impl ReceiverPoint {
         let plate = &scene.facets()[facet].plate;
         let front = plate.normal().dot(facet_normal) > 0.0;
         let lift = LIFT_SHARE * plate.diameter() + LIFT_OF_DIAGONAL * scene.diagonal();
-        match shaded(FacetSide { facet, front }, lift) {
+        match shaded(SidedFacet { facet, front }, lift) {
             Some(at) if !transport.occluded(point, at.point) => {
                 ReceiverPoint { point: at.point, normal: at.normal, facet_normal }
             }

@@ -9,7 +9,7 @@ use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::{Vec3, low_discrepancy, vec3};
 use zonal_scene::{
-    Bands, Facet, FacetSide, Light, NoProgress, NormalMap, Plate, SceneParts, ShadingNormals, Sides,
+    Bands, Facet, Light, NoProgress, NormalMap, Plate, SceneParts, ShadingNormals, SidedFacet, Sides,
     Solution, Surroundings, Texture,
 };
 use zonal_transport::Transport;
@@ -61,7 +61,7 @@ fn worst(s: &Solution, integrator: &Integrator, exact: impl Fn(Vec3) -> f64, sca
         let ray = ViewRay { origin: d * 3.0, dir: -d };
         let hit = transport.closest_hit(ray.origin, ray.dir, 0.0, 10.0).unwrap();
         // The normal between those of the corners differs from the direction by a few degrees on triangles as large as these.
-        let at = s.scene.curved_point(FacetSide { facet: hit.facet, front: true }, [hit.u, hit.v], 0.0);
+        let at = s.scene.curved_point(SidedFacet { facet: hit.facet, front: true }, [hit.u, hit.v], 0.0);
         let normal = at.map_or(d, |at| at.normal);
         let h = integrator.radiance(ray, RaySampler::of_ray(0, 4, [0.3, 0.6, 0.9])).first() * PI / RHO;
         worst.max((h - exact(normal)).abs() / scale)

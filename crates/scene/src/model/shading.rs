@@ -114,18 +114,18 @@ impl ShadingNormals {
 
 /// One side of a facet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FacetSide {
+pub struct SidedFacet {
     /// Index of the facet.
     pub facet: usize,
     /// True of its front.
     pub front: bool,
 }
 
-impl FacetSide {
+impl SidedFacet {
     /// The side of a number in the order front and back of the first facet, of the second, and so on.
     #[must_use]
-    pub fn of_number(number: usize) -> FacetSide {
-        FacetSide { facet: number / 2, front: number.is_multiple_of(2) }
+    pub fn of_number(number: usize) -> SidedFacet {
+        SidedFacet { facet: number / 2, front: number.is_multiple_of(2) }
     }
 }
 

@@ -16,7 +16,7 @@ use crate::model::camera::Camera;
 use crate::model::face_table::FaceTable;
 use crate::model::light::{Light, Surroundings};
 use crate::model::options::SolveOptions;
-use crate::model::shading::{FacetSide, ShadedPoint, ShadingNormals, curved_point, mapped_normal};
+use crate::model::shading::{ShadedPoint, ShadingNormals, SidedFacet, curved_point, mapped_normal};
 use crate::model::surface::{Facet, Pane, Surface, Texture};
 use crate::scene::scene_parts::{BlockOptics, SceneGeometry, SceneParts, endless_axes, extent_or};
 use crate::scene::validation::check_parts;
@@ -117,13 +117,13 @@ impl Scene {
     }
     /// The point of the curved surface for which a facet stands at its parameters (u, v), seen from its front or back and at least `lift` metres above that side, and the
     /// unit normal there, without normal maps; `None` of a flat facet.
-    pub fn curved_point(&self, side: FacetSide, uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
+    pub fn curved_point(&self, side: SidedFacet, uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
         let corners = self.geometry.shading.of_facet(side.facet)?;
         let at = curved_point(&self.geometry.facets[side.facet], &corners, side.front, uv);
         Some(self.point_above(side, at, lift))
     }
     /// As [`Scene::curved_point`], with the normal map of the surface, if it has one; `None` of a facet that is shaded as it is.
-    pub fn shaded_point(&self, side: FacetSide, uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
+    pub fn shaded_point(&self, side: SidedFacet, uv: [f64; 2], lift: f64) -> Option<ShadedPoint> {
         let f = &self.geometry.facets[side.facet];
         let Some(map) = self.geometry.shading.map_of(f.surface) else {
             return self.curved_point(side, uv, lift);
@@ -135,7 +135,7 @@ impl Scene {
         Some(self.point_above(side, ShadedPoint { normal, ..at }, lift))
     }
     /// A point of the front of a facet as its front or back, raised by `lift` metres.
-    fn point_above(&self, side: FacetSide, at: ShadedPoint, lift: f64) -> ShadedPoint {
+    fn point_above(&self, side: SidedFacet, at: ShadedPoint, lift: f64) -> ShadedPoint {
         let sign = if side.front { 1.0 } else { -1.0 };
         let up = self.geometry.facets[side.facet].plate.normal() * sign;
         ShadedPoint { point: at.point + up * lift, normal: at.normal * sign }

@@ -85,7 +85,7 @@ fn solve_block(
     let (fields, groups) = match SymmetricSolve::of(scene, &zones)? {
         Some(m) => {
             let transport = &Transport::new(&m.extension.scene);
-            let (fields, groups) = m.block(transport).first_fields(settings, light)?;
+            let (fields, groups) = BandBlock::extended(&m, transport).first_fields(settings, light)?;
             (m.fields_of_part(fields), m.groups_of_part(groups))
         }
         None => {

@@ -210,7 +210,7 @@ fn solve_equations(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec
     let transports: Vec<Transport> =
         mirrored.iter().map(|m| transport.with_bands(&m.extension.scene)).collect();
     let extended: Vec<BandBlock> =
-        mirrored.iter().zip(&transports).map(|(m, transport)| m.block(transport)).collect();
+        mirrored.iter().zip(&transports).map(|(m, transport)| BandBlock::extended(m, transport)).collect();
     let solved = solve_without_symmetry_planes(&extended, settings)
         .map_err(|e| symmetry_planes::explain(blocks[0].scene, e))?;
     Ok(solved
@@ -249,7 +249,12 @@ struct Prepared {
     merged: Option<Diagnostic>,
 }
 
-impl BandBlock<'_> {
+impl<'a> BandBlock<'a> {
+    /// The even extension of a block with symmetry planes, in which `transport` traces rays.
+    pub(crate) fn extended(m: &'a SymmetricSolve, transport: &'a Transport<'a>) -> BandBlock<'a> {
+        BandBlock { scene: &m.extension.scene, zones: &m.zones, transport, mirrored: Some(m) }
+    }
+
     /// Selects the engine, and computes direct light and surroundings.
     fn prepare(&self, settings: &SolveSettings) -> Result<(Prepared, SurroundingsExchange), SceneError> {
         let BandBlock { scene, zones, transport, mirrored } = *self;

@@ -14,7 +14,6 @@
 use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::estimate::error_estimate;
-use crate::pipeline::BandBlock;
 use crate::right_hand_side::direct_light::light_field::LightField;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::SolveSettings;
@@ -45,11 +44,6 @@ impl SymmetricSolve {
             let (zones, images) = extension.extended_zones(zones);
             SymmetricSolve { extension, zones, images }
         }))
-    }
-
-    /// The even extension, in which `transport` traces rays.
-    pub(crate) fn block<'a>(&'a self, transport: &'a Transport<'a>) -> BandBlock<'a> {
-        BandBlock { scene: &self.extension.scene, zones: &self.zones, transport, mirrored: Some(self) }
     }
 
     /// Direct light of light number `l` with all its images, even to the bit.

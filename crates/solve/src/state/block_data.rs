@@ -51,7 +51,7 @@ impl BlockData {
         let extension = mirrored.as_ref().map(|m| (m, Transport::new(&m.extension.scene)));
         let rays = RayTracing {
             part: BandBlock { scene, zones, transport, mirrored: None },
-            mirrored: extension.as_ref().map(|(m, transport)| (*m, m.block(transport))),
+            mirrored: extension.as_ref().map(|(m, transport)| (*m, BandBlock::extended(m, transport))),
         };
         // Close the rows.
         let mut operator = AreaOperator::new(areas, zones, block);

@@ -29,7 +29,7 @@ use zonal_render::bake::{
     BakeOptions, BakedSolution, BakedSun, PaneMesh, SunDepths, SunlightMode, SurfaceMesh, bake_in_steps,
 };
 use zonal_report::Failure;
-use zonal_scene::{Bands, ErrorEstimate, FacetSide, Light, LightGroup, LightGroupKind, Progress, Solution};
+use zonal_scene::{Bands, ErrorEstimate, Light, LightGroup, LightGroupKind, Progress, SidedFacet, Solution};
 
 /// Largest side of a texture, pixels; larger ones are halved.
 const MAX_TEXTURE_SIDE: usize = 2048;
@@ -238,7 +238,7 @@ fn add_curves(pack: &mut Pack, m: &SurfaceMesh, s: &Solution) {
     for (triangle, zone) in m.triangles.iter().zip(&m.zones) {
         let patch = &s.zones.patches[*zone as usize];
         let plate = &scene.facets()[patch.facet].plate;
-        let side = FacetSide { facet: patch.facet, front: plate.normal().dot(patch.normal) > 0.0 };
+        let side = SidedFacet { facet: patch.facet, front: plate.normal().dot(patch.normal) > 0.0 };
         let centre = plate.parameters(plate.centre());
         let Some(at) = scene.curved_point(side, centre, 0.0) else { continue };
         let rise = (at.point - plate.centre()).dot(patch.normal).max(0.0) as f32;

@@ -9,7 +9,7 @@ use super::packing::PackedAtlas;
 use crate::bake::baked::single_vector;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use zonal_math::Vec3;
-use zonal_scene::{FacetSide, Scene};
+use zonal_scene::{Scene, SidedFacet};
 
 /// Distance over the scene's diagonal within which a corner lies on an edge.
 const EDGE_TOLERANCE: f64 = 1e-7;
@@ -41,7 +41,7 @@ pub(super) fn mesh_facets(scene: &Scene, charts: &[FlatChart], atlas: &PackedAtl
             for p in outline {
                 let [u, v] = facet.plate.parameters(p);
                 mesh.positions.push(single_vector(p));
-                let curved = scene.curved_point(FacetSide::of_number(side), [u, v], 0.0);
+                let curved = scene.curved_point(SidedFacet::of_number(side), [u, v], 0.0);
                 mesh.normals.push(single_vector(curved.map_or(chart.normal, |at| at.normal)));
                 mesh.uvs.push(facet.uv_at(u, v).map(|x| x as f32));
                 mesh.lightmap_uvs.push(lightmap_uv(p));

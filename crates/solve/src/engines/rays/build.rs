@@ -50,8 +50,7 @@ pub(crate) fn build<'a>(
         trace_and_solve(context, surroundings, rays, budget.max_rays, continuation_of(scene))?;
     let closure = closure::measure(&operator, SharedZones::alone(zones), surroundings);
     let [traced, vertices] = operator.rays_and_vertices();
-    let mut counts =
-        vec![("transport_rays".to_string(), traced), ("rays that went on".to_string(), vertices)];
+    let mut counts = vec![("transport_rays".into(), traced), ("rays that went on".into(), vertices)];
     let Some(StoredSolution { results, strengths, incident: stored, noise }) = solution else {
         return Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved: None });
     };
@@ -75,7 +74,7 @@ pub(crate) fn build<'a>(
     }
     operator.solve_pane_self_exchange(&stored, &mut gathered);
     let error = relative_error(context, &gathered, &known).max(gathered.relative_error);
-    counts.push(("samples of the final gather".to_string(), gathered.samples));
+    counts.push(("samples of the final gather".into(), gathered.samples));
     if error > tolerance {
         warnings.push(tolerance_missed(error, tolerance, &warnings));
     }

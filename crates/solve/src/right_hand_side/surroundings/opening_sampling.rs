@@ -16,7 +16,7 @@
 use super::box_cells::{BoxCell, CELLS_ALONG_LONGEST_SIDE};
 use super::open_cells::OpenCells;
 use super::ray_tally::{BATCHES, RayTally, TracedScene};
-use super::zone_rays::{RaySample, WeightedRay, pane_ray_weight, point_in_zone, sample_of_sequence};
+use super::zone_rays::{WeightedRay, ZoneRaySample, pane_ray_weight, point_in_zone, sample_of_sequence};
 use std::f64::consts::PI;
 use zonal_exchange::pair::SUCCESSION_PSEUDO_COUNTS;
 use zonal_math::low_discrepancy;
@@ -203,7 +203,7 @@ impl<'a, 'b> Strata<'a, 'b> {
     }
 
     /// The ray from a point of the zone to the point of a cell in the place of the direction.
-    fn ray_to_cell(&self, sample: RaySample, cell: &BoxCell) -> WeightedRay {
+    fn ray_to_cell(&self, sample: ZoneRaySample, cell: &BoxCell) -> WeightedRay {
         let (traced, d) = (&self.sampler.traced, sample.direction);
         let origin = point_in_zone(traced.zones, traced.transport, self.zone, sample.origin);
         let r = cell.corner + cell.edges[0] * d[0] + cell.edges[1] * d[1] - origin;

@@ -4,7 +4,7 @@
 //! succession).
 
 use super::zone_rays::{
-    LostRay, RaySample, WeightedRay, escape_transmittance, ray_from_sample, sample_point,
+    LostRay, WeightedRay, ZoneRaySample, escape_transmittance, ray_from_sample, sample_point,
 };
 use crate::distribution::Message;
 use std::ops::Range;
@@ -47,7 +47,7 @@ impl TracedScene<'_> {
     }
 
     /// The ray of zone `i` for a sample of origin and direction.
-    pub(super) fn ray(&self, i: usize, sample: RaySample) -> WeightedRay {
+    pub(super) fn ray(&self, i: usize, sample: ZoneRaySample) -> WeightedRay {
         let ray = ray_from_sample(self.zones, self.transport, i, sample);
         WeightedRay { weight: ray.weight * self.radiance(ray.dir), ..ray }
     }

@@ -26,7 +26,7 @@ pub(crate) struct WeightedRay {
 
 /// The random numbers of a ray: a point of the unit cube for its origin, one of the unit square for its direction.
 #[derive(Clone, Copy)]
-pub(crate) struct RaySample {
+pub(crate) struct ZoneRaySample {
     pub origin: [f64; 3],
     pub direction: [f64; 2],
 }
@@ -70,18 +70,18 @@ pub(crate) fn zone_ray(zones: &Zones, transport: &Transport, i: usize, seed: u64
 }
 
 /// The `k`-th sample of zone `i`.
-pub(crate) fn sample_point(zones: &Zones, i: usize, seed: u64, k: usize) -> RaySample {
+pub(crate) fn sample_point(zones: &Zones, i: usize, seed: u64, k: usize) -> ZoneRaySample {
     sample_of_sequence(zones, i, low_discrepancy::split_mix64(i as u64) ^ seed, k)
 }
 
 /// As [`sample_point`], of a sequence. Origins on a patch have two dimensions, and 0 for the third.
-pub(crate) fn sample_of_sequence(zones: &Zones, i: usize, sequence: u64, k: usize) -> RaySample {
+pub(crate) fn sample_of_sequence(zones: &Zones, i: usize, sequence: u64, k: usize) -> ZoneRaySample {
     if i < zones.patches.len() {
         let [d0, d1, p0, p1] = scrambled_sobol::first_dimensions_of_blocks(k, sequence);
-        return RaySample { origin: [p0, p1, 0.0], direction: [d0, d1] };
+        return ZoneRaySample { origin: [p0, p1, 0.0], direction: [d0, d1] };
     }
     let [d0, d1, p0, p1, p2, ..] = scrambled_sobol::point_of_blocks(k, sequence);
-    RaySample { origin: [p0, p1, p2], direction: [d0, d1] }
+    ZoneRaySample { origin: [p0, p1, p2], direction: [d0, d1] }
 }
 
 /// The ray of zone `i` of these random numbers.
@@ -89,7 +89,7 @@ pub(crate) fn ray_from_sample(
     zones: &Zones,
     transport: &Transport,
     i: usize,
-    sample: RaySample,
+    sample: ZoneRaySample,
 ) -> WeightedRay {
     let origin = point_in_zone(zones, transport, i, sample.origin);
     ray_from_point(zones, i, origin, sample.origin[2], sample.direction)
