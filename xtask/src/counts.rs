@@ -18,13 +18,13 @@ const MAX_LONG_FUNCTIONS: usize = 20;
 /// Most parameters of a function, `self` counted.
 const MAX_PARAMETERS: usize = 7;
 /// Most parameters that are tuples.
-const MAX_TUPLE_PARAMETERS: usize = 90;
+const MAX_TUPLE_PARAMETERS: usize = 23;
 /// Most matches on booleans.
 const MAX_BOOL_MATCHES: usize = 0;
 /// Most uses of thread-local state.
 const MAX_THREAD_LOCALS: usize = 0;
 /// Most calls that return the first index of a range of zones.
-const MAX_ZONE_RANGE_STARTS: usize = 185;
+const MAX_ZONE_RANGE_STARTS: usize = 51;
 /// Most items, methods included, that can be named from the library `zonal`.
 const MAX_REACHABLE_ITEMS: usize = 300;
 /// Most lines of the library crate `zonal`.
