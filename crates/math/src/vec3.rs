@@ -12,7 +12,8 @@ use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 /// assert_eq!(2.0 * x - y, vec3(2.0, -2.0, 0.0));
 /// assert_eq!(Vec3::splat(1.0).max_abs(), 1.0);
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(from = "[f64; 3]", into = "[f64; 3]")]
 pub struct Vec3 {
     /// First component.
     pub x: f64,
@@ -20,6 +21,18 @@ pub struct Vec3 {
     pub y: f64,
     /// Third component.
     pub z: f64,
+}
+
+impl From<[f64; 3]> for Vec3 {
+    fn from(a: [f64; 3]) -> Vec3 {
+        Vec3::from_array(a)
+    }
+}
+
+impl From<Vec3> for [f64; 3] {
+    fn from(v: Vec3) -> [f64; 3] {
+        v.array()
+    }
 }
 
 /// The vector (x, y, z).

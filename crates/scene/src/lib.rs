@@ -43,9 +43,10 @@ pub use solution::light_group;
 pub use bands::Bands;
 pub use bands::band::{Band, BandCountError, PerBand};
 pub use bands::band_set::{BandSet, MAX_BANDS};
+pub use bands::encoding;
 pub use base::checkpoint_store::{CheckpointStore, NoCheckpoints};
 pub use base::diagnostic::{Diagnostic, Severity};
-pub use base::printable::{printable, printable_lines};
+pub use base::printable::{printable, printable_lines, printable_text};
 pub use base::progress::{NoProgress, Progress};
 pub use base::scene_error::{SceneError, SceneErrorKind};
 pub use builder::{

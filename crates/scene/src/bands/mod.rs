@@ -8,6 +8,7 @@
 pub(crate) mod band;
 pub(crate) mod band_set;
 pub(crate) mod black_body_bands;
+pub mod encoding;
 
 use crate::bands::band::{BAND_COUNT, PerBand};
 use std::iter::Sum;

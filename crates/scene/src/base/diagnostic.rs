@@ -1,6 +1,8 @@
 //! Diagnostics: notes and warnings about a scene or a solution.
 
 use crate::base::named_enum::named_enum;
+use crate::base::printable::{printable, printable_text};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// Severity of a [`Diagnostic`].
@@ -23,16 +25,27 @@ named_enum!(Severity: Note "note", Warning "warning");
 /// assert!(warning.is_warning());
 /// assert_eq!(warning.line(), "warning: surface 'wall': the enclosure is open");
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 pub struct Diagnostic {
     /// Severity.
     pub severity: Severity,
     /// An identifier in kebab case that scripts may rely on, equal for all messages of a kind: `open-scene`, `heat-balance`.
+    #[serde(deserialize_with = "printable_text")]
     pub code: String,
     /// The subject: a file, a key of the scene or the name of a surface; empty for the whole scene.
+    #[serde(serialize_with = "null_if_empty", deserialize_with = "empty_if_null")]
     pub location: String,
     /// The message and a remedy, in one sentence.
+    #[serde(deserialize_with = "printable_text")]
     pub text: String,
+}
+
+fn null_if_empty<S: Serializer>(text: &str, s: S) -> Result<S::Ok, S::Error> {
+    Some(text).filter(|t| !t.is_empty()).serialize(s)
+}
+
+fn empty_if_null<'de, D: Deserializer<'de>>(d: D) -> Result<String, D::Error> {
+    Ok(Option::<String>::deserialize(d)?.map(|t| printable(&t).into_owned()).unwrap_or_default())
 }
 
 impl Diagnostic {

@@ -15,6 +15,19 @@ macro_rules! named_enum {
                 }
             }
         }
+        impl serde::Serialize for $type {
+            fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+                s.serialize_str(self.name())
+            }
+        }
+        impl<'de> serde::Deserialize<'de> for $type {
+            fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<$type, D::Error> {
+                let word = <String as serde::Deserialize>::deserialize(d)?;
+                let found = $type::VARIANTS.into_iter().find(|x| x.name() == word);
+                let names = || format!("must be one of {}", $type::NAMES.join(", "));
+                found.ok_or_else(|| serde::de::Error::custom(names()))
+            }
+        }
     };
 }
 pub(crate) use named_enum;

@@ -24,6 +24,14 @@ pub fn printable_lines(text: &str) -> Cow<'_, str> {
     escape(text, |c| c != '\n' && is_terminal_control(c))
 }
 
+/// A text of a document with its control characters escaped, for serde's `deserialize_with`.
+///
+/// # Errors
+/// If the value is no text.
+pub fn printable_text<'de, D: serde::Deserializer<'de>>(d: D) -> Result<String, D::Error> {
+    Ok(printable(&<String as serde::Deserialize>::deserialize(d)?).into_owned())
+}
+
 fn escape(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
     if !text.contains(&is_escaped) {
         return Cow::Borrowed(text);

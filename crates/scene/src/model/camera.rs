@@ -4,16 +4,17 @@ use crate::base::scene_error::{SceneError, invalid};
 use zonal_math::{Vec3, vec3};
 
 /// A thin lens; a pinhole if the aperture is 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Lens {
     /// Diameter of the aperture, m.
+    #[serde(default)]
     pub aperture: f64,
     /// Distance of the focal plane along the line of sight, m; if `None`, the distance of the first surface in the picture's centre.
     pub focus: Option<f64>,
 }
 
 /// A camera.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Camera {
     /// Unique name.
     pub name: String,
@@ -26,6 +27,7 @@ pub struct Camera {
     /// Full horizontal angle of view, degrees.
     pub fov: f64,
     /// The lens.
+    #[serde(flatten)]
     pub lens: Lens,
 }
 

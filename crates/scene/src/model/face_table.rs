@@ -8,7 +8,7 @@ use crate::bands::Bands;
 use crate::thermal::ThermalCondition;
 
 /// A mesh file of a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct FaceMesh {
     /// Name of the surface that shows the mesh.
     pub name: String,

@@ -10,7 +10,8 @@ use zonal_math::Vec3;
 const SURROUNDINGS_GROUP: &str = "surroundings";
 
 /// A source of direct light, which is computed apart from the zonal exchange.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Light {
     /// A distant disc.
     Sun {
@@ -30,6 +31,7 @@ pub enum Light {
         /// Unit radiance L₀, W/(m² sr), by which the relative radiance is multiplied.
         radiance: Bands,
         /// Relative radiance over directions.
+        #[serde(default, skip_serializing_if = "SkyDistribution::is_uniform")]
         distribution: SkyDistribution,
     },
     /// A light without extent: a bulb, a spot, or a luminaire known by its photometric table.
@@ -63,7 +65,7 @@ impl Light {
 }
 
 /// The surroundings of the scene: a zone of its own.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Surroundings {
     /// Name of their light; "surroundings" if `None`.
     pub name: Option<String>,

@@ -73,7 +73,7 @@ named_enum!(ZoneBasis: Auto "auto", Linear "linear", Constant "constant");
 /// let options = SolveOptions { tolerance: 1e-3, ..SolveOptions::default() };
 /// assert_eq!((options.engine, options.max_iterations), (Engine::Auto, 500));
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct SolveOptions {
     /// Relative tolerance of the exchange between zones, 0 < tolerance < 1.
     pub tolerance: f64,
@@ -92,6 +92,7 @@ pub struct SolveOptions {
     /// The engine.
     pub engine: Engine,
     /// The light groups.
+    #[serde(rename = "light_groups")]
     pub light_grouping: LightGrouping,
     /// The basis of the radiosity inside zones.
     pub zone_basis: ZoneBasis,

@@ -4,7 +4,8 @@ use crate::bands::Bands;
 use crate::geometry::plate::Plate;
 
 /// The sides of a surface that take part in the exchange. A side that does not is black, cold and opaque.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Sides {
     /// The front only.
     Front,
@@ -16,7 +17,7 @@ pub enum Sides {
 pub const DEFAULT_REFLECTANCE: Bands = Bands::splat(0.5);
 
 /// A named surface: a diffuse material and the size of its patches.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Surface {
     /// Unique name.
     pub name: String,
@@ -29,6 +30,7 @@ pub struct Surface {
     /// Index of the texture of E.
     pub emission_texture: Option<usize>,
     /// Diffuse transmission; `None` for an opaque surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transmission: Option<Transmission>,
     /// The sides that exchange.
     pub sides: Sides,
@@ -48,7 +50,7 @@ impl Surface {
 
 /// Diffuse transmission of a thin sheet, such as a leaf, paper or frosted glass: of the light that arrives at either side the fraction τ leaves the other
 /// with the same radiance in all directions. Both directions have one τ, as reciprocity demands.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Transmission {
     /// Diffuse transmittance τ; multiplies the texture, if any. ρ + τ is at most 1.
     pub transmittance: Bands,
@@ -111,11 +113,12 @@ impl Texture {
 }
 
 /// A pane: a thin sheet of absorbing and scattering material, a volume zone outside the voxel grid.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct Pane {
     /// Name.
     pub name: String,
     /// The plates of its polygon, all in one plane.
+    #[serde(skip)]
     pub plates: Vec<Plate>,
     /// Thickness t, m.
     pub thickness: f64,

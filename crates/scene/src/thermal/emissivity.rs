@@ -5,14 +5,29 @@
 
 use crate::bands::Bands;
 use crate::bands::band_set::BandSet;
+use crate::bands::encoding::nan_bands;
 use crate::base::limits::MAX_TEMPERATURE;
 use crate::base::scene_error::{SceneError, invalid};
 use std::sync::Arc;
 
 /// Emissivity by temperature: points (T in K, ε), linear between them and constant beyond.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct EmissivityTable {
     points: Arc<[[f64; 2]]>,
+}
+
+impl TryFrom<Vec<[f64; 2]>> for EmissivityTable {
+    type Error = SceneError;
+    fn try_from(points: Vec<[f64; 2]>) -> Result<EmissivityTable, SceneError> {
+        EmissivityTable::new(&points)
+    }
+}
+
+impl From<EmissivityTable> for Vec<[f64; 2]> {
+    fn from(table: EmissivityTable) -> Vec<[f64; 2]> {
+        table.points.to_vec()
+    }
 }
 
 impl EmissivityTable {
@@ -66,9 +81,10 @@ impl EmissivityTable {
 }
 
 /// Reflectance of one side of a surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct SideEmissivity {
     /// ρ of each band; of the band of sunlight alone if there is a table.
+    #[serde(deserialize_with = "nan_bands")]
     pub reflectance: Bands,
     /// ε by temperature.
     pub table: Option<EmissivityTable>,
@@ -90,7 +106,7 @@ impl SideEmissivity {
 }
 
 /// Emissivities of the sides of a surface, in place of its reflectance.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct SurfaceEmissivity {
     /// ε of the front, and of the back where that has none of its own, by temperature.
     pub table: Option<EmissivityTable>,

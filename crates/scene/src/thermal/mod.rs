@@ -52,13 +52,16 @@ pub fn blackbody_temperature(e: f64) -> f64 {
 }
 
 /// Prescribed temperature or net power of a surface, a pane or a cell.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub enum ThermalCondition {
     /// Temperature, K.
+    #[serde(rename = "temperature")]
     Temperature(f64),
     /// Net emitted power: W/m² of a surface, W/m³ of a volume.
+    #[serde(rename = "heat")]
     Flux(f64),
     /// Net emitted power of a whole surface, W, uniform over its area.
+    #[serde(rename = "net_power")]
     Power(f64),
 }
 

@@ -10,6 +10,7 @@
 //! A surface without a node that has a given net flux q₀ and convection has a temperature in each zone: q_i + h (T_i − T∞) = q₀.
 
 use crate::base::limits::{MAX_NET_POWER, MAX_TEMPERATURE};
+use crate::base::printable::printable_text;
 use crate::base::scene_error::{SceneError, invalid};
 
 /// Largest number of nodes: a step inverts their matrix.
@@ -18,34 +19,40 @@ const MAX_NODES: usize = 1000;
 const MAX_COEFFICIENT: f64 = 1e12;
 
 /// A body at one temperature.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct ThermalNode {
     /// Unique name.
+    #[serde(deserialize_with = "printable_text")]
     pub name: String,
     /// What is known.
+    #[serde(flatten)]
     pub condition: NodeCondition,
 }
 
 /// What is known of a node.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub enum NodeCondition {
     /// Temperature, K.
+    #[serde(rename = "temperature_K")]
     Temperature(f64),
     /// Power supplied to the node by what the scene does not contain, W.
+    #[serde(rename = "net_power_W")]
     Power(f64),
 }
 
 /// A heat path between two nodes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct NodeLink {
     /// Indices of the nodes.
     pub nodes: [usize; 2],
     /// Its law.
+    #[serde(flatten)]
     pub law: LinkLaw,
 }
 
 /// The law of a heat path.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum LinkLaw {
     /// C (T − T'), C in W/K.
     Conductance(f64),
@@ -56,7 +63,8 @@ pub enum LinkLaw {
 }
 
 /// Convection of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Convection {
     /// Heat transfer coefficient h, W/(m² K).
     pub coefficient: f64,
@@ -64,8 +72,20 @@ pub struct Convection {
     pub ambient: f64,
 }
 
+impl From<[f64; 2]> for Convection {
+    fn from([coefficient, ambient]: [f64; 2]) -> Convection {
+        Convection { coefficient, ambient }
+    }
+}
+
+impl From<Convection> for [f64; 2] {
+    fn from(c: Convection) -> [f64; 2] {
+        [c.coefficient, c.ambient]
+    }
+}
+
 /// Nodes, their links, and the surfaces that have nodes or convection.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
 pub struct ThermalNetwork {
     /// The nodes.
     pub nodes: Vec<ThermalNode>,

@@ -6,26 +6,18 @@
 //! `{"bands of a block": [a, b, c]}` first; [`join_blocks`] turns the documents of all blocks into one with a list over all bands, and tells where these
 //! lists stand. With these places [`block_of_document`] takes one block out of the document.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error, ser::SerializeMap};
+use serde::{Deserialize, Deserializer, Serializer, de::Error, ser::SerializeMap};
 use serde_json::Value;
 use std::collections::BTreeSet;
-use zonal_math::{Grade, Vec3};
-use zonal_scene::{BandSet, Bands, EnergyBalance, PerBand, SolveStatus, printable};
+use zonal_math::Grade;
+use zonal_scene::encoding::{BLOCK_KEY, nan_bands};
+use zonal_scene::{BandSet, Bands, EnergyBalance, PerBand};
 
-/// The key of values of bands before they are joined.
-const BANDS_KEY: &str = "bands of a block";
 /// The key of values of bands that every block reads as a whole.
 const WHOLE_KEY: &str = "bands of the scene";
 
 /// Places of lists over bands in a document: keys after slashes, with `*` for any element of a list.
 pub(crate) type BandLists = BTreeSet<String>;
-
-/// Values of a block of bands, marked for [`join_blocks`].
-fn mark_bands<S: Serializer, T: Serialize>(key: &str, values: &[T], s: S) -> Result<S::Ok, S::Error> {
-    let mut map = s.serialize_map(Some(1))?;
-    map.serialize_entry(key, values)?;
-    map.end()
-}
 
 /// One document out of those of the blocks of a scene: values of bands become lists over all bands, whose places are returned; all else is that of the
 /// first block.
@@ -44,9 +36,9 @@ struct Joining {
 
 impl Joining {
     fn join(&mut self, blocks: &[&Value], place: &str) -> Value {
-        let key = [BANDS_KEY, WHOLE_KEY].into_iter().find(|key| blocks[0].get(key).is_some());
+        let key = [BLOCK_KEY, WHOLE_KEY].into_iter().find(|key| blocks[0].get(key).is_some());
         if let Some(key) = key {
-            if key == BANDS_KEY {
+            if key == BLOCK_KEY {
                 self.lists.insert(place.to_string());
             }
             let values = |t: usize| blocks[t].get(key).and_then(Value::as_array);
@@ -124,71 +116,6 @@ pub(crate) fn decode_at<'v, T: Deserialize<'v>>(path: &str, v: &'v Value) -> Res
     })
 }
 
-/// A text with control characters spelt out, since a file may contain any.
-pub(crate) fn printable_text<'de, D: Deserializer<'de>>(d: D) -> Result<String, D::Error> {
-    Ok(printable(&String::deserialize(d)?).into_owned())
-}
-
-/// The element of a list with a given name.
-fn find_name<'de, D: Deserializer<'de>, T: Copy>(
-    d: D,
-    list: &[T],
-    name: fn(T) -> &'static str,
-) -> Result<T, D::Error> {
-    let word = String::deserialize(d)?;
-    let names: Vec<&str> = list.iter().map(|x| name(*x)).collect();
-    let found = list.iter().copied().find(|x| name(*x) == word);
-    found.ok_or_else(|| D::Error::custom(format!("must be one of {}", names.join(", "))))
-}
-
-/// A module that writes an enum as its name.
-macro_rules! by_name {
-    ($module:ident, $type:ty) => {
-        /// The enum as its name.
-        pub(crate) mod $module {
-            use serde::{Deserializer, Serializer};
-
-            pub(crate) fn serialize<S: Serializer>(x: &$type, s: S) -> Result<S::Ok, S::Error> {
-                s.serialize_str(x.name())
-            }
-            pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<$type, D::Error> {
-                super::find_name(d, &<$type>::VARIANTS, <$type>::name)
-            }
-        }
-    };
-}
-
-by_name!(severity, zonal_scene::Severity);
-by_name!(heat_row_kind, zonal_scene::HeatRowKind);
-by_name!(engine, zonal_scene::Engine);
-by_name!(patch_rule, zonal_scene::PatchRule);
-by_name!(light_grouping, zonal_scene::LightGrouping);
-by_name!(zone_basis, zonal_scene::ZoneBasis);
-
-/// A module that writes a list of a foreign type by the format of its elements.
-macro_rules! list_of {
-    ($visibility:vis $module:ident, $type:ty, $format:tt) => {
-        /// A list of values in their format.
-        $visibility mod $module {
-            use super::*;
-            use serde::{Deserializer, Serializer};
-
-            #[derive(serde::Serialize, serde::Deserialize)]
-            #[serde(transparent)]
-            struct Entry(#[serde(with = $format)] $type);
-
-            pub(crate) fn serialize<S: Serializer>(list: &[$type], s: S) -> Result<S::Ok, S::Error> {
-                s.collect_seq(list.iter().cloned().map(Entry))
-            }
-            pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<$type>, D::Error> {
-                let list = <Vec<Entry> as serde::Deserialize>::deserialize(d)?;
-                Ok(list.into_iter().map(|e| e.0).collect())
-            }
-        }
-    };
-}
-pub(crate) use list_of;
-
 /// A grade as its word.
 pub(crate) mod grade {
     use super::*;
@@ -197,86 +124,23 @@ pub(crate) mod grade {
         s.serialize_str(x.name())
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Grade, D::Error> {
-        find_name(d, &[Grade::Proved, Grade::Estimated, Grade::Statistical], Grade::name)
-    }
-}
-
-/// The status of each band as its name.
-pub(crate) mod statuses {
-    use super::*;
-
-    pub(crate) fn serialize<S: Serializer>(list: &PerBand<SolveStatus>, s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(BANDS_KEY, &list.map(SolveStatus::name).into_rgb(), s)
-    }
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<SolveStatus>, D::Error> {
-        let names = <[String; 3]>::deserialize(d)?;
-        let find = |name: &String| {
-            let status = SolveStatus::VARIANTS.into_iter().find(|s| s.name() == name);
-            status.ok_or_else(|| D::Error::custom(format!("'{name}' is not a status")))
-        };
-        let [a, b, c] = &names;
-        Ok(PerBand::from_rgb([find(a)?, find(b)?, find(c)?]))
-    }
-}
-
-/// Three coordinates.
-pub(crate) mod vector {
-    use super::*;
-
-    pub(crate) fn serialize<S: Serializer>(v: &Vec3, s: S) -> Result<S::Ok, S::Error> {
-        v.array().serialize(s)
-    }
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec3, D::Error> {
-        <[f64; 3]>::deserialize(d).map(Vec3::from_array)
-    }
-}
-
-/// Bands as three numbers.
-pub(crate) mod bands {
-    use super::*;
-
-    pub(crate) fn serialize<S: Serializer>(x: &Bands, s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(BANDS_KEY, x.as_slice(), s)
-    }
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        <[f64; 3]>::deserialize(d).map(Bands::from_rgb)
-    }
-}
-
-/// Bands of which null reads as NaN.
-pub(crate) mod nan_bands {
-    use super::*;
-
-    pub(crate) use super::bands::serialize;
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        let list = <[Option<f64>; 3]>::deserialize(d)?;
-        Ok(Bands::from_rgb(list.map(|x| x.unwrap_or(f64::NAN))))
+        let word = String::deserialize(d)?;
+        let grades = [Grade::Proved, Grade::Estimated, Grade::Statistical];
+        let names = || format!("must be one of {}", grades.map(Grade::name).join(", "));
+        grades.into_iter().find(|g| g.name() == word).ok_or_else(|| D::Error::custom(names()))
     }
 }
 
 /// Errors of bands: null reads as infinite, which stands for unknown.
-pub(crate) mod error_bands {
-    use super::*;
-
-    pub(crate) use super::bands::serialize;
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        nan_bands::deserialize(d).map(|x| x.map(unknown))
-    }
+pub(crate) fn error_bands<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
+    nan_bands(d).map(|x| x.map(unknown))
 }
 
 /// Factors of bands, from 0.
-pub(crate) mod factors {
-    use super::*;
-
-    pub(crate) use super::bands::serialize;
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
-        match bands::deserialize(d)? {
-            f if f.all(|x| x.is_finite() && x >= 0.0) => Ok(f),
-            _ => Err(D::Error::custom("a factor is below 0 or not finite")),
-        }
+pub(crate) fn factors<'de, D: Deserializer<'de>>(d: D) -> Result<Bands, D::Error> {
+    match Bands::deserialize(d)? {
+        f if f.all(|x| x.is_finite() && x >= 0.0) => Ok(f),
+        _ => Err(D::Error::custom("a factor is below 0 or not finite")),
     }
 }
 
@@ -286,17 +150,9 @@ pub(crate) fn infinite_if_null<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D
 }
 
 /// Lists of residuals of which null reads as NaN.
-pub(crate) mod residual_lists {
-    use super::*;
-
-    pub(crate) fn serialize<S: Serializer>(lists: &PerBand<Vec<f64>>, s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(BANDS_KEY, lists.as_slice(), s)
-    }
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<Vec<f64>>, D::Error> {
-        let lists = <[Vec<Option<f64>>; 3]>::deserialize(d)?;
-        let lists = PerBand::from_rgb(lists);
-        Ok(lists.map(|list| list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()))
-    }
+pub(crate) fn residual_lists<'de, D: Deserializer<'de>>(d: D) -> Result<PerBand<Vec<f64>>, D::Error> {
+    let lists = PerBand::<Vec<Option<f64>>>::deserialize(d)?;
+    Ok(lists.map(|list| list.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()))
 }
 
 /// Polynomials of all bands of the scene.
@@ -304,7 +160,9 @@ pub(crate) mod polynomials {
     use super::*;
 
     pub(crate) fn serialize<S: Serializer>(lists: &[Vec<f64>], s: S) -> Result<S::Ok, S::Error> {
-        mark_bands(WHOLE_KEY, lists, s)
+        let mut map = s.serialize_map(Some(1))?;
+        map.serialize_entry(WHOLE_KEY, lists)?;
+        map.end()
     }
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Vec<f64>>, D::Error> {
         Vec::deserialize(d)

@@ -1,16 +1,14 @@
 //! The fields of a report in JSON, described once for writing and reading (serde).
 
-use super::codec::{
-    decode_at, error_bands, grade, nan_bands, printable_text, residual_lists, statuses, unknown_energy_errors,
-};
+use super::codec::{decode_at, error_bands, grade, residual_lists, unknown_energy_errors};
 use super::heat::HeatFormat;
-use super::notes::diagnostics;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 use zonal_math::Grade;
+use zonal_scene::encoding::nan_bands;
 use zonal_scene::{
     Bands, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance, ErrorEstimate, HeatReport, PerBand,
-    Report, SolveStatus,
+    Report, SolveStatus, printable_text,
 };
 
 /// The format of a report. The table of heat is added by [`encode_report`], since it includes discretization errors.
@@ -21,9 +19,8 @@ struct ReportFormat {
     engine: String,
     #[serde(deserialize_with = "printable_text")]
     reason: String,
-    #[serde(with = "statuses")]
     status: PerBand<SolveStatus>,
-    #[serde(with = "residual_lists")]
+    #[serde(deserialize_with = "residual_lists")]
     residuals: PerBand<Vec<f64>>,
     #[serde(with = "EstimateFormat")]
     estimate: ErrorEstimate,
@@ -39,7 +36,6 @@ struct ReportFormat {
     discretization_error: Option<DiscretizationError>,
     #[serde(with = "counts")]
     counts: Vec<(String, u64)>,
-    #[serde(with = "diagnostics")]
     warnings: Vec<Diagnostic>,
     #[serde(with = "grade")]
     grade: Grade,
@@ -48,9 +44,9 @@ struct ReportFormat {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "ErrorEstimate")]
 struct EstimateFormat {
-    #[serde(with = "error_bands")]
+    #[serde(deserialize_with = "error_bands")]
     patches: Bands,
-    #[serde(with = "error_bands")]
+    #[serde(deserialize_with = "error_bands")]
     volumes: Bands,
     #[serde(with = "grade")]
     grade: Grade,
@@ -59,13 +55,13 @@ struct EstimateFormat {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "ClosureDefect")]
 struct ClosureFormat {
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     worst: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     rms: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     largest_change: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     residual_defect: Bands,
     restored: bool,
 }
@@ -74,21 +70,21 @@ struct ClosureFormat {
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "EnergyBalance")]
 pub(crate) struct EnergyFormat {
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     emitted: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     incoming: Bands,
     #[serde(with = "named_powers")]
     absorbed_surfaces: Vec<(String, Bands)>,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     absorbed_volumes: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     absorbed_panes: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     escaped: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     absorbed_backfaces: Bands,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     residual: Bands,
 }
 
@@ -103,7 +99,6 @@ struct DiscretizationFormat {
     heat: Vec<[f64; 2]>,
     #[serde(with = "energy_errors")]
     energy: EnergyBalance,
-    #[serde(with = "diagnostics")]
     notes: Vec<Diagnostic>,
 }
 
@@ -145,7 +140,7 @@ mod named_powers {
     struct NamedPower {
         #[serde(deserialize_with = "printable_text")]
         name: String,
-        #[serde(with = "nan_bands")]
+        #[serde(deserialize_with = "nan_bands")]
         power: Bands,
     }
 

@@ -6,9 +6,9 @@
 //! `*_discretization_error` (finite zones): `null` if either is unknown, so also where no second solve estimated the latter, which then is
 //! absent. `absorbed_sunlight_W` stands in scenes with sunlight; `emitters_W` is the power of emitters of light, if there are any.
 
-use super::codec::{heat_row_kind, infinite_if_null, printable_text};
+use super::codec::infinite_if_null;
 use serde::{Deserialize, Serialize};
-use zonal_scene::{DiscretizationError, HeatReport, HeatRow, HeatRowKind, NodeResult};
+use zonal_scene::{DiscretizationError, HeatReport, HeatRow, HeatRowKind, NodeResult, printable_text};
 
 /// The format of the table.
 #[derive(Serialize, Deserialize)]
@@ -82,7 +82,6 @@ impl NodeFormat {
 struct HeatRowFormat {
     #[serde(deserialize_with = "printable_text")]
     name: String,
-    #[serde(with = "heat_row_kind")]
     kind: HeatRowKind,
     size: f64,
     #[serde(skip_deserializing)]

@@ -8,12 +8,14 @@ mod format;
 mod heat;
 pub(crate) mod notes;
 
-use codec::{decode_at, factors, nan_bands, printable_text, statuses};
+use codec::{decode_at, factors};
 use format::{EnergyFormat, add_unit, decode_report, encode_report};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use zonal_scene::encoding::nan_bands;
 use zonal_scene::{
     BandSet, Bands, EnergyBalance, LightGroup, LightGroupKind, PerBand, Report, Solution, SolveStatus,
+    printable_text,
 };
 
 /// The report of a solution as a JSON document: zones, engine, status, residuals, estimate, closure, energy (W), light groups, counts,
@@ -86,13 +88,12 @@ struct GroupFormat {
     name: String,
     /// A word, and the index of a light or surface.
     of: Value,
-    #[serde(with = "statuses")]
     status: PerBand<SolveStatus>,
-    #[serde(with = "nan_bands")]
+    #[serde(deserialize_with = "nan_bands")]
     residual: Bands,
-    #[serde(with = "factors")]
+    #[serde(deserialize_with = "factors")]
     incident_scale: Bands,
-    #[serde(with = "factors")]
+    #[serde(deserialize_with = "factors")]
     direct_scale: Bands,
     #[serde(with = "EnergyFormat")]
     energy: EnergyBalance,

@@ -1,21 +1,15 @@
 //! The JSON document inside a solution file: all that is not an array over zones, facets or cells. The fields are described once, for
 //! writing and reading (serde).
 
-use super::network::NetworkFormat;
-use crate::output::report::codec::{
-    bands, engine, join_blocks, light_grouping, list_of, nan_bands, patch_rule, polynomials, printable_text,
-    vector, zone_basis,
-};
-use crate::output::report::notes::diagnostics;
+use crate::output::report::codec::{join_blocks, polynomials};
 use crate::output::report::{block_json, encode_bands};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use zonal_math::Vec3;
 use zonal_scene::{
-    Band, BandFractions, BandSet, Bands, Camera, CellFractions, Diagnostic, EmissivityTable, Engine,
-    FaceMesh, IntensityDistribution, Lens, Light, LightGrouping, Pane, PatchRule, Plate, Scene,
-    SideEmissivity, Sides, SkyDistribution, Solution, SolveOptions, Surface, SurfaceEmissivity, Surroundings,
-    Thermal, ThermalCondition, Transmission, ZoneBasis,
+    Band, BandFractions, BandSet, Camera, CellFractions, Diagnostic, FaceMesh, Light, Pane, Scene, Solution,
+    SolveOptions, Surface, SurfaceEmissivity, Surroundings, Thermal, ThermalCondition, ThermalNetwork,
+    printable_text,
 };
 
 /// The version of the format.
@@ -31,22 +25,17 @@ const HOW_TO_READ: &str =
 pub(super) struct SceneHeader {
     #[serde(deserialize_with = "printable_text")]
     pub(super) name: String,
-    #[serde(with = "diagnostics")]
     pub(super) notes: Vec<Diagnostic>,
-    #[serde(with = "surfaces")]
     pub(super) surfaces: Vec<Surface>,
     /// Mesh files with their numbers of faces.
-    #[serde(default, skip_serializing_if = "Vec::is_empty", with = "meshes")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) meshes: Vec<FaceMesh>,
-    #[serde(with = "panes")]
     pub(super) panes: Vec<Pane>,
     /// Number of textures.
     pub(super) textures: usize,
     #[serde(rename = "voxmap")]
     pub(super) voxel_grid: Option<VoxelGridHeader>,
-    #[serde(with = "lights")]
     pub(super) lights: Vec<Light>,
-    #[serde(with = "SurroundingsFormat")]
     pub(super) surroundings: Surroundings,
     #[serde(default)]
     pub(super) periodic: [bool; 3],
@@ -56,225 +45,30 @@ pub(super) struct SceneHeader {
     #[serde(default)]
     pub(super) boundary_box: Option<[[f64; 3]; 2]>,
     pub(super) thermal: Option<ThermalFormat>,
-    #[serde(with = "cameras")]
     pub(super) cameras: Vec<Camera>,
-    #[serde(with = "OptionsFormat")]
     pub(super) options: SolveOptions,
 }
 
 /// Corner, cell and size of a voxel grid.
 #[derive(Serialize, Deserialize)]
 pub(super) struct VoxelGridHeader {
-    #[serde(with = "vector")]
     pub(super) min: Vec3,
-    #[serde(with = "vector")]
     pub(super) cell: Vec3,
     pub(super) dims: [usize; 3],
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Surface")]
-struct SurfaceFormat {
-    name: String,
-    #[serde(with = "bands")]
-    reflectance: Bands,
-    #[serde(with = "bands")]
-    emission: Bands,
-    reflectance_texture: Option<usize>,
-    emission_texture: Option<usize>,
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "transmission")]
-    transmission: Option<Transmission>,
-    #[serde(with = "SidesFormat")]
-    sides: Sides,
-    patch_size: Option<f64>,
-    solid: bool,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Transmission")]
-struct TransmissionFormat {
-    #[serde(with = "bands")]
-    transmittance: Bands,
-    texture: Option<usize>,
-}
-
-/// An optional transmission.
-mod transmission {
-    use super::TransmissionFormat;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-    use zonal_scene::Transmission;
-
-    #[derive(Serialize, Deserialize)]
-    struct Wrapper(#[serde(with = "TransmissionFormat")] Transmission);
-
-    pub(super) fn serialize<S: Serializer>(t: &Option<Transmission>, s: S) -> Result<S::Ok, S::Error> {
-        t.map(Wrapper).serialize(s)
-    }
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Transmission>, D::Error> {
-        Ok(Option::<Wrapper>::deserialize(d)?.map(|w| w.0))
-    }
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "FaceMesh")]
-struct FaceMeshFormat {
-    name: String,
-    faces: usize,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Sides", rename_all = "lowercase")]
-enum SidesFormat {
-    Front,
-    Both,
-}
-
-/// A pane without its plates.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Pane")]
-struct PaneFormat {
-    name: String,
-    #[serde(skip)]
-    plates: Vec<Plate>,
-    thickness: f64,
-    #[serde(with = "bands")]
-    extinction: Bands,
-    #[serde(with = "bands")]
-    albedo: Bands,
-    #[serde(with = "bands")]
-    emission: Bands,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Light", tag = "kind", rename_all = "lowercase")]
-enum LightFormat {
-    Sun {
-        name: String,
-        #[serde(with = "vector")]
-        direction: Vec3,
-        #[serde(with = "bands")]
-        irradiance: Bands,
-        angular_diameter: f64,
-    },
-    Sky {
-        name: String,
-        #[serde(with = "bands")]
-        radiance: Bands,
-        #[serde(with = "sky_distribution", default, skip_serializing_if = "SkyDistribution::is_uniform")]
-        distribution: SkyDistribution,
-    },
-    Point {
-        name: String,
-        #[serde(with = "vector")]
-        position: Vec3,
-        #[serde(with = "bands")]
-        intensity: Bands,
-        #[serde(with = "distribution")]
-        distribution: IntensityDistribution,
-    },
-    Emitter {
-        name: Option<String>,
-        surface: usize,
-    },
-}
-
-/// A distribution of intensity as the numbers that determine it.
-mod distribution {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-    use zonal_scene::IntensityDistribution;
-
-    pub(super) fn serialize<S: Serializer>(d: &IntensityDistribution, s: S) -> Result<S::Ok, S::Error> {
-        d.defining_numbers().serialize(s)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<IntensityDistribution, D::Error> {
-        let numbers = Vec::<f64>::deserialize(d)?;
-        IntensityDistribution::from_defining_numbers(&numbers)
-            .ok_or_else(|| serde::de::Error::custom("the distribution of intensity is none"))
-    }
-}
-
-/// A distribution of radiance as the numbers that determine it; the pixels of a picture are an array of the file.
-mod sky_distribution {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-    use zonal_scene::SkyDistribution;
-
-    pub(super) fn serialize<S: Serializer>(d: &SkyDistribution, s: S) -> Result<S::Ok, S::Error> {
-        d.numbers().serialize(s)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<SkyDistribution, D::Error> {
-        let numbers = Vec::<f64>::deserialize(d)?;
-        SkyDistribution::from_numbers(&numbers)
-            .ok_or_else(|| serde::de::Error::custom("the distribution of radiance is none"))
-    }
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Surroundings")]
-struct SurroundingsFormat {
-    name: Option<String>,
-    #[serde(with = "bands")]
-    radiance: Bands,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Camera")]
-struct CameraFormat {
-    name: String,
-    #[serde(with = "vector")]
-    origin: Vec3,
-    #[serde(with = "vector")]
-    target: Vec3,
-    #[serde(with = "vector")]
-    up: Vec3,
-    fov: f64,
-    #[serde(flatten, with = "LensFormat")]
-    lens: Lens,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Lens")]
-struct LensFormat {
-    #[serde(default)]
-    aperture: f64,
-    focus: Option<f64>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "SolveOptions")]
-struct OptionsFormat {
-    tolerance: f64,
-    patch_size: Option<f64>,
-    #[serde(with = "patch_rule")]
-    patch_rule: PatchRule,
-    restore_closure: Option<bool>,
-    max_iterations: usize,
-    residual: f64,
-    scattering_orders: Option<usize>,
-    #[serde(with = "engine")]
-    engine: Engine,
-    #[serde(rename = "light_groups", with = "light_grouping")]
-    light_grouping: LightGrouping,
-    #[serde(with = "zone_basis")]
-    zone_basis: ZoneBasis,
-    discretization_error: Option<bool>,
 }
 
 /// Thermal mode: band fractions (null for grey) and boundary conditions.
 #[derive(Serialize, Deserialize)]
 pub(super) struct ThermalFormat {
     band_fractions: Option<FractionsFormat>,
-    #[serde(with = "conditions")]
     surfaces: Vec<ThermalCondition>,
-    #[serde(with = "conditions")]
     panes: Vec<ThermalCondition>,
     surroundings: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    network: Option<NetworkFormat>,
+    network: Option<ThermalNetwork>,
     /// Emissivities of surfaces by temperature or side; empty if there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    emissivities: Vec<EmissivityFormat>,
+    emissivities: Vec<SurfaceEmissivity>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -292,25 +86,6 @@ struct FractionsFormat {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     black_body: bool,
 }
-
-/// `{temperature: K}`, `{heat: W/m² or W/m³}` or `{net_power: W}`.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "ThermalCondition")]
-enum ConditionFormat {
-    #[serde(rename = "temperature")]
-    Temperature(f64),
-    #[serde(rename = "heat")]
-    Flux(f64),
-    #[serde(rename = "net_power")]
-    Power(f64),
-}
-
-list_of!(surfaces, Surface, "SurfaceFormat");
-list_of!(meshes, FaceMesh, "FaceMeshFormat");
-list_of!(panes, Pane, "PaneFormat");
-list_of!(lights, Light, "LightFormat");
-list_of!(cameras, Camera, "CameraFormat");
-list_of!(conditions, ThermalCondition, "ConditionFormat");
 
 /// Band fractions that differ from cell to cell, as a file holds them.
 pub(super) struct CellPolynomials {
@@ -357,8 +132,8 @@ impl ThermalFormat {
             surfaces: surfaces.clone(),
             panes: panes.clone(),
             surroundings: *surroundings,
-            network: network.as_ref().map(NetworkFormat::new),
-            emissivities: emissivities.iter().filter(|_| varied).map(EmissivityFormat::new).collect(),
+            network: network.clone(),
+            emissivities: if varied { emissivities.clone() } else { Vec::new() },
         }
     }
 
@@ -370,8 +145,6 @@ impl ThermalFormat {
         cells: Option<CellPolynomials>,
     ) -> Result<Thermal, String> {
         let ThermalFormat { band_fractions, surfaces, panes, surroundings, network, emissivities } = self;
-        let emissivities: Vec<SurfaceEmissivity> =
-            emissivities.into_iter().map(EmissivityFormat::into_emissivity).collect::<Result<_, _>>()?;
         let (band_fractions, cell_fractions) = match band_fractions {
             None => (BandFractions::Grey, None),
             Some(f) if f.black_body => {
@@ -379,7 +152,6 @@ impl ThermalFormat {
             }
             Some(f) => f.of_block(bands, block, cells)?,
         };
-        let network = network.map(NetworkFormat::into_network);
         Ok(Thermal { band_fractions, cell_fractions, surfaces, panes, surroundings, network, emissivities })
     }
 }
@@ -411,45 +183,6 @@ impl FractionsFormat {
             kind_of_cell: cells.kind_of_cell,
         });
         Ok((of_scene, cell_fractions))
-    }
-}
-
-/// Emissivities of a surface by temperature or side.
-#[derive(Serialize, Deserialize)]
-struct EmissivityFormat {
-    table: Option<Vec<[f64; 2]>>,
-    back: Option<SideFormat>,
-}
-
-/// The back of a surface.
-#[derive(Serialize, Deserialize)]
-struct SideFormat {
-    #[serde(with = "nan_bands")]
-    reflectance: Bands,
-    table: Option<Vec<[f64; 2]>>,
-}
-
-impl EmissivityFormat {
-    fn new(e: &SurfaceEmissivity) -> EmissivityFormat {
-        let points = |t: &EmissivityTable| t.points().to_vec();
-        let SurfaceEmissivity { table, back } = e;
-        let side = |SideEmissivity { reflectance, table }: &SideEmissivity| SideFormat {
-            reflectance: *reflectance,
-            table: table.as_ref().map(points),
-        };
-        EmissivityFormat { table: table.as_ref().map(points), back: back.as_ref().map(side) }
-    }
-
-    fn into_emissivity(self) -> Result<SurfaceEmissivity, String> {
-        let table = |points: Option<Vec<[f64; 2]>>| {
-            let table = points.map(|p| EmissivityTable::new(&p)).transpose();
-            table.map_err(|e| format!("thermal.emissivities: {e}"))
-        };
-        let side = |s: SideFormat| {
-            Ok::<_, String>(SideEmissivity { reflectance: s.reflectance, table: table(s.table)? })
-        };
-        let back = self.back.map(side).transpose()?;
-        Ok(SurfaceEmissivity { table: table(self.table)?, back })
     }
 }
 

@@ -39,7 +39,6 @@
 
 mod faces;
 pub(in crate::output) mod header;
-mod network;
 mod read;
 mod shading;
 #[cfg(test)]

@@ -34,7 +34,8 @@ use zonal_math::{Vec3, vec3};
 /// let all = IntensityDistribution::isotropic();
 /// assert!((all.solid_angle_integral() - 4.0 * std::f64::consts::PI).abs() < 1e-14);
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
 pub struct IntensityDistribution {
     form: DistributionForm,
 }
@@ -44,6 +45,19 @@ enum DistributionForm {
     Isotropic,
     Spot(SpotCone),
     Table(Arc<IntensityTable>, LuminaireFrame),
+}
+
+impl TryFrom<Vec<f64>> for IntensityDistribution {
+    type Error = &'static str;
+    fn try_from(numbers: Vec<f64>) -> Result<IntensityDistribution, &'static str> {
+        IntensityDistribution::from_defining_numbers(&numbers).ok_or("the distribution of intensity is none")
+    }
+}
+
+impl From<IntensityDistribution> for Vec<f64> {
+    fn from(d: IntensityDistribution) -> Vec<f64> {
+        d.defining_numbers()
+    }
 }
 
 impl IntensityDistribution {

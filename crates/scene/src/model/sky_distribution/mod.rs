@@ -39,7 +39,8 @@ use zonal_math::direction_sampling::uniform_sphere;
 /// assert!((overcast.relative(up).first() / horizon - 2.986).abs() < 1e-3);
 /// assert_eq!(overcast.relative(-up).first(), 0.2);
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(try_from = "Vec<f64>", into = "Vec<f64>")]
 pub struct SkyDistribution {
     form: SkyForm,
 }
@@ -51,6 +52,19 @@ enum SkyForm {
     Image(Arc<SkyImage>),
     /// A picture that is still to be read.
     Frame(SkyFrame),
+}
+
+impl TryFrom<Vec<f64>> for SkyDistribution {
+    type Error = &'static str;
+    fn try_from(numbers: Vec<f64>) -> Result<SkyDistribution, &'static str> {
+        SkyDistribution::from_numbers(&numbers).ok_or("the distribution of radiance is none")
+    }
+}
+
+impl From<SkyDistribution> for Vec<f64> {
+    fn from(d: SkyDistribution) -> Vec<f64> {
+        d.numbers()
+    }
 }
 
 impl SkyDistribution {
