@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 const USAGE: &str = "\
 cargo xtask ci [STEP…]      runs the steps of CI (all, or those named), every one even when an earlier one fails
+cargo xtask ci quick        the steps for every change: format, lint, counts, commits, tests of the crates below the solver
 cargo xtask steps           lists the steps
 cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place
 cargo xtask commits         checks the messages of commits

@@ -108,6 +108,34 @@ const STEPS: [Step; 16] = [
     },
 ];
 
+/// The tests of `quick`: those of the crates below the solver.
+const QUICK_TESTS: Step = Step {
+    name: "quick-tests",
+    checks: "tests of the crates below the solver",
+    command: &[
+        "cargo",
+        "test",
+        "--quiet",
+        "--locked",
+        "--lib",
+        "--tests",
+        "-p",
+        "zonal-math",
+        "-p",
+        "zonal-scene",
+        "-p",
+        "zonal-io",
+        "-p",
+        "zonal-gas",
+        "-p",
+        "zonal-transport",
+        "-p",
+        "zonal-exchange",
+    ],
+};
+/// The steps of `cargo xtask ci quick`, for every change.
+const QUICK: [&str; 5] = ["format", "lint", "counts", "commits", QUICK_TESTS.name];
+
 /// Variables of every step: colours off, no debug information, no incremental compilation. Scripts share the virtual environment in the folder
 /// `ZONAL_CI_FOLDER`.
 const ENVIRONMENT: [(&str, &str); 5] = [
@@ -120,15 +148,18 @@ const ENVIRONMENT: [(&str, &str); 5] = [
 
 /// Prints the steps.
 pub fn list() {
-    for step in &STEPS {
+    println!("quick     for every change: {}", QUICK.join(", "));
+    for step in STEPS.iter().chain([&QUICK_TESTS]) {
         println!("{:<9} {}\n          {}", step.name, step.checks, step.command.join(" "));
     }
 }
 
-/// Runs the named steps, or all; returns whether all passed.
+/// Runs the named steps, those of `quick`, or all; returns whether all passed.
 #[must_use]
 pub fn run(root: &Path, names: &[&str]) -> bool {
-    if let Some(unknown) = names.iter().find(|n| STEPS.iter().all(|s| s.name != **n)) {
+    let names = if names == ["quick"] { &QUICK } else { names };
+    let known = || STEPS.iter().chain([&QUICK_TESTS]);
+    if let Some(unknown) = names.iter().find(|n| known().all(|s| s.name != **n)) {
         eprintln!("error: there is no step `{unknown}`; `cargo xtask steps` lists them");
         return false;
     }
@@ -150,7 +181,10 @@ pub fn run(root: &Path, names: &[&str]) -> bool {
             .ok(),
         false => None,
     };
-    let selected = STEPS.iter().filter(|s| names.is_empty() || names.contains(&s.name));
+    let selected = known().filter(|s| match names {
+        [] => s.name != QUICK_TESTS.name,
+        names => names.contains(&s.name),
+    });
     let failed: Vec<&str> =
         selected.filter(|s| !run_step(root, s, &zonal, &output)).map(|s| s.name).collect();
     // No step waits for the preparation any more.
