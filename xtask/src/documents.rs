@@ -14,19 +14,18 @@ const DOCUMENTS: [&str; 9] = [
     "CHANGELOG.md",
     "SECURITY.md",
     "docs",
-    "benches",
+    "peers",
     "fuzz/README.md",
     "python/README.md",
 ];
 
 /// Pages that programs write.
-const GENERATED: [&str; 10] = [
+const GENERATED: [&str; 9] = [
     "docs/cornell.md",
     "docs/coverage-view-factors.md",
     "docs/coverage.md",
     "docs/error-against-cost.md",
     "docs/guards.md",
-    "docs/montecarlo.md",
     "docs/reference/python.md",
     "docs/reference/scene-keys.md",
     "docs/reproduction/README.md",
@@ -92,8 +91,20 @@ pub fn places_of_long_lines(root: &Path) -> Vec<String> {
 }
 
 /// Folders at the root of the workspace whose paths documents name.
-const FOLDERS: [&str; 12] = [
-    ".ci", "benches", "crates", "docs", "examples", "fuzz", "mpi", "python", "scenes", "scripts", "viewer",
+const FOLDERS: [&str; 14] = [
+    ".ci",
+    "benches",
+    "campaigns",
+    "crates",
+    "docs",
+    "examples",
+    "fuzz",
+    "mpi",
+    "peers",
+    "python",
+    "scenes",
+    "scripts",
+    "viewer",
     "xtask",
 ];
 

@@ -35,8 +35,9 @@ Written by `cargo xtask guards` from the comments `Guards (TOPIC): …` above te
 ";
 
 /// Folders and files with guards.
-const SOURCES: [&str; 9] = [
+const SOURCES: [&str; 10] = [
     "Cargo.toml",
+    "campaigns/src",
     "crates",
     "xtask/src",
     "mpi/src",

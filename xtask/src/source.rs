@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 pub enum Role {
     /// Below `src/` of a crate.
     Library,
-    /// Below `tests/`, `examples/` or `benches/` of a crate, or of the fuzz harness.
+    /// Below `tests/` or `examples/` of a crate, of the campaigns, of the benchmarks, or of the fuzz harness.
     Consumer,
 }
 
@@ -48,7 +48,7 @@ fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
     found.extend(files.into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs")));
 }
 
-/// Parses every Rust source below `benches/`, `crates/`, `mpi/`, `python/` and `fuzz/`, sorted by path.
+/// Parses every Rust source below `benches/`, `campaigns/`, `crates/`, `mpi/`, `python/` and `fuzz/`, sorted by path.
 ///
 /// # Panics
 /// If a file cannot be read or parsed.
@@ -57,6 +57,7 @@ pub fn load(root: &Path) -> Vec<SourceFile> {
     let mut paths = Vec::new();
     rust_files(&root.join("crates"), &mut paths);
     rust_files(&root.join("benches"), &mut paths);
+    rust_files(&root.join("campaigns"), &mut paths);
     rust_files(&root.join("fuzz/src"), &mut paths);
     rust_files(&root.join("fuzz/fuzz_targets"), &mut paths);
     rust_files(&root.join("examples"), &mut paths);

@@ -73,8 +73,8 @@ const MPI_COMMAND: (&str, &[&str]) = ("mpi", &["cli", "math", "report", "solve"]
 const TEST_DEPENDENCIES: [&str; 2] = ["reference", "io"];
 
 /// Further crates on which the tests of one crate may depend.
-const TEST_DEPENDENCIES_OF: [(&str, &str); 4] =
-    [("paper", "transport"), ("solve", "paper"), ("demo", "transport"), ("validation", "view-factors")];
+const TEST_DEPENDENCIES_OF: [(&str, &str); 3] =
+    [("paper", "transport"), ("solve", "paper"), ("demo", "transport")];
 
 /// External crates that a crate of the library may use by an optional feature.
 const OPTIONAL_IN_THE_LIBRARY: [(&str, &str); 2] = [("scene", "clap"), ("app", "clap")];
@@ -252,7 +252,8 @@ fn the_python_module_and_the_command_of_mpi_are_no_default_members() {
     assert_none(wrong_dependencies("mpi", &read("mpi/Cargo.toml")));
     let workspace = read("Cargo.toml");
     assert!(
-        workspace.contains("members = [\"benches/pairs\", \"crates/*\", \"mpi\", \"python\", \"xtask\"]")
+        workspace
+            .contains("members = [\"benches\", \"campaigns\", \"crates/*\", \"mpi\", \"python\", \"xtask\"]")
     );
     assert!(workspace.contains("default-members = [\"crates/*\"]"));
     for folder in ["python/src", "mpi/src"] {

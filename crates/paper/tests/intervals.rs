@@ -1,5 +1,5 @@
 //! Proved intervals: stratified pairs against the oracle, and sums by the additivity law.
-//! The long run is the example `intervals`.
+//! The long run is the campaign `intervals`.
 
 #[path = "support/intervals.rs"]
 mod interval_cases;
@@ -26,7 +26,7 @@ fn run(pairs: u64, ask: impl Fn(u64) -> Vec<MethodVerdict> + Sync) -> (VerdictCo
 }
 
 // Guards (numbers): proved intervals contain the values of an independent oracle.
-/// A sample of the campaign `cargo run --release -p zonal-paper --example intervals -- --state pairs.state`.
+/// A sample of the campaign `cargo run --release -p zonal-campaigns -- intervals --state pairs.state`.
 #[test]
 fn intervals_contain_the_oracle_value() {
     let (t, asked) = run(300, |i| compare_with_oracle(SEED, i));
@@ -38,7 +38,7 @@ fn intervals_contain_the_oracle_value() {
 }
 
 // Guards (numbers): proved intervals are additive.
-/// A sample of the campaign `cargo run --release -p zonal-paper --example intervals -- --additivity --state sums.state`.
+/// A sample of the campaign `cargo run --release -p zonal-campaigns -- intervals --additivity --state sums.state`.
 #[test]
 fn intervals_are_additive() {
     let (t, asked) = run(600, |i| check_additivity(SEED, i));

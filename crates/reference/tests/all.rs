@@ -3,4 +3,3 @@
 
 mod forward_laws;
 mod path_tracer_laws;
-mod path_tracer_tables;

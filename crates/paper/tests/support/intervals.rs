@@ -1,5 +1,5 @@
 //! Random pairs of aligned boxes and two checks: the interval contains the oracle's value, and the intervals of the parts
-//! meet the interval of the whole. Shared by the test and the example.
+//! meet the interval of the whole. Shared by the test and the campaign.
 
 use std::time::Instant;
 use zonal_exchange::AccuracyRequest;

@@ -7,7 +7,7 @@
 //! | `data` | the committed references, as printed, with their provenance |
 //! | `richardson` | extrapolation with its uncertainty |
 //! | `factors`, `sphere`, `slabs`, `square`, `cube`, `burns`, `furnace`, `series`, `gases`, `gas_slabs`, `thick`, `discretization`, `textbook`, `macbeth`, `lighting`, `daylight`, `laws` | the cases, closed forms first |
-//! | `montecarlo` | seven cubes by Monte Carlo, two pictures; the example of that name shares them |
+//! | `montecarlo` | seven cubes by Monte Carlo, two pictures; the campaign of that name shares the cubes |
 //! | `openfoam`, `elmer`, `conduction` | other solvers |
 //! | `tables`, `page` | printed tables; `validation.md` with its plots |
 //!

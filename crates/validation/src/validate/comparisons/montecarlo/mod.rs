@@ -4,7 +4,7 @@
 
 mod binned;
 pub mod cubes;
-pub mod pictures;
+mod pictures;
 
 use crate::validate::case::{AcceptanceLimit, CaseOutcome, CasePicture, ValidationCase};
 use crate::validate::case_context::CaseContext;
@@ -111,7 +111,7 @@ pub(crate) const CASES: [ValidationCase; 8] = [
     case(
         "mc-c8",
         "extinction that varies, albedo 0.9, one hot wall",
-        "The dense engine at 10³: zones as coarse as the table's, so that the difference is that of the zones: informational; `cargo run --release --example montecarlo` goes finer.",
+        "The dense engine at 10³: zones as coarse as the table's, so that the difference is that of the zones: informational; `cargo run --release -p zonal-campaigns -- montecarlo` goes finer.",
         |b| coarse(b, "c8"),
     ),
     case(

@@ -15,9 +15,9 @@ const BLOCK_PIXELS: usize = 8;
 const PIXEL_MAGNIFICATION: usize = 4;
 
 /// A picture beside its reference.
-pub struct PictureComparison {
+pub(super) struct PictureComparison {
     /// Ours.
-    pub image: Image,
+    image: Image,
     theirs: Vec<f64>,
     /// sqrt(mean d² − mean σ²) over the mean, σ the standard error of the reference.
     pub difference: f64,
@@ -30,7 +30,7 @@ pub struct PictureComparison {
 }
 
 /// Draws a solution from the camera of `image_CASE*` and compares.
-pub fn compare(
+pub(super) fn compare(
     s: &Solution,
     case: &str,
     folder: &Path,
@@ -73,7 +73,7 @@ fn blocks(ours: &[f64], theirs: &[f64], width: usize) -> f64 {
 
 impl PictureComparison {
     /// Writes ours, the reference and four times the difference about grey side by side (.png).
-    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+    pub(super) fn write(&self, path: &Path) -> Result<(), Failure> {
         let (ours, theirs) = (&self.image, &self.theirs);
         let grey: Vec<[f32; 3]> = theirs.iter().map(|t| [*t as f32; 3]).collect();
         let exposure = output::auto_exposure(&grey);
