@@ -3,7 +3,7 @@
 //! **Order of lanes.** An any-hit query visits the lanes that it meets in their order, until it is occluded. With p the chance that a
 //! line which meets a lane's box is occluded within, and c the cost of the visit, the expected cost is least in the order of falling
 //! p/c. A leaf has p = A/(S/2), A the area of its plates, at most 1; a node has p = 1 − Π (1 − s p) over its lanes, s the surface of a
-//! lane relative to the node's. This p of a node treats its lanes as independent; measured rates (benches/peers/embree) are up to 5 % higher
+//! lane relative to the node's. This p of a node treats its lanes as independent; measured rates (peers/embree) are up to 5 % higher
 //! in the order of falling p/c², which is used.
 
 use super::build::{Aabb, BinaryLeaf, BinaryNode, BuildItem, split};

@@ -22,7 +22,7 @@ pub(crate) const CASES: [ValidationCase; 1] = [ValidationCase {
     name: "openfoam",
     group: "Other solvers",
     title: "OpenFOAM, grey diffuse square cavity, model viewFactor",
-    about: "The case of `../shared/data/thermal-openfoam` comes without results: its numbers here are OpenFOAM's own, from a run of version 1912 (`scripts/openfoam_cavity.sh`) with the case's mesh, emissivity \
+    about: "The case of `../shared/data/thermal-openfoam` comes without results: its numbers here are OpenFOAM's own, from a run of version 1912 (`peers/openfoam_cavity.sh`) with the case's mesh, emissivity \
         0.95 and the temperatures of its start (x = 0 at 298.5 K, all else at 288.5 K): the radiative part alone, the flow at rest. Ours: walls cut as finely around next to nothing (κ = 10⁻⁹ 1/m), endless along the third axis. By symmetry top \
         and bottom are alike; OpenFOAM's differ by 1.1 %, which is the error of its view factors at 40 faces a wall, smoothed to close. Hence the limits: 0.5 % for the warm wall, 1.5 % for the others.",
     quick: true,

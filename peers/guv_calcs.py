@@ -3,7 +3,7 @@
 
     pip install guv-calcs numpy
     cargo build --release
-    scripts/compare_guv_calcs.py [--zonal target/release/zonal] [--cell 0.25] [--reflectance 0.5] [--keep DIR]
+    python peers/guv_calcs.py [--zonal target/release/zonal] [--cell 0.25] [--reflectance 0.5] [--keep DIR]
 
 The room has 6 m × 4 m × 3 m and four lamps of guv-calcs, two of which are tilted. Their photometric files come with the package (MIT licence) and are
 written beside the scene for zonal, with the scale and the intensities that guv-calcs uses. Both programs give the fluence rate in cells of the volume and the irradiance on
@@ -21,17 +21,16 @@ Two means are known: that of the direct fluence rate is ∫ I(ω) ℓ(ω) dω ov
 Times are those of the processor: guv-calcs inside the process after a first run, at cell centres; zonal as a whole process.
 """
 
-import argparse
 import importlib.metadata
 import json
 import os
 import pathlib
-import resource
 import subprocess
 import tempfile
-import time
 
 import numpy as np
+
+from shared import cost, head, parser, row, seconds_of
 
 ROOM = np.array([6.0, 4.0, 3.0])
 # Lamp of guv-calcs, position, point that it looks at.
@@ -84,9 +83,7 @@ def room(reflectance, cells, points=1, **settings):
 
 def calculated(of):
     """Direct and reflected light of a room of guv-calcs on [volume, floor], µW/cm², and seconds."""
-    start = time.process_time()
-    of.calculate(hard=True)
-    seconds = time.process_time() - start
+    _, seconds = seconds_of(lambda: of.calculate(hard=True))
     zones = [of.calc_zones[name] for name in ("volume", "plane")]
     direct = [np.ma.filled(z.base_values, np.nan).astype(float) for z in zones]
     reflected = [0.0 if z.reflected_values is None else np.asarray(z.reflected_values, float) for z in zones]
@@ -132,10 +129,7 @@ def scene(folder, reflectance, cell):
 def by_zonal(program, path, cells):
     """Fluence rate [x, y, z] and irradiance of the floor [x, y] with their stated errors, µW/cm²; mean irradiance of the walls, seconds, and the engine."""
     solution = path.with_suffix(".npz")
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([program, "solve", path, "-o", solution, "--quiet"], check=True, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    seconds, _ = cost([program, "solve", path, "-o", solution, "--quiet"])
     z = np.load(solution)
     header = json.loads(bytes(z["header.json"]))
     light = UNIT * (z["incident"] + z["direct"])[:, 0]
@@ -170,27 +164,27 @@ def exact_mean_fluence_rate(steps=1440):
     return UNIT * 1e-3 * total / np.prod(ROOM)
 
 
-def row(title, ours, theirs):
+def difference(title, ours, theirs):
     """A row of the table: means, and differences of single values over those of zonal in per cent."""
     off = 100 * np.abs(theirs - ours) / np.maximum(ours, DARK * ours.mean())
     rms = 100 * np.sqrt(((theirs - ours) ** 2).mean() / (ours**2).mean())
-    print(f"| {title} | {ours.mean():.3f} | {theirs.mean():.3f} | {100 * (theirs.mean() / ours.mean() - 1):+.2f} | {rms:.2f} | {np.median(off):.2f} | {np.percentile(off, 99):.2f} | {off.max():.1f} |")
+    means = (f"{ours.mean():.3f}", f"{theirs.mean():.3f}", f"{100 * (theirs.mean() / ours.mean() - 1):+.2f}")
+    row(title, *means, f"{rms:.2f}", f"{np.median(off):.2f}", f"{np.percentile(off, 99):.2f}", f"{off.max():.1f}")
 
 
 def compare(ours, theirs, near, label):
     """Rows of the volume away from lamps and near to them, and of the floor."""
-    row(f"{label}: fluence rate, {NEAR} m and more from lamps", ours[0][0][~near], theirs[0][~near])
-    row(f"{label}: fluence rate, nearer", ours[0][0][near], theirs[0][near])
-    row(f"{label}: irradiance of the floor", ours[1][0], theirs[1])
+    difference(f"{label}: fluence rate, {NEAR} m and more from lamps", ours[0][0][~near], theirs[0][~near])
+    difference(f"{label}: fluence rate, nearer", ours[0][0][near], theirs[0][near])
+    difference(f"{label}: irradiance of the floor", ours[1][0], theirs[1])
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--zonal", default="target/release/zonal")
-    parser.add_argument("--cell", type=float, default=0.25)
-    parser.add_argument("--reflectance", type=float, default=0.5)
-    parser.add_argument("--keep", type=pathlib.Path)
-    args = parser.parse_args()
+    p = parser(__doc__)
+    p.add_argument("--cell", type=float, default=0.25)
+    p.add_argument("--reflectance", type=float, default=0.5)
+    p.add_argument("--keep", type=pathlib.Path)
+    args = p.parse_args()
     cells = tuple(int(n) for n in np.rint(ROOM / args.cell))
     grid = np.stack(np.meshgrid(*[(np.arange(n) + 0.5) * args.cell for n in cells], indexing="ij"), -1)
     near = np.min([np.linalg.norm(grid - np.array(p), axis=-1) for _, p, _ in LAMPS], axis=0) < NEAR
@@ -209,18 +203,20 @@ def main():
     finest = room(args.reflectance, cells, reflectance_threshold=1e-4)
     finest.set_reflectance_spacing(args.cell, args.cell)
     _, converged, slow = calculated(finest)
-    print("| | zonal, mean | guv-calcs, mean | % | root mean square of differences, % | median, % | 99 of 100, % | worst, % |\n|---|---|---|---|---|---|---|---|")
+    head("", "zonal, mean", "guv-calcs, mean", "%", "root mean square of differences, %", "median, %", "99 of 100, %", "worst, %")
     compare(black, direct, near, "direct light, centres")
     compare(black, fine, near, "direct light, means")
     for title, reflected in (("defaults", coarse), ("converged", converged)):
         compare(bright, [d + r for d, r in zip(fine, reflected)], near, f"reflectance {args.reflectance}, {title}")
     area = 2 * (ROOM[0] * ROOM[1] + ROOM[1] * ROOM[2] + ROOM[2] * ROOM[0])
     exact = UNIT * 1e-3 * sum(lamp.get_total_power() for lamp in lamps()) / (area * (1 - args.reflectance))
-    print(f"\n| | zonal | guv-calcs, defaults | guv-calcs, converged |\n|---|---|---|---|")
-    print(f"| mean fluence rate of direct light, exact {exact_mean_fluence_rate():.4f} | {black[0][0].mean():.4f} | {direct[0].mean():.4f} (centres), {fine[0].mean():.4f} (means) | |")
-    print(f"| mean irradiance of the walls, exact {exact:.4f} | {walls:.4f} | {wall_mean(default):.4f} | {wall_mean(finest):.4f} |")
-    print(f"| direct light alone, processor seconds | {direct_time[0]:.2f} ({direct_time[1]}) | {fast:.2f} | |")
-    print(f"| with reflections, processor seconds | {full_time[0]:.2f} ({full_time[1]}) | {usual:.2f} | {slow:.1f} |")
+    print()
+    head("", "zonal", "guv-calcs, defaults", "guv-calcs, converged")
+    both = f"{direct[0].mean():.4f} (centres), {fine[0].mean():.4f} (means)"
+    row(f"mean fluence rate of direct light, exact {exact_mean_fluence_rate():.4f}", f"{black[0][0].mean():.4f}", both, "")
+    row(f"mean irradiance of the walls, exact {exact:.4f}", *(f"{x:.4f}" for x in (walls, wall_mean(default), wall_mean(finest))))
+    row("direct light alone, processor seconds", f"{direct_time[0]:.2f} ({direct_time[1]})", f"{fast:.2f}", "")
+    row("with reflections, processor seconds", f"{full_time[0]:.2f} ({full_time[1]})", f"{usual:.2f}", f"{slow:.1f}")
     stated = lambda solved: 100 * np.sqrt((solved[0][1] ** 2).mean() / (solved[0][0] ** 2).mean())
     print(f"\nstated error of zonal's fluence rate, root mean square: {stated(black):.2f} % and {stated(bright):.2f} %")
 

@@ -9,15 +9,16 @@ The error of ours is that of its blocks against Mitsuba's mean, Mitsuba's noise 
 see the lamp, and those beside them, are left out.
 """
 
-import argparse
 import math
 import sys
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from compare import ROOT, TARGET, timed, used  # noqa: E402
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from shared import ROOT, cost, head, parser, row, seconds_of  # noqa: E402
+
+TARGET = 0.01
 
 BLOCK = 8
 WHITE = [0.885809, 0.698859, 0.666422]
@@ -88,9 +89,8 @@ def mitsuba(mi, meshes, medium, view, o):
     n = o.size // BLOCK
     means, lit, seconds = [], np.zeros((n, n), bool), 0.0
     while seconds < o.seconds or len(means) < 4:
-        start = used()
-        image = np.array(mi.render(scene, spp=o.batch, seed=len(means)), dtype=np.float64)[..., :3]
-        seconds += used() - start
+        image, spent = seconds_of(lambda: np.array(mi.render(scene, spp=o.batch, seed=len(means)), dtype=np.float64)[..., :3])
+        seconds += spent
         means.append(blocks(image))
         lit |= image.max(2).reshape(n, BLOCK, n, BLOCK).max((1, 3)) > 0.5 * max(LAMP)
     around = np.pad(lit, 1)
@@ -104,7 +104,7 @@ def relative_rms(squares, value, mask):
 
 
 def main():
-    p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    p = parser(__doc__)
     p.add_argument("--cases", default=",".join(CASES))
     p.add_argument("--seconds", type=float, default=60.0, help="processor seconds of Mitsuba for each view")
     p.add_argument("--size", type=int, default=256, help="pixels along an edge")
@@ -113,7 +113,6 @@ def main():
     p.add_argument("--patch", type=float, default=40.0, help="greatest patch of ours, mm")
     p.add_argument("--cells", type=int, default=14, help="cells of our haze along an edge")
     p.add_argument("--variant", default="llvm_ad_rgb")
-    p.add_argument("--zonal", default=str(ROOT / "target/release/zonal"))
     p.add_argument("--data", default=str(ROOT / "../shared/data"))
     p.add_argument("--out", default="out/mitsuba")
     o = p.parse_args()
@@ -123,17 +122,16 @@ def main():
     out, meshes = Path(o.out), (Path(o.data) / "cornell/mitsuba-cbox/meshes").resolve()
     out.mkdir(parents=True, exist_ok=True)
     print(f"Mitsuba {mi.__version__}, {o.variant}, multijitter, rr_depth 5; processor seconds")
-    print("| case | Mitsuba, 1 % in three views | zonal: solve | three views | both | blocks of zonal off, by view | times faster |")
-    print("|---|---|---|---|---|---|---|")
+    head("case", "Mitsuba, 1 % in three views", "zonal: solve", "three views", "both", "blocks of zonal off, by view", "times faster")
     for case in o.cases.split(","):
         medium = CASES[case]
         scene, run = out / f"cornell-{case}.toml", str(out / f"cornell-{case}.npz")
         scene.write_text(ours_of(meshes, medium, case, o))
-        solve = timed([o.zonal, "solve", str(scene), "-o", run, "--quiet"])
+        solve, _ = cost([o.zonal, "solve", str(scene), "-o", run, "--quiet"])
         draw, theirs, errors = 0.0, 0.0, []
         for view in VIEWS:
             picture = str(out / f"cornell-{case}-{view}.exr")
-            draw += timed([o.zonal, "render", run, "--camera", view, "--size", f"{o.size}x{o.size}", "-o", picture, "--quiet"])
+            draw += cost([o.zonal, "render", run, "--camera", view, "--size", f"{o.size}x{o.size}", "-o", picture, "--quiet"])[0]
             batches, mask, seconds = mitsuba(mi, meshes, medium, view, o)
             mean, variance = batches.mean(0), batches.var(0, ddof=1)
             noise = relative_rms(variance / len(batches), mean, mask)
@@ -142,7 +140,8 @@ def main():
             errors.append(relative_rms((ours - mean) ** 2 - variance / len(batches), mean, mask))
             print(f"  {case}, {view}: Mitsuba {seconds:.0f} s, blocks {100 * noise:.2f} %", file=sys.stderr)
         off = ", ".join(f"{100 * e:.2f} %" for e in errors)
-        print(f"| {case} | {theirs:.0f} | {solve:.2f} | {draw:.2f} | {solve + draw:.2f} | {off} | {theirs / (solve + draw):.0f} |", flush=True)
+        times = (f"{t:.2f}" for t in (solve, draw, solve + draw))
+        row(case, f"{theirs:.0f}", *times, off, f"{theirs / (solve + draw):.0f}")
 
 
 if __name__ == "__main__":

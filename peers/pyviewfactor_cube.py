@@ -3,7 +3,7 @@
 
     pip install pyviewfactor numpy
     cargo build --release
-    scripts/compare_pyviewfactor.py [--zonal target/release/zonal] [--patches 10] [--rotated]
+    python peers/pyviewfactor_cube.py [--zonal target/release/zonal] [--patches 10] [--rotated]
 
 The cube has N×N patches a wall; with --rotated it is turned at random and every patch is split into two triangles, so that no lattice is left. zonal is
 timed as a whole process (`zonal exchange --direct-only`, reading, computing, writing: the same factors, no reflections), by the processor time that the system accounts to it; pyviewfactor is timed
@@ -11,14 +11,12 @@ inside the process, its just-in-time compilation done beforehand on a small cube
 sum to one, which says how far each is off.
 """
 
-import argparse
 import pathlib
-import resource
-import subprocess
 import tempfile
-import time
 
 import numpy as np
+
+from shared import cost, head, parser, row, seconds_of
 
 
 def corners(n, rotated):
@@ -51,11 +49,8 @@ def by_zonal(program, faces, folder):
         k += len(c)
     (folder / "cube.obj").write_text("\n".join(lines) + "\n")
     (folder / "cube.toml").write_text('[solve]\npatch_size = 10\n[[surface]]\nname = "cube"\nmesh = { file = "cube.obj" }\n')
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([program, "exchange", folder / "cube.toml", "-o", folder / "f.npz", "--direct-only", "--quiet"], check=True, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds, _ = cost([program, "exchange", folder / "cube.toml", "-o", folder / "f.npz", "--direct-only", "--quiet"])
     z = np.load(folder / "f.npz")
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return z["exchange_areas"][0] / z["closure"][0][:, None], seconds
 
 
@@ -76,26 +71,24 @@ def by_pyviewfactor(faces):
         return pyviewfactor.compute_viewfactor_matrix(m, skip_obstruction=True, rounding_decimal=15)
 
     matrix(mesh(corners(2, len(faces[0]) == 3)))
-    start = time.process_time()
-    f = matrix(mesh(faces))
-    return f.T, time.process_time() - start, numba.get_num_threads()
+    f, seconds = seconds_of(lambda: matrix(mesh(faces)))
+    return f.T, seconds, numba.get_num_threads()
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--zonal", default="target/release/zonal")
-    parser.add_argument("--patches", type=int, default=10)
-    parser.add_argument("--rotated", action="store_true")
-    args = parser.parse_args()
+    p = parser(__doc__)
+    p.add_argument("--patches", type=int, default=10)
+    p.add_argument("--rotated", action="store_true")
+    args = p.parse_args()
     faces = corners(args.patches, args.rotated)
     with tempfile.TemporaryDirectory() as folder:
         ours, seconds = by_zonal(args.zonal, faces, pathlib.Path(folder))
     theirs, slow, threads = by_pyviewfactor(faces)
     pairs = len(faces) * (len(faces) - 1) / 2
-    print("| | zonal | pyviewfactor |\n|---|---|---|")
-    print(f"| processor time, s ({len(faces)} patches) | {seconds:.3f} | {slow:.3f} ({threads} threads) |")
-    print(f"| µs a pair | {1e6 * seconds / pairs:.2f} | {1e6 * slow / pairs:.2f} |")
-    print(f"| largest |row sum − 1| | {abs(ours.sum(1) - 1).max():.1e} | {abs(theirs.sum(1) - 1).max():.1e} |")
+    head("", "zonal", "pyviewfactor")
+    row(f"processor time, s ({len(faces)} patches)", f"{seconds:.3f}", f"{slow:.3f} ({threads} threads)")
+    row("µs a pair", *(f"{1e6 * t / pairs:.2f}" for t in (seconds, slow)))
+    row("largest |row sum − 1|", *(f"{abs(f.sum(1) - 1).max():.1e}" for f in (ours, theirs)))
     print(f"\nlargest difference of a view factor: {abs(ours - theirs).max():.1e}; ratio of times: {slow / seconds:.0f}")
 
 

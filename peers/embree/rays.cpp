@@ -1,5 +1,5 @@
 // The any-hit rate of Embree on triangles and segments in files: rays FOLDER NAME [medium], the last for a tree without spatial splits.
-// Reads NAME.tri, NAME.volume, NAME.surface and the answers NAME.*.ours of `cargo run -p zonal-transport --example rays`.
+// Reads NAME.tri, NAME.volume, NAME.surface and the answers NAME.*.ours of `cargo run -p zonal-benches --bin any_hit`.
 #include <embree3/rtcore.h>
 #include <algorithm>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes a city of boxes on a plane as a binary STL and as an input file of View3D.
 
-    python benches/peers/view3d/city.py 18 14 city            # city.stl and city.vs3 with 22,176 triangles
+    python peers/view3d/city.py 18 14 city            # city.stl and city.vs3 with 22,176 triangles
 
 Each block of 40 m has 16 triangles of ground and one building with 64 triangles of walls and 8 of roof. Buildings are about 24 m wide and 10 to 40 m high
 (repeatable by their seed).

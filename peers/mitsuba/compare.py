@@ -11,11 +11,7 @@ least of --runs. The error of ours is sqrt(<d²> - <σ²>) over the mean, d the 
 most' adds twice the standard error of <d²> - <σ²>, from its spread over blocks of the picture.
 """
 
-import argparse
 import math
-import os
-import resource
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -23,12 +19,14 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-ROOT = HERE.parents[2]
+sys.path.insert(0, str(HERE.parent))
+from shared import ROOT, cost, head, parser, row, seconds_of  # noqa: E402
+
 TARGET = 0.01
 
 
 def options():
-    p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    p = parser(__doc__)
     p.add_argument("--spp", type=int, default=512, help="samples a pixel in all that Mitsuba draws in this run")
     p.add_argument("--batches", type=int, default=2, help="pictures of other seeds that these are divided among")
     p.add_argument("--sampler", default="multijitter", help="independent, stratified, multijitter, ...")
@@ -37,7 +35,6 @@ def options():
     p.add_argument("--size", type=int, default=256, help="pixels along an edge")
     p.add_argument("--cells", default="10,20,40", help="voxels along an edge of ours")
     p.add_argument("--runs", type=int, default=5, help="solves and pictures of ours, of which the fastest counts")
-    p.add_argument("--zonal", default=os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target")) + "/release/zonal")
     p.add_argument("--reference", help="the 64 x 64 picture, an .npz; not compared with where there is none", default=str(ROOT / "../shared/reference/montecarlo/image_c0_K1_a0.90_r0.5_inside_64.npz"))
     p.add_argument("--out", default="out/mitsuba")
     return p.parse_args()
@@ -105,11 +102,6 @@ def theirs_of(scene, o):
     return out
 
 
-def used(who=resource.RUSAGE_SELF):
-    r = resource.getrusage(who)
-    return r.ru_utime + r.ru_stime
-
-
 def mitsuba(scene, o, store):
     """Batches of Mitsuba's picture, those of earlier runs included: an array [batch, y, x], and the seconds of each."""
     import mitsuba as mi
@@ -125,23 +117,15 @@ def mitsuba(scene, o, store):
     # Kernels are compiled by a first picture, which does not count.
     mi.render(loaded, spp=1, seed=10_000) + 0
     for k in range(len(images), len(images) + o.batches):
-        start = used()
-        image = np.array(mi.render(loaded, spp=o.spp // o.batches, seed=k), dtype=np.float64)
+        image, spent = seconds_of(lambda: np.array(mi.render(loaded, spp=o.spp // o.batches, seed=k), dtype=np.float64))
         images.append(image.reshape(o.size, o.size, -1)[..., 0])
-        seconds.append(used() - start)
+        seconds.append(spent)
         np.savez(store, key=key, images=images, seconds=seconds)
         print(f"  Mitsuba, batch {k}: {seconds[-1]:.1f} s", file=sys.stderr)
     return np.array(images), np.array(seconds), key
 
 
 # --- zonal ---------------------------------------------------------------------------------------------------------------------
-
-
-def timed(command):
-    """Processor seconds of a command, start to end."""
-    before = used(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    return used(resource.RUSAGE_CHILDREN) - before
 
 
 def ours_of(cells, o, out):
@@ -152,7 +136,7 @@ def ours_of(cells, o, out):
     files[0].write_text(text)
     solve = [o.zonal, "solve", scene, "-o", run, "--quiet"]
     draw = [o.zonal, "render", run, "--size", f"{o.size}x{o.size}", "-o", picture, "--quiet"]
-    seconds = [min(timed(c) for _ in range(o.runs)) for c in (solve, draw)]
+    seconds = [min(cost(c)[0] for _ in range(o.runs)) for c in (solve, draw)]
     return read_exr(picture), seconds
 
 
@@ -212,14 +196,13 @@ def main():
         small = binned(theirs, 64)
         sigma = np.sqrt(own**2 + binned(se**2, 64) / (o.size // 64) ** 2)
         print(f"Mitsuba against the table of 64 x 64: {percent(error(small, img, sigma))}\n")
-    print("| cells | solve, s | view, s | off Mitsuba | off the table of 64 x 64 | mean |")
-    print("|---|---|---|---|---|---|")
+    head("cells", "solve, s", "view, s", "off Mitsuba", "off the table of 64 x 64", "mean")
     for cells in map(int, o.cells.split(",")):
         ours, (solve, draw) = ours_of(cells, o, out)
         table = "-" if reference is None else percent(error(binned(ours, 64), img, own))
         off = percent(error(ours, theirs, se))
         mean = 100 * (ours.mean() / theirs.mean() - 1)
-        print(f"| {cells} | {solve:.3f} | {draw:.3f} | {off} | {table} | {mean:+.2f} % |")
+        row(cells, f"{solve:.3f}", f"{draw:.3f}", off, table, f"{mean:+.2f} %")
         side_by_side(ours, theirs, out / f"c0-{cells}.png")
 
 
