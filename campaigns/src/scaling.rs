@@ -15,6 +15,7 @@ use crate::harness::{Error, Outcome, ScratchFolder};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use zonal_fourier::{Complex64, Planner};
 use zonal_io::output;
 use zonal_report::plot::{LOG_LOG, LegendPlacement, Plot, SeriesMark};
 
@@ -163,8 +164,8 @@ fn floor(n: f64, products: f64, written: f64) -> Result<[f64; 3], Error> {
 /// Operations a second of one thread: complex transforms of this length, sixteen lines at a time, 5 N log₂N each.
 fn transform_rate(length: usize) -> f64 {
     const LINES_AT_A_TIME: usize = 16;
-    let plan = rustfft::FftPlanner::<f64>::new().plan_fft_forward(length);
-    let mut lines = vec![rustfft::num_complex::Complex64::default(); LINES_AT_A_TIME * length];
+    let plan = Planner::default().forward(length);
+    let mut lines = vec![Complex64::default(); LINES_AT_A_TIME * length];
     let mut scratch = vec![Default::default(); plan.get_inplace_scratch_len()];
     let (mut best, mut done) = (f64::INFINITY, 0.0);
     while done < 0.2 {
