@@ -46,7 +46,7 @@ pub(crate) struct CoverageOptions {
     /// Walks for each band of a scene
     #[arg(long, default_value_t = 40_000)]
     walks: usize,
-    /// One scene alone, all of whose quantities are listed
+    /// Scenes alone, all of whose quantities are listed
     #[arg(long, value_delimiter = ',')]
     index: Vec<u64>,
     /// Scenes of few zones, each for one engine
