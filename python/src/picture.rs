@@ -216,7 +216,7 @@ pub(crate) fn preview<'py>(
         let options = RenderOptions { width, height, samples: settings.samples, ..RenderOptions::default() };
         let image = zonal_render::render(s, &camera, &options, observer);
         let tone = ToneMapping::filmic(output::auto_exposure(&image.pixels));
-        Ok((output::encode_picture_png((width, height), &image.pixels, &tone)?, None))
+        Ok((output::encode_picture_png(width, height, &image.pixels, &tone)?, None))
     })?;
     let (png, range) = drawn.map_err(|e| of_app(&e))?;
     Ok((PyBytes::new(py, &png), range))
@@ -262,6 +262,6 @@ pub(crate) fn encode_png<'py>(
     let pixels = flat.as_chunks::<3>().0;
     let exposure = exposure.unwrap_or_else(|| output::auto_exposure(pixels)) * stops.exp2();
     let tone = ToneMapping { contrast, ..ToneMapping::filmic(exposure) };
-    let png = output::encode_picture_png((width, height), pixels, &tone).map_err(|e| of_file(&e))?;
+    let png = output::encode_picture_png(width, height, pixels, &tone).map_err(|e| of_file(&e))?;
     Ok(PyBytes::new(py, &png))
 }

@@ -266,7 +266,7 @@ class StateSolver:
         Solves the state: columns by zone, by name and by face, and the balance.
         """
 
-def check(scene: Scene, changes: Any, memory_limit: SupportsIndex, progress: Any | None = None, threads: SupportsIndex | None = None) -> str:
+def check(scene: Scene, settings: str, memory_limit: SupportsIndex, progress: Any | None = None, threads: SupportsIndex | None = None) -> str:
     """
     What `zonal check --json` reports of a scene, as JSON.
     """
@@ -321,7 +321,7 @@ def script_factors(factors: dict[str, typing.Any], emissivity: SupportsGetItem[i
     Total exchange factors and their error radii, (faces, faces) each.
     """
 
-def solve(scene: Scene, changes: Any, settings: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> Solution:
+def solve(scene: Scene, settings: str, run: Any, progress: Any | None = None, threads: SupportsIndex | None = None) -> Solution:
     """
     Solves a scene.
     """

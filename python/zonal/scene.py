@@ -645,7 +645,8 @@ class Scene:
         efficacy, tint : optional
             Of the luminance, as of :meth:`sun`.
         """
-        self._add("light", _given(kind="sky", name=name, radiance=radiance, luminance=luminance, efficacy=efficacy, tint=tint, **_further("light[] (sky)", keys)))
+        more = _further("light[] (sky)", keys)
+        self._add("light", _given(kind="sky", name=name, radiance=radiance, luminance=luminance, efficacy=efficacy, tint=tint, **more))
 
     def cie_sky(
         self,
@@ -1076,7 +1077,8 @@ class Scene:
         min, max : point, optional
             Corners of the boundary of a scene without a medium, m.
         """
-        self.document["boundary"] = _given(x=x, y=y, z=z, x0=x0, x1=x1, y0=y0, y1=y1, z0=z0, z1=z1, min=min, max=max, **_further("boundary", keys))
+        more = _further("boundary", keys)
+        self.document["boundary"] = _given(x=x, y=y, z=z, x0=x0, x1=x1, y0=y0, y1=y1, z0=z0, z1=z1, min=min, max=max, **more)
 
     def thermal(
         self,
@@ -1102,8 +1104,12 @@ class Scene:
         """
         self.document["mode"] = "thermal"
         self.document["thermal"] = _given(
-            band_fractions=band_fractions, weights=weights, range=range, allow_partial=allow_partial
-        , **_further("thermal", keys))
+            band_fractions=band_fractions,
+            weights=weights,
+            range=range,
+            allow_partial=allow_partial,
+            **_further("thermal", keys),
+        )
 
     def camera(
         self,
@@ -1130,7 +1136,8 @@ class Scene:
         aperture, focus : float, optional
             Diameter of the lens and distance in focus, m.
         """
-        self._add("camera", _given(name=name, origin=origin, target=target, up=up, fov=fov, aperture=aperture, focus=focus, **_further("camera[]", keys)))
+        more = _further("camera[]", keys)
+        self._add("camera", _given(name=name, origin=origin, target=target, up=up, fov=fov, aperture=aperture, focus=focus, **more))
 
     def settings(
         self,

@@ -18,7 +18,7 @@ const MAX_LONG_FUNCTIONS: usize = 20;
 /// Most parameters of a function, `self` counted.
 const MAX_PARAMETERS: usize = 7;
 /// Most parameters that are tuples.
-const MAX_TUPLE_PARAMETERS: usize = 23;
+const MAX_TUPLE_PARAMETERS: usize = 15;
 /// Most matches on booleans.
 const MAX_BOOL_MATCHES: usize = 0;
 /// Most uses of thread-local state.

@@ -269,7 +269,7 @@ fn draw_missing(
             drawn.clipped += f.tone.count_clipped(&image.pixels);
             let size = (image.width, image.height);
             let text = [(FINGERPRINT_KEYWORD, f.fingerprint.as_str())];
-            output::write_png_with_text(&f.path, size, &image.pixels, &f.tone, &text)
+            output::write_png_with_text(&f.path, size.0, size.1, &image.pixels, &f.tone, &text)
         })?;
     }
     progress.end();

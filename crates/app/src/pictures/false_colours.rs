@@ -271,7 +271,7 @@ impl FieldPicture {
         let range = format!("{} {}", scale.low, scale.high);
         let mut text = vec![("show", quantity.name()), ("unit", quantity.unit()), ("range", range.as_str())];
         text.extend(self.slice.as_ref().map(|slice| ("slice", slice.text.as_str())));
-        Ok(output::write_png_bytes(&options.output, (canvas.width, canvas.height), &canvas.bytes, &text)?)
+        Ok(output::write_png_bytes(&options.output, canvas.width, canvas.height, &canvas.bytes, &text)?)
     }
 }
 

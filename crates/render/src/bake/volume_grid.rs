@@ -240,7 +240,7 @@ impl<'a> PointGrid<'a> {
             }
             sum.map(|x| x as f32)
         };
-        parallel::map(&zones, of)
+        parallel::map(zones, of)
     }
 }
 

@@ -141,7 +141,7 @@ pub fn total_exchange_areas(
     // Y = F + XᵀX; both halves are the same sums in the same order.
     let mut y = transposed_product(&x, &x, n);
     drop(x);
-    parallel::for_each_pair(&mut y, &areas, |y, f| *y += f);
+    parallel::for_each_pair(&mut y, areas, |y, f| *y += f);
     // K, with column j times a_j.
     let mut k = vec![0.0; n * n];
     parallel::chunks(&mut k, n, |i, row| {

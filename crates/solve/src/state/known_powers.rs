@@ -100,7 +100,7 @@ impl Coupling<'_> {
     ) -> Result<Vec<f64>, SceneError> {
         let zones = &self.response.zones;
         let k = zones.len();
-        let constant: Vec<Vec<f64>> = parallel::map(&problems, |p| {
+        let constant: Vec<Vec<f64>> = parallel::map(problems, |p| {
             let h = p.reflected_incident();
             zones.iter().map(|&i| h[i] + p.light[0].get(i).copied().unwrap_or(0.0)).collect()
         });

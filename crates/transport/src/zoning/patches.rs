@@ -171,7 +171,7 @@ pub(super) fn patches_of_bands(scene: &Scene, patches: &[Patch]) -> Vec<Patch> {
         let [reflectance, emission] = optics(scene, &direct, p.facet, &p.plate);
         Patch { reflectance, emission, ..p.clone() }
     };
-    parallel::map(&patches, of_bands)
+    parallel::map(patches, of_bands)
 }
 
 /// For each surface, whether its emission is direct light.

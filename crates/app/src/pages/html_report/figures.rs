@@ -51,7 +51,7 @@ pub fn figures(
             // A camera that sees no zone, and a field without any value, have no picture.
             let picture = FieldPicture::of_quantity(*quantity, settings.size, None);
             let Ok(canvas) = picture.draw(s, camera, progress) else { continue };
-            let png = output::encode_png_bytes((canvas.width, canvas.height), &canvas.bytes, &[])?;
+            let png = output::encode_png_bytes(canvas.width, canvas.height, &canvas.bytes, &[])?;
             out.push(Figure { caption: format!("{}: {}", camera.name, quantity.name()), png });
         }
     }
@@ -70,6 +70,6 @@ fn light_figure(
     }
     let image = zonal_render::render(s, camera, &settings.quality.of_picture(settings.size), progress);
     let tone = ToneMapping::filmic(output::auto_exposure(&image.pixels));
-    let png = output::encode_picture_png(settings.size, &image.pixels, &tone)?;
+    let png = output::encode_picture_png(settings.size.0, settings.size.1, &image.pixels, &tone)?;
     Ok(Some(Figure { caption: format!("{}: light", camera.name), png }))
 }

@@ -143,7 +143,7 @@ impl ModelSurvey {
             faces: mesh.face_count,
             materials,
             axis_areas,
-            parts: PartCounts::of(&kept, bounds),
+            parts: PartCounts::of(&kept, bounds.0, bounds.1),
             doubled_faces: topology.repeated_faces.count + topology.opposite_faces.count,
             topology,
             cameras: mesh.cameras,
@@ -170,11 +170,11 @@ impl SurveyedMaterial {
 }
 
 impl PartCounts {
-    fn of(plates: &[Plate], bounds: (Vec3, Vec3)) -> PartCounts {
+    fn of(plates: &[Plate], low: Vec3, high: Vec3) -> PartCounts {
         let shells = find_shells(plates);
         let mut out = PartCounts::default();
         let (mut open_area, mut area) = (0.0, 0.0);
-        for (s, turned) in shells.shells().iter().zip(turned_parts(plates, &shells, bounds)) {
+        for (s, turned) in shells.shells().iter().zip(turned_parts(plates, &shells, low, high)) {
             area += s.area;
             out.flipped_edges += s.flipped_edges;
             match (turned, s.kind) {

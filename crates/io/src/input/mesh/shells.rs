@@ -37,11 +37,12 @@ pub(crate) enum TurnedPart {
     Solid,
 }
 
-/// The parts that are turned inside out, by the index of the shell; `bounds` are those of the whole model.
+/// The parts that are turned inside out, by the index of the shell; `low` and `high` are the corners of the whole model.
 pub(crate) fn turned_parts(
     plates: &[Plate],
     shells: &Shells,
-    (low, high): (Vec3, Vec3),
+    low: Vec3,
+    high: Vec3,
 ) -> Vec<Option<TurnedPart>> {
     let all = (high - low).product();
     let list = shells.shells();
@@ -136,7 +137,7 @@ mod tests {
                 .collect();
             let (low, high) =
                 plates.iter().map(Plate::bounds).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap();
-            turned_parts(&plates, &find_shells(&plates), (low, high))
+            turned_parts(&plates, &find_shells(&plates), low, high)
         };
         let (inward, outward) = (Facing::Inward, Facing::Outward);
         assert_eq!(kinds(&[(0.0, 4.0, outward), (1.0, 2.0, outward)]), [Some(TurnedPart::Room), None]);
@@ -147,7 +148,7 @@ mod tests {
         assert_eq!(kinds(&[(0.0, 4.0, outward)]), [None]);
         // A slab that is turned inside out, of any share of the bounding box.
         let slab = box_faces(Vec3::ZERO, vec3(9.0, 9.0, 0.1), Facing::Inward);
-        let found = turned_parts(&slab, &find_shells(&slab), (Vec3::ZERO, vec3(9.0, 9.0, 0.1)));
+        let found = turned_parts(&slab, &find_shells(&slab), Vec3::ZERO, vec3(9.0, 9.0, 0.1));
         assert_eq!(found, [Some(TurnedPart::Solid)]);
     }
 }

@@ -30,7 +30,7 @@ pub fn write_png(
     linear: &[[f32; 3]],
     tone: &ToneMapping,
 ) -> Result<(), FileError> {
-    write_png_with_text(path, (width, height), linear, tone, &[])
+    write_png_with_text(path, width, height, linear, tone, &[])
 }
 
 /// As [`write_png`], with further text chunks: keyword and text, in Latin-1.
@@ -40,14 +40,15 @@ pub fn write_png(
 /// As [`write_png`].
 pub fn write_png_with_text(
     path: &Path,
-    (width, height): (usize, usize),
+    width: usize,
+    height: usize,
     linear: &[[f32; 3]],
     tone: &ToneMapping,
     notes: &[(&str, &str)],
 ) -> Result<(), FileError> {
-    let (bytes, tones) = exposed(path, (width, height), linear, tone)?;
+    let (bytes, tones) = exposed(path, width, height, linear, tone)?;
     let tones = tones.each_ref().map(|(keyword, text)| (*keyword, text.as_str()));
-    write_png_bytes(path, (width, height), &bytes, &[&tones, notes].concat())
+    write_png_bytes(path, width, height, &bytes, &[&tones, notes].concat())
 }
 
 /// As [`write_png`], into memory.
@@ -59,17 +60,23 @@ pub fn write_png_with_text(
 /// ```
 /// use zonal_io::output::{ToneMapping, encode_picture_png};
 ///
-/// let png = encode_picture_png((2, 1), &[[0.1, 0.2, 0.3], [1.0, 0.5, 0.0]], &ToneMapping::filmic(1.5))?;
+/// let png = encode_picture_png(2, 1, &[[0.1, 0.2, 0.3], [1.0, 0.5, 0.0]], &ToneMapping::filmic(1.5))?;
 /// assert!(png.starts_with(b"\x89PNG"));
 /// # Ok::<(), zonal_io::output::FileError>(())
 /// ```
 pub fn encode_picture_png(
-    size: (usize, usize),
+    width: usize,
+    height: usize,
     linear: &[[f32; 3]],
     tone: &ToneMapping,
 ) -> Result<Vec<u8>, FileError> {
-    let (bytes, tones) = exposed(Path::new("picture"), size, linear, tone)?;
-    encode_png_bytes(size, &bytes, &tones.each_ref().map(|(keyword, text)| (*keyword, text.as_str())))
+    let (bytes, tones) = exposed(Path::new("picture"), width, height, linear, tone)?;
+    encode_png_bytes(
+        width,
+        height,
+        &bytes,
+        &tones.each_ref().map(|(keyword, text)| (*keyword, text.as_str())),
+    )
 }
 
 /// As [`write_png_bytes`], into memory.
@@ -78,7 +85,8 @@ pub fn encode_picture_png(
 ///
 /// As [`write_png_bytes`].
 pub fn encode_png_bytes(
-    (width, height): (usize, usize),
+    width: usize,
+    height: usize,
     bytes: &[u8],
     notes: &[(&str, &str)],
 ) -> Result<Vec<u8>, FileError> {
@@ -93,7 +101,8 @@ pub fn encode_png_bytes(
 #[allow(clippy::type_complexity)]
 fn exposed(
     path: &Path,
-    (width, height): (usize, usize),
+    width: usize,
+    height: usize,
     linear: &[[f32; 3]],
     tone: &ToneMapping,
 ) -> Result<(Vec<u8>, [(&'static str, String); 3]), FileError> {
@@ -117,7 +126,8 @@ fn exposed(
 /// The size is not that of the list, or the file cannot be written.
 pub fn write_png_bytes(
     path: &Path,
-    (width, height): (usize, usize),
+    width: usize,
+    height: usize,
     bytes: &[u8],
     notes: &[(&str, &str)],
 ) -> Result<(), FileError> {
@@ -186,7 +196,7 @@ mod tests {
         std::fs::create_dir_all(&dir).unwrap();
         let path = dir.join("a.png");
         let tone = ToneMapping { contrast: 1.2, ..ToneMapping::filmic(1.5) };
-        write_png_with_text(&path, (4, 2), &[[0.1, 0.5, 2.0]; 8], &tone, &[("frame", "abc")]).unwrap();
+        write_png_with_text(&path, 4, 2, &[[0.1, 0.5, 2.0]; 8], &tone, &[("frame", "abc")]).unwrap();
         for (keyword, text) in
             [("exposure", "1.5"), ("contrast", "1.2"), ("curve", "filmic"), ("frame", "abc")]
         {

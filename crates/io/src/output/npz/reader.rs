@@ -423,8 +423,8 @@ impl<'a> NpzReader<'a> {
         name: &str,
         shape: &[usize],
     ) -> Result<ZoneRows<[f64; 3]>, FileError> {
-        let rows = self.rows(name)?;
-        self.one_or_all(name, shape, 3, rows)
+        let (found, data) = self.rows(name)?;
+        self.one_or_all(name, shape, 3, &found, data)
     }
 
     /// One row for all, or one for each element of a shape; arrays have `columns` columns.
@@ -433,19 +433,20 @@ impl<'a> NpzReader<'a> {
         name: &str,
         shape: &[usize],
         columns: usize,
-        (found, data): (Vec<usize>, Vec<[f64; 3]>),
+        found: &[usize],
+        data: Vec<[f64; 3]>,
     ) -> Result<ZoneRows<[f64; 3]>, FileError> {
         if found == [vec![1; shape.len()], vec![columns]].concat() {
             return Ok(ZoneRows::Same(data[0]));
         }
-        self.check_shape(name, &found, &[shape, &[columns]].concat())?;
+        self.check_shape(name, found, &[shape, &[columns]].concat())?;
         Ok(ZoneRows::Each(data))
     }
 
     /// As [`NpzReader::same_or_each`], of bands.
     pub(crate) fn band_rows(&mut self, name: &str, shape: &[usize]) -> Result<ZoneRows<Bands>, FileError> {
-        let rows = self.band_rows_of(name, f64::is_finite, "a value is not a finite number")?;
-        Ok(match self.one_or_all(name, shape, self.band_count(), rows)? {
+        let (found, data) = self.band_rows_of(name, f64::is_finite, "a value is not a finite number")?;
+        Ok(match self.one_or_all(name, shape, self.band_count(), &found, data)? {
             ZoneRows::Same(x) => ZoneRows::Same(Bands::from_rgb(x)),
             ZoneRows::Each(list) => ZoneRows::Each(to_bands(list)),
         })

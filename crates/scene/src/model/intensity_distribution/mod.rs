@@ -160,7 +160,7 @@ impl IntensityDistribution {
 
     /// The numbers that determine the distribution, those of different kinds never alike.
     #[must_use]
-    pub fn defining_numbers(&self) -> Vec<f64> {
+    pub(crate) fn defining_numbers(&self) -> Vec<f64> {
         match &self.form {
             DistributionForm::Isotropic => vec![0.0],
             DistributionForm::Spot(SpotCone { axis, cosines: [inner, outer] }) => {
@@ -176,15 +176,8 @@ impl IntensityDistribution {
     }
 
     /// The distribution of [`IntensityDistribution::defining_numbers`], to the bit; `None` for other numbers.
-    ///
-    /// ```
-    /// use zonal_scene::IntensityDistribution;
-    /// let spot = IntensityDistribution::spot(zonal_math::vec3(0.1, 0.2, -0.9), [0.1, 0.5]);
-    /// assert_eq!(IntensityDistribution::from_defining_numbers(&spot.defining_numbers()), Some(spot));
-    /// assert_eq!(IntensityDistribution::from_defining_numbers(&[1.0, f64::NAN]), None);
-    /// ```
     #[must_use]
-    pub fn from_defining_numbers(numbers: &[f64]) -> Option<IntensityDistribution> {
+    pub(crate) fn from_defining_numbers(numbers: &[f64]) -> Option<IntensityDistribution> {
         let (kind, rest) = numbers.split_first()?;
         let form = match (*kind as u8, rest) {
             (0, []) => DistributionForm::Isotropic,

@@ -305,7 +305,7 @@ impl<'a> SpectralOperator<'a> {
 
     /// True if `holds` for the entries of all processes.
     fn all(&self, s: &[Bands], holds: impl Fn(&Bands) -> bool + Sync) -> bool {
-        self.sums.over_processes(parallel::all(&s, &holds), |a, b| a && b)
+        self.sums.over_processes(parallel::all(s, &holds), |a, b| a && b)
     }
 
     /// Replaces strengths by their product without scaling, band by band.
@@ -340,7 +340,7 @@ impl<'a> SpectralOperator<'a> {
     fn replace(&self, s: &mut [Bands]) {
         let scale = |s: &mut [Bands]| {
             if let Some(d) = &self.scaling {
-                parallel::for_each_pair(s, &d, |s, d| *s *= d);
+                parallel::for_each_pair(s, d, |s, d| *s *= d);
             }
         };
         scale(s);
@@ -359,7 +359,7 @@ impl<'a> SpectralOperator<'a> {
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
         let radius = self.group.map(|g| self.tables[g].radius) + self.defect;
         out.resize(arriving.len(), Bands::ZERO);
-        parallel::for_each_pair(&mut out, &arriving, |e, p| *e = radius * p.abs() + rounding * rms);
+        parallel::for_each_pair(&mut out, arriving, |e, p| *e = radius * p.abs() + rounding * rms);
         out
     }
 }

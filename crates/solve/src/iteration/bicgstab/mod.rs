@@ -174,7 +174,7 @@ impl<'a> BicgstabColumn<'a> {
         let strengths = std::mem::take(&mut self.strengths);
         let mut product = self.apply_system(&strengths);
         let source = self.source;
-        parallel::for_each_pair(&mut product, &source, |r, s| *r = s - *r);
+        parallel::for_each_pair(&mut product, source, |r, s| *r = s - *r);
         (self.strengths, self.residual) = (strengths, product);
         // The measured residual replaces the recursive one.
         self.best_residual = Bands::splat(f64::INFINITY);

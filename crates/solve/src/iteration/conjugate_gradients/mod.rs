@@ -147,13 +147,13 @@ fn first_lanes<const N: usize>(x: Bands) -> [f64; N] {
 
 /// The first N bands of a vector.
 fn first_bands<E: BandEntry<N>, const N: usize>(v: &[Bands]) -> Vec<E> {
-    parallel::map(&v, |x| E::from_lanes(first_lanes(*x)))
+    parallel::map(v, |x| E::from_lanes(first_lanes(*x)))
 }
 
 /// True if the bands of all entries are bit-identical.
 fn is_grey(v: &[Bands]) -> bool {
     let is_grey = |x: &Bands| x.all(|y| y.to_bits() == x.first().to_bits());
-    parallel::all(&v, is_grey)
+    parallel::all(v, is_grey)
 }
 
 /// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any. If all bands are identical, one is solved. The
@@ -188,7 +188,7 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     checkpoints: &dyn CheckpointStore,
     progress: &dyn Progress,
 ) -> (Vec<IterationResult>, Vec<Bands>) {
-    let root: Vec<E> = parallel::map(&system.weights, |w| E::from_lanes(first_lanes(w.sqrt())));
+    let root: Vec<E> = parallel::map(system.weights, |w| E::from_lanes(first_lanes(w.sqrt())));
     let norm = ResidualNorm { root: &root, targets: system.targets, sums: system.sums };
     progress.begin("solving", stop.max_iterations as u64);
     let decode = |bytes: &[u8], unknowns: usize| decode_state::<E, N>(bytes, sources.len(), unknowns);
@@ -320,7 +320,7 @@ fn iterate_column<E: BandEntry<N>, const N: usize>(
     let beta: [f64; N] = per_band(|b| if c.rr[b] > 0.0 { new[b] / c.rr[b] } else { 0.0 });
     c.rr = new;
     let [_, r, p] = c.vectors.all_mut();
-    parallel::for_each_pair(p, &r, |p, r| {
+    parallel::for_each_pair(p, r, |p, r| {
         let (old, r) = (p.lanes(), r.lanes());
         *p = E::per_lane(|b| r[b] + beta[b] * old[b]);
     });

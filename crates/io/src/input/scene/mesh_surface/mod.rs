@@ -191,7 +191,7 @@ fn find_shells_of_faces(
         OpenSides::Both => {
             let bounds = all.iter().map(|f| f.plate.bounds());
             let bounds = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
-            turned_parts(&plates, &shells, bounds)
+            turned_parts(&plates, &shells, bounds.0, bounds.1)
         }
     };
     for (k, i) in faces.into_iter().enumerate() {

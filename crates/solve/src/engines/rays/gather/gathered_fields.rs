@@ -120,7 +120,7 @@ impl GatheredFields {
     fn measure_errors(&mut self, means: &Means, kind: usize) {
         let order = means.task.zone_groups.order_of_kind(kind);
         for (q, errors) in self.errors.iter_mut().enumerate() {
-            let variances: Vec<ZoneVariances> = parallel::map(&order, |i| means.variances(*i as usize, q));
+            let variances: Vec<ZoneVariances> = parallel::map(order, |i| means.variances(*i as usize, q));
             let standard = standard_errors(&variances);
             order.iter().zip(standard).for_each(|(i, e)| errors[*i as usize] = e);
         }
@@ -130,8 +130,8 @@ impl GatheredFields {
     fn measure_inherited_errors(&mut self, means: &Means, kind: usize) {
         let (order, groups) = (means.task.zone_groups.order_of_kind(kind), means.task.groups);
         let noise = |i: &u32| means.factor(*i as usize) * means.sums.mean(*i as usize, groups + 1);
-        let noise: Vec<Bands> = parallel::map(&order, noise);
-        let values: Vec<Bands> = parallel::map(&order, |i| self.values[groups][*i as usize]);
+        let noise: Vec<Bands> = parallel::map(order, noise);
+        let values: Vec<Bands> = parallel::map(order, |i| self.values[groups][*i as usize]);
         let inherited = inherited_errors(&noise, &values);
         let all = order.iter().zip(inherited);
         all.for_each(|(i, e)| self.inherited[*i as usize] = STATED_ERROR_FACTOR * e);
