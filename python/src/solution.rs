@@ -30,9 +30,6 @@ use zonal_solve::distribution::SingleProcess;
 /// Interval at which a thread that waits for a solution handles signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
-/// The fields by band, in the order of [`BandFields`].
-pub(crate) const BAND_FIELDS: [&str; 6] =
-    ["radiosity", "incident", "direct", "error", "direct_error", "surroundings_error"];
 /// The fields of thermal mode, in the order of [`HeatFields`].
 const HEAT_FIELDS: [&str; 4] = ["temperature", "temperature_error", "net", "net_error"];
 
@@ -44,7 +41,8 @@ pub(crate) fn diagnostic_row(d: &Diagnostic) -> DiagnosticRow {
     (d.severity.name(), d.code.clone(), d.location.clone(), d.text.clone())
 }
 
-type BandFields = [Py<PyArray2<f64>>; BAND_FIELDS.len()];
+/// The arrays of [`Fields::LISTS`].
+type BandFields = Vec<Py<PyArray2<f64>>>;
 type HeatFields = [Py<PyArray1<f64>>; HEAT_FIELDS.len()];
 
 /// A solution without its fields, unless it has more than three bands; taken out while it is used.
@@ -96,14 +94,8 @@ impl Solution {
                 arrays::read_only(array.as_any())?;
                 Ok(array.unbind())
             };
-            band_fields = Some([
-                own(f.radiosity)?,
-                own(f.incident)?,
-                own(f.direct)?,
-                own(f.error)?,
-                own(f.direct_error)?,
-                own(f.surroundings_error)?,
-            ]);
+            let lists = Fields::LISTS.map(|list| std::mem::take((list.of_mut)(&mut f)));
+            band_fields = Some(lists.into_iter().map(own).collect::<PyResult<BandFields>>()?);
             heat_fields = f
                 .heat
                 .map(|h| -> PyResult<HeatFields> {
@@ -133,15 +125,10 @@ impl Solution {
                 [0, 1, 2, 3].map(|k: usize| h[k].bind(py).readonly().as_slice().unwrap_or_default().to_vec());
             zonal_scene::ThermalFields { temperature, temperature_error, net, net_error }
         });
-        Some(Fields {
-            radiosity: copy(0),
-            incident: copy(1),
-            direct: copy(2),
-            error: copy(3),
-            direct_error: copy(4),
-            surroundings_error: copy(5),
-            heat,
-        })
+        let mut fields = Fields { heat, ..Fields::default() };
+        let lists = Fields::LISTS.iter().enumerate();
+        lists.for_each(|(k, list)| *(list.of_mut)(&mut fields) = copy(k));
+        Some(fields)
     }
 
     /// Takes the solution out of its store; waits while another thread has it.
@@ -194,7 +181,7 @@ impl Solution {
 
     /// The array of a field; none for other names.
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
-        if let Some(k) = BAND_FIELDS.iter().position(|n| *n == name) {
+        if let Some(k) = Fields::LISTS.iter().position(|list| list.name == name) {
             let Some(fields) = &self.band_fields else {
                 return self.with(py, |s| zone_arrays::field_of_blocks(py, s, k)).map(Some);
             };
@@ -459,7 +446,7 @@ impl Solution {
     /// The names of all arrays.
     #[staticmethod]
     fn array_names() -> Vec<&'static str> {
-        let fields = BAND_FIELDS.into_iter().chain(HEAT_FIELDS);
+        let fields = Fields::LISTS.into_iter().map(|list| list.name).chain(HEAT_FIELDS);
         fields.chain(zone_arrays::NAMES).collect()
     }
 

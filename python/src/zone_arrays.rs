@@ -15,7 +15,6 @@
 //! | `emission` | [n, bands] | the part of the radiosity that is emitted, W/m² |
 
 use crate::arrays;
-use crate::solution::BAND_FIELDS;
 use numpy::PyArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -165,10 +164,8 @@ pub(crate) fn field_of_blocks<'py>(
     field: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     let of = |f: &Fields, i: usize| -> Bands {
-        let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
-        // Errors that no zone has are zero.
-        let listed = || lists[field].get(i).copied().unwrap_or_default();
-        if BAND_FIELDS[field] == "direct" { f.direct_light(i) } else { listed() }
+        // Lists without rows stand for zeros.
+        (Fields::LISTS[field].of)(f).get(i).copied().unwrap_or_default()
     };
     band_rows(py, s, &|t: &Solution, i: usize| of(&t.fields, i))
 }

@@ -233,7 +233,7 @@ def test_arguments_are_checked():
     scene = room()
     for arguments, message in [
         ({"threads": 0}, "threads: 0 is out of range"),
-        ({"engine": "fast"}, "give one of auto, dense"),
+        ({"engine": "fast"}, "known here: auto, dense"),
         ({"max_memory": 0}, "give a positive number of gigabytes"),
         ({"tolerance": 3.0}, "tolerance"),
         ({"factors": "other"}, "give one of exact"),

@@ -70,7 +70,7 @@ pub use scene::scene_parts::SceneParts;
 pub use solution::Solution;
 pub use solution::energy_balance::EnergyBalance;
 pub use solution::face_results::FaceResult;
-pub use solution::fields::{Fields, ThermalFields};
+pub use solution::fields::{FieldList, Fields, ThermalFields};
 pub use solution::heat_report::{HeatReport, HeatRow, HeatRowKind, NodeResult};
 pub use solution::light_group::{LightGroup, LightGroupKind, ZoneValues};
 pub use solution::photometry::{Photometry, SurfaceIlluminance};

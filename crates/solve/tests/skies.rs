@@ -98,7 +98,7 @@ fn assert_agrees_with_paths(s: &Solution, name: &str) {
         }
     };
     let detectors: Vec<Detector> = list.iter().map(detector).collect();
-    let accuracy = TracingAccuracy { relative: 0.01, max_paths: 1 << 14, ..TracingAccuracy::default() };
+    let accuracy = TracingAccuracy { relative: 0.01, max_paths: 1 << 15, ..TracingAccuracy::default() };
     let readings = tracer.measure(&detectors, &accuracy, 5);
     let (mut off, mut level, mut beyond) = (0.0, 0.0, 0);
     for (&i, reading) in list.iter().zip(&readings) {

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 use zonal_math::Vec3;
-use zonal_scene::{Bands, Fields, Photometry, Solution, printable};
+use zonal_scene::{FieldList, Fields, Photometry, Solution, printable};
 
 /// A cell that no spreadsheet interprets as a formula: an apostrophe precedes a text that begins with `=`, `+`, `-`, `@`, a tab or a line
 /// break and is neither a number nor a direction (`+x`).
@@ -45,12 +45,17 @@ pub fn csv_name(name: &str) -> String {
     }
 }
 
+/// The fields of the table: all but the part of the errors that is due to the surroundings.
+fn columns() -> impl Iterator<Item = FieldList> {
+    Fields::LISTS.into_iter().filter(|list| list.name != "surroundings_error")
+}
+
 /// The line of column names.
 fn heading(bands: usize, thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
-    for field in ["radiosity", "incident", "direct", "error", "direct_error"] {
+    for field in columns() {
         for band in 0..bands {
-            let _ = write!(line, ",{field}_{band}");
+            let _ = write!(line, ",{}_{band}", field.name);
         }
     }
     if thermal {
@@ -110,10 +115,8 @@ pub fn write_zones_csv(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileE
         for i in 0..s.zones.len() {
             let (kind, of, c, size) = describe(s, i);
             write!(out, "{i},{kind},{of},{},{},{},{size}", c.x, c.y, c.z)?;
-            let fields: [fn(&Fields) -> &[Bands]; 5] =
-                [|f| &f.radiosity, |f| &f.incident, |f| &f.direct, |f| &f.error, |f| &f.direct_error];
-            for field in fields {
-                for x in s.all_bands(|t| field(&t.fields).get(i).copied().unwrap_or_default()) {
+            for field in columns() {
+                for x in s.all_bands(|t| (field.of)(&t.fields).get(i).copied().unwrap_or_default()) {
                     write!(out, ",{x}")?;
                 }
             }

@@ -21,7 +21,45 @@ pub struct Fields {
     pub heat: Option<ThermalFields>,
 }
 
+/// One of the lists of bands over all zones, by which files, tables and other programs go through the fields.
+#[derive(Clone, Copy)]
+pub struct FieldList {
+    /// Its name in files and in the Python package.
+    pub name: &'static str,
+    /// True for an estimated error, which is infinite where it is unknown.
+    pub is_error: bool,
+    /// True if the list has no rows in files of scenes without the quantity; other lists have zeros there.
+    pub is_optional: bool,
+    /// The list of some fields.
+    pub of: fn(&Fields) -> &Vec<Bands>,
+    /// The list of some fields, to change.
+    pub of_mut: fn(&mut Fields) -> &mut Vec<Bands>,
+}
+
+/// A [`FieldList`] by the name of its field.
+macro_rules! list {
+    ($name:ident, error $is_error:literal, optional $is_optional:literal) => {
+        FieldList {
+            name: stringify!($name),
+            is_error: $is_error,
+            is_optional: $is_optional,
+            of: |f| &f.$name,
+            of_mut: |f| &mut f.$name,
+        }
+    };
+}
+
 impl Fields {
+    /// All lists of bands, in the order of files.
+    pub const LISTS: [FieldList; 6] = [
+        list!(radiosity, error false, optional false),
+        list!(incident, error false, optional false),
+        list!(direct, error false, optional false),
+        list!(error, error true, optional false),
+        list!(direct_error, error true, optional true),
+        list!(surroundings_error, error true, optional true),
+    ];
+
     /// The field `direct` from the direct light of all zones: empty where there is none.
     #[must_use]
     pub fn direct_unless_zero(all: Vec<Bands>) -> Vec<Bands> {
@@ -30,15 +68,9 @@ impl Fields {
     /// The radiative fields, each list over the zones replaced by `f` of it.
     #[must_use]
     pub fn map_lists(&self, f: impl Fn(&[Bands]) -> Vec<Bands>) -> Fields {
-        Fields {
-            radiosity: f(&self.radiosity),
-            incident: f(&self.incident),
-            direct: f(&self.direct),
-            error: f(&self.error),
-            direct_error: f(&self.direct_error),
-            surroundings_error: f(&self.surroundings_error),
-            heat: None,
-        }
+        let mut out = Fields::default();
+        Fields::LISTS.iter().for_each(|list| *(list.of_mut)(&mut out) = f((list.of)(self)));
+        out
     }
     /// Direct light of zone `i`, W/m²; 0 without.
     pub fn direct_light(&self, i: usize) -> Bands {

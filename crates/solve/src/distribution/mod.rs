@@ -491,8 +491,8 @@ pub(crate) mod tests {
             crate::pipeline::zone_division::collect(&solution, communicator, own).into_owned()
         };
         let f = &solution.fields;
-        let lists = [&f.radiosity, &f.incident, &f.direct, &f.error, &f.direct_error, &f.surroundings_error];
-        let mut out = format!("{:?} {:?}", solution.report, lists.map(|list| collect(list)));
+        let lists = zonal_scene::Fields::LISTS.map(|list| collect((list.of)(f)));
+        let mut out = format!("{:?} {lists:?}", solution.report);
         for group in &solution.groups {
             for values in [&group.incident, &group.direct, &group.error, &group.direct_error] {
                 match values {

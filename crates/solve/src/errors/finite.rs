@@ -28,8 +28,9 @@ pub(crate) fn check_finite(
             return Err(not_finite(&format!("{what} {}", describe_zone(scene, zones, i))));
         }
     }
-    let errors = fields.error.iter_mut().chain(&mut fields.direct_error);
-    errors.chain(&mut fields.surroundings_error).for_each(nan_to_infinity);
+    for errors in Fields::LISTS.iter().filter(|list| list.is_error) {
+        (errors.of_mut)(fields).iter_mut().for_each(nan_to_infinity);
+    }
     if let Some(heat) = &mut fields.heat {
         check_heat(scene, zones, heat)?;
     }

@@ -89,15 +89,16 @@ fn read(
     };
     // Read the fields.
     let n = zones.len();
-    let fields = Fields {
-        radiosity: npz.bands("radiosity", n)?,
-        incident: npz.bands("incident", n)?,
-        direct: Fields::direct_unless_zero(npz.bands("direct", n)?),
-        error: npz.errors("error", n, Absence::Refused)?,
-        direct_error: npz.errors("direct_error", n, Absence::Allowed)?,
-        surroundings_error: npz.errors("surroundings_error", n, Absence::Allowed)?,
-        heat: if scene.thermal().is_some() && block == 0 { Some(read_thermal_fields(npz, n)?) } else { None },
-    };
+    let mut fields = Fields::default();
+    for field in Fields::LISTS {
+        let absence = if field.is_optional { Absence::Allowed } else { Absence::Refused };
+        *(field.of_mut)(&mut fields) =
+            if field.is_error { npz.errors(field.name, n, absence)? } else { npz.bands(field.name, n)? };
+    }
+    fields.direct = Fields::direct_unless_zero(fields.direct);
+    if scene.thermal().is_some() && block == 0 {
+        fields.heat = Some(read_thermal_fields(npz, n)?);
+    }
     let groups = read_groups(npz, groups, &scene, n)?;
     let Provenance { scene_hash, version } = provenance;
     Ok(Solution { report, further_blocks: Vec::new(), scene_hash, version, scene, zones, fields, groups })

@@ -55,7 +55,8 @@ fn all_values<'a>(own: &'a ZoneValues, collect: &CollectZones) -> Cow<'a, ZoneVa
 /// Collects the values of zones of a divided solution for the process that calls [`write_divided_solution`].
 pub fn collect_solution(s: &Solution, collect: &CollectZones) {
     let blocks: Vec<&Solution> = s.blocks().collect();
-    let fields = ZONE_FIELDS.iter().flat_map(|(_, of)| blocks.iter().map(move |t| of(&t.fields).as_slice()));
+    let fields =
+        Fields::LISTS.iter().flat_map(|list| blocks.iter().map(move |t| (list.of)(&t.fields).as_slice()));
     fields.for_each(|list| drop(collect(list)));
     let blocks = &blocks;
     let groups = (0..s.groups.len()).flat_map(group_values);
@@ -66,20 +67,8 @@ pub fn collect_solution(s: &Solution, collect: &CollectZones) {
 /// Gives the values of all zones for those of this process.
 pub type CollectZones<'c> = dyn for<'a> Fn(&'a [Bands]) -> Cow<'a, [Bands]> + 'c;
 
-/// One field of a solution.
-type FieldOf = fn(&Fields) -> &Vec<Bands>;
 /// One quantity of a light group.
 type ValuesOf = fn(&LightGroup) -> &ZoneValues;
-
-/// The fields of zones, in the order of the file.
-const ZONE_FIELDS: [(&str, FieldOf); 6] = [
-    ("radiosity", |f| &f.radiosity),
-    ("incident", |f| &f.incident),
-    ("direct", |f| &f.direct),
-    ("error", |f| &f.error),
-    ("direct_error", |f| &f.direct_error),
-    ("surroundings_error", |f| &f.surroundings_error),
-];
 
 /// One quantity of a light group.
 #[derive(Clone, Copy)]
@@ -143,12 +132,10 @@ fn write_fields<W: Write + Seek>(
     collect: &CollectZones,
 ) -> io::Result<()> {
     let zones = blocks[0].zones.total();
-    for (name, of) in ZONE_FIELDS {
-        let list: Vec<Cow<[Bands]>> = blocks.iter().map(|t| collect(of(&t.fields))).collect();
+    for field in Fields::LISTS {
+        let list: Vec<Cow<[Bands]>> = blocks.iter().map(|t| collect((field.of)(&t.fields))).collect();
         let list: Vec<&[Bands]> = list.iter().map(Cow::as_ref).collect();
-        // Fields that a scene lacks are zeros, but for these two, which have no rows.
-        let least = if ["direct_error", "surroundings_error"].contains(&name) { 0 } else { zones };
-        npz.bands(name, &list, least)?;
+        npz.bands(field.name, &list, if field.is_optional { 0 } else { zones })?;
     }
     let Some(h) = &blocks[0].fields.heat else { return Ok(()) };
     for (name, list) in
