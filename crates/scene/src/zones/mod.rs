@@ -161,6 +161,8 @@ impl Zones {
         self.len() == 0
     }
     /// Zone `i` by its global index.
+    // As [`VoxelZones::at`]: what a caller does not use of a voxel is then not computed.
+    #[inline(always)]
     pub fn zone(&self, i: usize) -> ZoneRef<'_> {
         if i < self.voxel_offset() {
             ZoneRef::Patch(&self.patches[i])
