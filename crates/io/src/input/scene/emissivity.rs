@@ -64,7 +64,7 @@ fn points_of_file(
     own: &TomlTable<'_>,
     reader: &SceneReader<'_>,
 ) -> Result<Vec<[f64; 2]>, InputError> {
-    let path = reader.resolve(file)?;
+    let (path, _) = file.named_file()?;
     let points = file.once(|| read_points(file, own, &path, reader.context.files))?;
     Ok(Rc::unwrap_or_clone(points))
 }

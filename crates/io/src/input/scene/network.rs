@@ -3,6 +3,7 @@
 use crate::input::reading::error::InputError;
 use crate::input::scene::scene_reader::SceneReader;
 use crate::input::toml::key_tables::ROOT;
+use crate::input::toml::keys::Key;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::surface_keys::SURFACE_PROPERTIES;
 use crate::input::toml::thermal_keys::{NODE, NODE_LINK, Node, NodeLink as LinkKeys};
@@ -10,8 +11,14 @@ use zonal_scene::{
     Convection, LinkLaw, NodeCondition, NodeLink, ThermalCondition, ThermalNetwork, ThermalNode,
 };
 
-/// Keys of a link, of which one is given.
-const LINK_LAWS: [&str; 3] = ["conductance", "conductance_per_area", "effective_emissivity"];
+/// The law of a link with a coefficient.
+type LawOf = fn(f64) -> LinkLaw;
+/// Keys of a link, of which one is given, with their laws.
+const LINK_LAWS: [(Key<f64>, LawOf); 3] = [
+    (NODE_LINK.conductance, LinkLaw::Conductance),
+    (NODE_LINK.conductance_per_area, LinkLaw::ConductancePerArea),
+    (NODE_LINK.effective_emissivity, LinkLaw::EffectiveEmissivity),
+];
 
 /// Reads the nodes of a scene in thermal mode, before the surfaces that name them.
 pub(crate) fn read_nodes(root: &TomlTable<'_>, reader: &mut SceneReader<'_>) -> Result<(), InputError> {
@@ -57,14 +64,11 @@ fn read_link(node: &TomlNode<'_>, from: usize, nodes: &[ThermalNode]) -> Result<
     if other == from {
         return Err(to.error("a node has no link to itself; name another node"));
     }
-    let given: Vec<(usize, TomlNode)> =
-        LINK_LAWS.iter().enumerate().filter_map(|(k, key)| Some((k, t.get(key)?))).collect();
-    let [(law, value)] = given.as_slice() else {
+    let given: Vec<_> = LINK_LAWS.iter().filter_map(|(key, law)| Some((key, law, t.get(key)?))).collect();
+    let [(key, law, value)] = given.as_slice() else {
         return Err(node.error("a link has one law; give one of conductance (W/K), conductance_per_area (W/(m2 K)), effective_emissivity"));
     };
-    let value = value.non_negative()?;
-    let law = [LinkLaw::Conductance, LinkLaw::ConductancePerArea, LinkLaw::EffectiveEmissivity][*law](value);
-    Ok(NodeLink { nodes: [from, other], law })
+    Ok(NodeLink { nodes: [from, other], law: law(key.read(value)?) })
 }
 
 /// The index of the node of a name.

@@ -14,7 +14,7 @@ use crate::input::toml::node::TomlNode;
 use crate::input::toml::source::SourceText;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
 use zonal_scene::{
     Bands, Diagnostic, EmissivityTable, Plate, SceneError, SceneParts, SideEmissivity, Sides, Surface,
@@ -125,18 +125,9 @@ impl<'a> SceneReader<'a> {
     pub(crate) fn note(&mut self, note: impl Into<Diagnostic>) {
         self.parts.notes.push(note.into());
     }
-    /// The path of the file that a value names.
-    pub(crate) fn resolve(&self, node: &TomlNode<'_>) -> Result<PathBuf, InputError> {
-        let name = node.text()?;
-        match self.context.base {
-            Some(base) => Ok(base.join(name)),
-            None => Err(node
-                .error("this scene is a text without a folder and cannot refer to files; save it as a file")),
-        }
-    }
     /// The index of the texture that a value names.
     pub(crate) fn texture(&mut self, node: &TomlNode<'_>) -> Result<usize, InputError> {
-        let path = self.resolve(node)?;
+        let (path, _) = node.named_file()?;
         self.image(&ImageSource::File(path)).map_err(|f| node.error(f.to_string()))
     }
     /// The bytes of an image.

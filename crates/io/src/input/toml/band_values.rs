@@ -77,13 +77,8 @@ impl<'a> TomlNode<'a> {
             Spectrum::d65()
         } else {
             let file = t.require(&SPECTRUM.spectrum)?;
-            let Some((folder, files)) = self.source.files() else {
-                return Err(file.error(
-                    "this scene is a text without a folder and cannot refer to files; save it as a file",
-                ));
-            };
             let column = t.or_default(&SPECTRUM.column)?;
-            let path = folder.join(file.text()?);
+            let (path, files) = file.named_file()?;
             let read = file.once(|| {
                 let read = Spectrum::read(files, &path, &column);
                 read.map_err(|f| t.get(&SPECTRUM.column).unwrap_or_else(|| file.clone()).error(f.to_string()))

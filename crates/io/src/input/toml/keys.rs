@@ -11,7 +11,7 @@ use crate::input::reading::error::InputError;
 /// Reads a value of type T where it stands.
 pub(crate) type Read<T> = for<'a> fn(&TomlNode<'a>) -> Result<T, InputError>;
 
-/// What a key accepts: its type and unit in words, and the reader of its values.
+/// Type and unit of the values of a key in words, and their reader.
 pub(crate) struct Kind<T> {
     pub(crate) value: ValueType,
     pub(crate) unit: &'static str,

@@ -2,9 +2,11 @@
 
 use super::key_specs::{KeyGroups, knows, names};
 use super::source::SourceText;
+use crate::files::FileSource;
 use crate::input::reading::error::InputError;
 use crate::input::reading::suggestion::suggest;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::rc::Rc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -114,6 +116,15 @@ impl<'a> TomlNode<'a> {
             }),
             _ => self.mismatch("a date and time such as 2026-06-21T12:00:00+02:00"),
         }
+    }
+    /// The path of the file that this value names, and the storage to read it from.
+    pub(crate) fn named_file(&self) -> Result<(PathBuf, FileSource<'a>), InputError> {
+        let name = self.text()?;
+        let refused = || {
+            self.error("this scene is a text without a folder and cannot refer to files; save it as a file")
+        };
+        let (folder, files) = self.source.files().ok_or_else(refused)?;
+        Ok((folder.join(name), files))
     }
     /// The index of one of these words.
     pub(crate) fn choice(&self, words: &[&str]) -> Result<usize, InputError> {

@@ -38,12 +38,7 @@ pub(crate) fn read_spot(t: &TomlTable<'_>, name: String) -> Result<Light, InputE
 /// A light with the intensities of a photometric file.
 pub(crate) fn read_luminaire_light(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
     let node = t.require(&LUMINAIRE.file)?;
-    let Some((folder, files)) = t.source.files() else {
-        return Err(
-            node.error("this scene is a text without a folder and cannot refer to files; save it as a file")
-        );
-    };
-    let path = folder.join(node.text()?);
+    let (path, files) = node.named_file()?;
     let luminaire = node.once(|| read_luminaire(files, &path).map_err(|f| node.error(f.to_string())))?;
     let luminaire = Rc::unwrap_or_clone(luminaire);
     let dimming = t.or_default(&LUMINAIRE.dimming)?;

@@ -69,12 +69,7 @@ fn read_placement(t: &TomlTable<'_>, sun: &SunPlace) -> Result<SkyPlacement, Inp
 /// A sky from an equirectangular picture.
 pub(crate) fn read_image_sky(t: &TomlTable<'_>, name: String) -> Result<Light, InputError> {
     let node = t.require(&IMAGE_SKY.image)?;
-    let Some((folder, files)) = t.source.files() else {
-        return Err(
-            node.error("this scene is a text without a folder and cannot refer to files; save it as a file")
-        );
-    };
-    let path = folder.join(node.text()?);
+    let (path, files) = node.named_file()?;
     let picture = node.once(|| read_sky_picture(files, &path).map_err(|f| node.error(f.to_string())))?;
     let mut picture = Rc::unwrap_or_clone(picture);
     if !t.source.bands().is_rgb() {

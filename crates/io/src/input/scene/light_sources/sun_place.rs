@@ -13,7 +13,8 @@ const YEARS: std::ops::RangeInclusive<u16> = 1900..=2100;
 /// Largest cosine of the angle between up and north, beyond which no horizon is left.
 const MAX_ALIGNMENT: f64 = 1.0 - 1e-9;
 /// The keys of place and time.
-const PLACE_KEYS: [&str; 4] = ["latitude", "longitude", "time", "north"];
+const PLACE_KEYS: [&str; 4] =
+    [PLACE.latitude.spec.name, PLACE.longitude.spec.name, PLACE.time.spec.name, PLACE.north.spec.name];
 
 /// The sun of a light.
 pub(crate) struct SunPlace {

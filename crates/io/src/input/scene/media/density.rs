@@ -54,7 +54,7 @@ pub(crate) fn read_density(
     let scale = scale.map(|s| s.powi(field.scale_exponent));
     let interpolated = read_interpolation(&t, field)?;
     let file = t.require(&VOXEL_FILE.file)?;
-    let path = reader.resolve(&file)?;
+    let (path, _) = file.named_file()?;
     let name = path.display().to_string();
     if let Some(memory) = reader.context.files.array(&path) {
         refuse_vdb_keys(&t)?;

@@ -78,7 +78,7 @@ fn read_file(
     reader: &SceneReader<'_>,
 ) -> Result<Rc<ValueTable>, InputError> {
     let column = t.value(&VALUE_FILE.column)?;
-    let path = reader.resolve(file)?;
+    let (path, _) = file.named_file()?;
     let wanted = WantedColumn { column: column.as_deref(), quantity, rows };
     file.once(|| {
         let read = read_column(reader.context.files, &path, &path.display().to_string(), wanted);

@@ -71,7 +71,7 @@ pub(crate) fn load_placed(
 ) -> Result<(MeshData, f64), InputError> {
     let t = node.table(keys)?;
     let file = t.require(&PLACED_MESH.file)?;
-    let path = reader.resolve(&file)?;
+    let (path, _) = file.named_file()?;
     let placement = MeshPlacement::read(&t)?;
     let name = path.display().to_string();
     let refused = |f: FileFault| file.error(f.to_string());
