@@ -63,7 +63,7 @@ fn product(matrix: &[f64], x: &[f64], of_row: fn(&[f64], &[f64]) -> f64) -> Vec<
     out
 }
 
-/// What a factor depends on.
+/// The arguments of a factor.
 #[derive(PartialEq)]
 pub(super) struct FactorKey {
     /// The matrix of the data.
