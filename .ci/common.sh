@@ -8,6 +8,15 @@ missing() { # message
     [ -z "${CI:-}" ]
 }
 
+# Installs packages of the system where that is possible, one step at a time.
+install_packages() { # option or package …
+    [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null || return 1
+    (
+        if command -v flock >/dev/null; then flock 8; fi
+        apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "$@" >/dev/null
+    ) 8>"${TMPDIR:-/tmp}/zonal-ci-packages.lock"
+}
+
 # Packages of the tests of the Python package.
 python_tools=(maturin numpy pytest mypy pyright tqdm pandas xarray meshio trimesh pyvista scipy matplotlib fdsreader)
 

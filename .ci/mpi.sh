@@ -2,9 +2,8 @@
 # mpi.sh ZONAL: the command zonal-mpi: lint, tests, and solutions with the bytes of one process on several ranks.
 source "$(dirname "$0")/common.sh"
 zonal=$1
-if ! command -v mpicc >/dev/null && [ -n "${CI:-}" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-    apt-get update -qq
-    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends libopenmpi-dev openmpi-bin libclang-dev >/dev/null
+if ! command -v mpicc >/dev/null && [ -n "${CI:-}" ]; then
+    install_packages --no-install-recommends libopenmpi-dev openmpi-bin libclang-dev || true
 fi
 if ! command -v mpicc >/dev/null || ! command -v mpirun >/dev/null; then
     missing "no MPI with mpicc and mpirun is available"

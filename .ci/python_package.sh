@@ -12,7 +12,8 @@ python=$(command -v python3 || true)
 exec 9>"$folder/venv.lock"
 if command -v flock >/dev/null; then flock 9; fi
 if [ -z "$python" ] || ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
-    ! "$python" -m venv "$folder/venv" || ! "$folder/venv/bin/python" -m pip install --quiet "${python_tools[@]}"; then
+    ! { [ -x "$folder/venv/bin/python" ] || "$python" -m venv "$folder/venv"; } ||
+    ! "$folder/venv/bin/python" -m pip install --quiet "${python_tools[@]}"; then
     missing "Python 3.11 with ${python_tools[*]} is not available"
     exit
 fi

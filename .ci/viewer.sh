@@ -7,15 +7,11 @@ needed=()
 command -v chromium >/dev/null || needed+=(chromium)
 command -v npm >/dev/null || needed+=(nodejs npm)
 if [ ${#needed[@]} -gt 0 ]; then
-    if [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null || ! apt-get update -qq ||
-        ! DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "${needed[@]}" >/dev/null; then
-        missing "${needed[*]} is not available"
-        exit
-    fi
+    install_packages "${needed[@]}" || { missing "${needed[*]} is not available"; exit; }
 fi
 npm ci --silent --no-audit --no-fund --prefix viewer || { missing "the viewer's npm packages are not available"; exit; }
 [ -e "$folder/chapel/chapel.npz" ] || "$zonal" demo chapel --size small -o "$folder/chapel"
 npm run --silent --prefix viewer check
 npm test --silent --prefix viewer
-.ci/cargo.sh build --quiet --example floats
+[ -e "$(dirname "$zonal")/examples/floats" ] || .ci/cargo.sh build --quiet --example floats
 BUILT=$(dirname "$zonal") CHAPEL=$folder/chapel/chapel.npz npm run --silent --prefix viewer browser

@@ -2,9 +2,11 @@
 //!
 //! Every step runs even when an earlier one fails; the result is a failure if any step fails. Each crate is compiled once for clippy and rustdoc
 //! and once for tests, with the features that the Python package needs; the demo and all later steps run the binary of the test build, which
-//! differs from a release by optimization and assertions alone. Steps that need tools beyond Rust are scripts below `.ci/`: they install what
+//! differs from a release by optimization and assertions alone. Steps that compile most run one after the other; the later ones are two lists that run beside
+//! each other. Steps that need tools beyond Rust are scripts below `.ci/`: they install what
 //! they need where they may, and skip with a message where a tool is missing, except on CI (`CI` set), where a missing tool is a failure.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -16,7 +18,8 @@ struct Step {
     command: &'static [&'static str],
 }
 
-const STEPS: [Step; 16] = [
+/// The steps that run one after the other, since each uses all cores.
+const COMPILATION: [Step; 4] = [
     Step { name: "format", checks: "rustfmt", command: &["cargo", "fmt", "--all", "--", "--check", "-l"] },
     Step {
         name: "lint",
@@ -56,56 +59,64 @@ const STEPS: [Step; 16] = [
     Step {
         name: "tests",
         checks: "all tests",
-        command: &[".ci/cargo.sh", "test", "--no-fail-fast", "--lib", "--bins", "--tests"],
+        command: &[".ci/cargo.sh", "test", "--no-fail-fast", "--lib", "--bins", "--tests", "--examples"],
     },
-    Step {
-        name: "doctests",
-        checks: "examples in the documentation",
-        command: &[".ci/cargo.sh", "test", "--doc"],
-    },
-    Step { name: "counts", checks: "structure of the code", command: &["cargo", "xtask", "counts"] },
-    Step { name: "commits", checks: "messages of commits", command: &["cargo", "xtask", "commits"] },
-    Step { name: "examples", checks: "the library's examples", command: &[".ci/examples.sh", "{zonal}"] },
-    Step {
-        name: "demo",
-        checks: "the demo at small size",
-        command: &["{zonal}", "demo", "--size", "small", "-o", "{demo}/demo"],
-    },
-    Step {
-        name: "python",
-        checks: "the Python package: wheel, tests, types",
-        command: &[".ci/python_package.sh", "{zonal}"],
-    },
-    Step {
-        name: "numpy",
-        checks: "the demo's files in numpy",
-        command: &[".ci/python.sh", "numpy", ".ci/check_demo.py", "{demo}/demo"],
-    },
-    Step {
-        name: "mpi",
-        checks: "distributed solves by MPI: lint, tests, the bytes of one process",
-        command: &[".ci/mpi.sh", "{zonal}"],
-    },
-    Step {
-        name: "validate",
-        checks: "quick cases with known answers",
-        command: &["{zonal}", "validate", "--quick", "--reference", "../shared"],
-    },
-    Step {
-        name: "exports",
-        checks: "exports in VTK and the glTF validator",
-        command: &[".ci/exports.sh", "{zonal}", "{demo}"],
-    },
-    Step {
-        name: "viewer",
-        checks: "the viewer in a browser",
-        command: &[".ci/viewer.sh", "{zonal}", "{demo}"],
-    },
-    Step {
-        name: "manual",
-        checks: "the manual's site and its internal links",
-        command: &[".ci/manual.sh", "{zonal}", "{demo}"],
-    },
+];
+
+/// The steps that need the compiled command: the two lists run beside each other. The first compiles a little more, and the second waits for browsers and networks.
+const LISTS: [&[Step]; 2] = [
+    &[
+        Step {
+            name: "doctests",
+            checks: "examples in the documentation",
+            command: &[".ci/cargo.sh", "test", "--doc"],
+        },
+        Step { name: "counts", checks: "structure of the code", command: &["cargo", "xtask", "counts"] },
+        Step { name: "commits", checks: "messages of commits", command: &["cargo", "xtask", "commits"] },
+        Step { name: "examples", checks: "the library's examples", command: &[".ci/examples.sh", "{zonal}"] },
+        Step {
+            name: "python",
+            checks: "the Python package: wheel, tests, types",
+            command: &[".ci/python_package.sh", "{zonal}"],
+        },
+        Step {
+            name: "mpi",
+            checks: "distributed solves by MPI: lint, tests, the bytes of one process",
+            command: &[".ci/mpi.sh", "{zonal}"],
+        },
+    ],
+    &[
+        Step {
+            name: "demo",
+            checks: "the demo at small size",
+            command: &["{zonal}", "demo", "--size", "small", "-o", "{demo}/demo"],
+        },
+        Step {
+            name: "numpy",
+            checks: "the demo's files in numpy",
+            command: &[".ci/python.sh", "numpy", ".ci/check_demo.py", "{demo}/demo"],
+        },
+        Step {
+            name: "viewer",
+            checks: "the viewer in a browser",
+            command: &[".ci/viewer.sh", "{zonal}", "{demo}"],
+        },
+        Step {
+            name: "exports",
+            checks: "exports in VTK and the glTF validator",
+            command: &[".ci/exports.sh", "{zonal}", "{demo}"],
+        },
+        Step {
+            name: "validate",
+            checks: "quick cases with known answers",
+            command: &["{zonal}", "validate", "--quick", "--reference", "../shared"],
+        },
+        Step {
+            name: "manual",
+            checks: "the manual's site and its internal links",
+            command: &[".ci/manual.sh", "{zonal}", "{demo}"],
+        },
+    ],
 ];
 
 /// The tests of `quick`: those of the crates below the solver.
@@ -136,20 +147,15 @@ const QUICK_TESTS: Step = Step {
 /// The steps of `cargo xtask ci quick`, for every change.
 const QUICK: [&str; 5] = ["format", "lint", "counts", "commits", QUICK_TESTS.name];
 
-/// Variables of every step: colours off, no debug information, no incremental compilation. Scripts share the virtual environment in the folder
-/// `ZONAL_CI_FOLDER`.
-const ENVIRONMENT: [(&str, &str); 5] = [
-    ("CARGO_INCREMENTAL", "0"),
-    ("CARGO_PROFILE_DEV_DEBUG", "0"),
-    ("CARGO_PROFILE_TEST_DEBUG", "0"),
-    ("CARGO_PROFILE_RELEASE_DEBUG", "0"),
-    ("CARGO_TERM_COLOR", "never"),
-];
+/// All steps.
+fn all_steps() -> impl Iterator<Item = &'static Step> {
+    COMPILATION.iter().chain(LISTS.into_iter().flatten()).chain([&QUICK_TESTS])
+}
 
 /// Prints the steps.
 pub fn list() {
     println!("quick     for every change: {}", QUICK.join(", "));
-    for step in STEPS.iter().chain([&QUICK_TESTS]) {
+    for step in all_steps() {
         println!("{:<9} {}\n          {}", step.name, step.checks, step.command.join(" "));
     }
 }
@@ -158,8 +164,7 @@ pub fn list() {
 #[must_use]
 pub fn run(root: &Path, names: &[&str]) -> bool {
     let names = if names == ["quick"] { &QUICK } else { names };
-    let known = || STEPS.iter().chain([&QUICK_TESTS]);
-    if let Some(unknown) = names.iter().find(|n| known().all(|s| s.name != **n)) {
+    if let Some(unknown) = names.iter().find(|n| all_steps().all(|s| s.name != **n)) {
         eprintln!("error: there is no step `{unknown}`; `cargo xtask steps` lists them");
         return false;
     }
@@ -172,21 +177,23 @@ pub fn run(root: &Path, names: &[&str]) -> bool {
     }
     let begin = Instant::now();
     // A full run installs packages while it compiles; the step that needs them waits, and installs what is missing.
-    let mut preparation = match names.is_empty() {
-        true => Command::new("nice")
-            .args(["-n", "19", ".ci/prepare.sh"])
-            .env("ZONAL_CI_FOLDER", &output)
-            .current_dir(root)
-            .spawn()
-            .ok(),
-        false => None,
-    };
-    let selected = known().filter(|s| match names {
+    let mut install = Command::new("nice");
+    install.args(["-n", "19", ".ci/prepare.sh"]).env("ZONAL_CI_FOLDER", &output).current_dir(root);
+    let mut preparation = names.is_empty().then(|| install.spawn().ok()).flatten();
+    let is_selected = |s: &&Step| match names {
         [] => s.name != QUICK_TESTS.name,
         names => names.contains(&s.name),
+    };
+    let failures = |list: &'static [Step], are_alone: bool| -> Vec<&str> {
+        let selected = list.iter().filter(is_selected);
+        selected.filter(|s| !run_step(root, s, &zonal, &output, are_alone)).map(|s| s.name).collect()
+    };
+    let mut failed = failures(&COMPILATION, true);
+    failed.extend(failures(&[QUICK_TESTS], true));
+    std::thread::scope(|scope| {
+        let lists = LISTS.map(|list| scope.spawn(|| failures(list, false)));
+        lists.into_iter().for_each(|list| failed.extend(list.join().expect("a list of steps ends")));
     });
-    let failed: Vec<&str> =
-        selected.filter(|s| !run_step(root, s, &zonal, &output)).map(|s| s.name).collect();
     // No step waits for the preparation any more.
     if let Some(p) = &mut preparation {
         let _ = p.kill();
@@ -203,32 +210,34 @@ pub fn run(root: &Path, names: &[&str]) -> bool {
     failed.is_empty()
 }
 
-fn run_step(root: &Path, step: &Step, zonal: &Path, output: &Path) -> bool {
+/// Runs a step; returns whether it passed. A step that is not alone has its words printed at its end.
+fn run_step(root: &Path, step: &Step, zonal: &Path, output: &Path, is_alone: bool) -> bool {
     let fill = |s: &&str| {
         s.replace("{zonal}", &zonal.display().to_string()).replace("{demo}", &output.display().to_string())
     };
     let words: Vec<String> = step.command.iter().map(fill).collect();
     println!("\n=== {}: {}\n    {}", step.name, step.checks, words.join(" "));
     let begin = Instant::now();
-    let status = Command::new(&words[0])
+    let log = output.join(format!("{}.log", step.name));
+    let mut command = Command::new(&words[0]);
+    // Scripts share the virtual environments in the folder.
+    command
         .args(&words[1..])
-        .envs(ENVIRONMENT)
         .env("ZONAL_CI_FOLDER", output)
-        .current_dir(root)
-        .status();
+        .env("CARGO_TERM_COLOR", "never")
+        .current_dir(root);
+    let status = if is_alone {
+        command.status()
+    } else {
+        File::create(&log).and_then(|file| command.stdout(file.try_clone()?).stderr(file).status())
+    };
     let seconds = begin.elapsed().as_secs();
-    match status {
-        Ok(status) if status.success() => {
-            println!("=== {}: passed in {seconds} s", step.name);
-            true
-        }
-        Ok(status) => {
-            println!("=== {}: FAILED after {seconds} s ({status})", step.name);
-            false
-        }
-        Err(e) => {
-            println!("=== {}: FAILED, {} could not be started: {e}", step.name, words[0]);
-            false
-        }
-    }
+    let (passed, end) = match status {
+        Ok(status) if status.success() => (true, format!("passed in {seconds} s")),
+        Ok(status) => (false, format!("FAILED after {seconds} s ({status})")),
+        Err(e) => (false, format!("FAILED, {} could not be started: {e}", words[0])),
+    };
+    let said = std::fs::read(&log).unwrap_or_default();
+    println!("{}=== {}: {end}", String::from_utf8_lossy(&said), step.name);
+    passed
 }
