@@ -27,6 +27,7 @@ mod path_media;
 mod periodic;
 mod point_lights;
 mod power_normalization;
+mod ranks;
 mod ray_operator;
 mod rays;
 mod refusal_and_interruption;

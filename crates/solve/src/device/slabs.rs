@@ -114,7 +114,7 @@ impl<'a> Slabs<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::distribution::tests::on_ranks;
+    use crate::distribution::thread_ranks::on_ranks;
 
     #[test]
     fn every_block_has_one_rank_with_its_mirror_image() {

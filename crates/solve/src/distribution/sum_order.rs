@@ -258,7 +258,7 @@ impl<'a> SharedZones<'a> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::distribution::tests::on_ranks;
+    use crate::distribution::thread_ranks::on_ranks;
     use zonal_math::{Vec3, vec3};
     use zonal_scene::{Patch, VoxelGrid, VoxelZones};
 

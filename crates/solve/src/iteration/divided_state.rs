@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::distribution::sum_order::SharedZones;
     use crate::distribution::sum_order::tests::{part_of_rank, zones};
-    use crate::distribution::tests::on_ranks;
+    use crate::distribution::thread_ranks::on_ranks;
     use std::collections::HashMap;
     use std::sync::Mutex;
 

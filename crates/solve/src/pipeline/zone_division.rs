@@ -151,7 +151,7 @@ pub fn collect<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::distribution::tests::on_ranks;
+    use crate::distribution::thread_ranks::on_ranks;
     use zonal_scene::{Medium, Mesh};
 
     /// Walls cut cells into parts, of which one process resolves some.

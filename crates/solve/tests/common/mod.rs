@@ -1,6 +1,8 @@
 //! Scenes and measures shared by several tests.
 #![allow(dead_code, missing_docs)]
 
+pub(crate) mod thread_ranks;
+
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
@@ -9,7 +11,7 @@ use zonal_scene::{
     Solution, Surface, Zones,
 };
 use zonal_solve::context::SolveContext;
-use zonal_solve::distribution::Execution;
+use zonal_solve::distribution::{Communicator, Execution};
 use zonal_solve::right_hand_side::direct_light::illumination::{PowerNormalization, illuminate};
 use zonal_solve::right_hand_side::light_groups::{SourceGroup, select_groups};
 use zonal_solve::right_hand_side::surroundings::SurroundingsExchange;

@@ -91,7 +91,7 @@ impl PackedSymmetric {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::distribution::tests::on_ranks;
+    use crate::distribution::thread_ranks::on_ranks;
 
     fn sample(n: usize) -> PackedSymmetric {
         let mut m = PackedSymmetric::zeros(n);

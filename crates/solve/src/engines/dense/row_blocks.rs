@@ -123,7 +123,7 @@ fn read_nodes<T: Message>(bytes: &[u8], known: &mut BTreeMap<SubtreeRoot, Vec<T>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::distribution::tests::on_ranks;
+    use crate::distribution::thread_ranks::on_ranks;
 
     #[test]
     fn blocks_cover_all_rows_and_every_block_has_one_rank() {

@@ -97,7 +97,7 @@ mod tests {
     use crate::device::spectra::{GridSpectra, KernelSet};
     use crate::device::{Device, GridPart};
     use crate::distribution::SingleProcess;
-    use crate::distribution::tests::on_ranks;
+    use crate::distribution::thread_ranks::on_ranks;
     use crate::engines::spectral::cpu::Processor;
     use crate::engines::spectral::kernels::GridKernels;
     use std::sync::Arc;
