@@ -4,7 +4,7 @@ use zonal_app::pages::html_report;
 use zonal_app::pages::viewer::package::{PackageDetail, package};
 use zonal_io::output;
 use zonal_render::{ItemBuffer, PaneVisibility, RenderOptions, render};
-use zonal_scene::{Bands, Camera, Lens, NoProgress, Scene, Solution};
+use zonal_scene::{Bands, Camera, NoProgress, Scene, Solution};
 
 /// Most zones of a scene that is solved, and of a solution that is used.
 pub const MAX_ZONES: usize = 160;
@@ -28,14 +28,8 @@ fn cameras(scene: &Scene) -> Vec<Camera> {
     let mut cameras: Vec<Camera> = scene.cameras().iter().take(2).cloned().collect();
     if cameras.is_empty() {
         let (lo, hi) = scene.bounds();
-        cameras.push(Camera {
-            name: "middle".into(),
-            origin: lo * 0.4 + hi * 0.6,
-            target: hi,
-            up: zonal_math::vec3(0.0, 0.1, 1.0),
-            fov: 70.0,
-            lens: Lens::default(),
-        });
+        let middle = Camera::look_at((lo * 0.4 + hi * 0.6).array(), hi.array());
+        cameras.push(Camera { up: zonal_math::vec3(0.0, 0.1, 1.0), fov: 70.0, ..middle });
     }
     cameras.retain(|c| c.check().is_ok());
     cameras

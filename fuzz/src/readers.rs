@@ -12,7 +12,6 @@ use zonal_io::input::{
     FilesInMemory, parse_camera_path, read_view3d_from_bytes, volume_materials_from_bytes,
 };
 use zonal_io::output;
-use zonal_math::vec3;
 use zonal_scene::{Camera, Lens};
 
 /// Most rows of a table of pairs.
@@ -178,12 +177,9 @@ pub fn npz(data: &[u8]) {
 pub fn flight(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     let camera = Camera {
-        name: "door".into(),
-        origin: vec3(1.0, 2.0, 3.0),
-        target: vec3(0.0, 9.0, 3.0),
-        up: vec3(0.0, 0.0, 1.0),
         fov: 50.0,
         lens: Lens { aperture: 0.1, focus: Some(4.0) },
+        ..Camera::look_at([1.0, 2.0, 3.0], [0.0, 9.0, 3.0]).name("door")
     };
     match parse_camera_path(text, "fuzz.toml", &[camera], &["sun", "lamp"]) {
         Ok(flight) => {

@@ -18,7 +18,7 @@ use zonal_io::output::{self, ToneMapping};
 use zonal_math::Vec3;
 use zonal_render::RenderOptions;
 use zonal_report::Failure;
-use zonal_scene::{Camera, Lens};
+use zonal_scene::Camera;
 
 /// What stands for the file of a solution in messages.
 pub(crate) const SOLUTION: &str = "solution";
@@ -140,12 +140,9 @@ impl CameraChoice {
     /// The camera; an overview where the scene has none and none is chosen.
     fn camera(&self, s: &zonal_scene::Solution, size: (usize, usize)) -> Result<Camera, Error> {
         let mut camera = match &self.view {
-            Some((origin, target, up)) => Camera {
-                up: Vec3::from_array(*up),
-                fov: self.fov,
-                lens: Lens::default(),
-                ..Camera::look_at(*origin, *target)
-            },
+            Some((origin, target, up)) => {
+                Camera { up: Vec3::from_array(*up), fov: self.fov, ..Camera::look_at(*origin, *target) }
+            }
             None => select_camera(s, self.name.as_deref(), size)?,
         };
         camera.lens.aperture = self.aperture.unwrap_or(camera.lens.aperture);

@@ -169,14 +169,7 @@ fn isothermal_enclosure_has_uniform_radiance() {
         let [incident, total] = [r.incident, r.total].map(|e| e[Band::first()].value);
         assert!(incident < 0.95 * total, "emission of listed lights is direct");
     }
-    let camera = Camera {
-        name: "c".into(),
-        origin: vec3(0.4, 0.5, 0.2),
-        target: vec3(0.5, 0.3, 0.9),
-        up: vec3(0.0, 1.0, 0.0),
-        fov: 60.0,
-        lens: Default::default(),
-    };
+    let camera = Camera { up: vec3(0.0, 1.0, 0.0), ..Camera::look_at([0.4, 0.5, 0.2], [0.5, 0.3, 0.9]) };
     let picture = tracer.picture(&camera, 4, 3, 3000, 1);
     for (mean, error) in picture.mean.iter().zip(&picture.error) {
         for b in Band::all() {

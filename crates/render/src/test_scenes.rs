@@ -4,7 +4,7 @@ use crate::{Image, RenderOptions};
 use std::f64::consts::PI;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::Fields;
-use zonal_scene::{Bands, Camera, Lens, Light, Plate, Report, Solution, Surroundings, VoxelGrid};
+use zonal_scene::{Bands, Camera, Light, Plate, Report, Solution, Surroundings, VoxelGrid};
 use zonal_scene::{Facet, Pane, Scene, SceneParts, Sides, SolveOptions, Surface};
 use zonal_transport::{Transport, build_zones};
 
@@ -62,7 +62,7 @@ pub(crate) fn glass(plate: Plate) -> Pane {
 }
 
 pub(crate) fn camera(origin: Vec3, target: Vec3, fov: f64) -> Camera {
-    Camera { name: "camera".into(), origin, target, up: vec3(0.01, 0.02, 1.0), fov, lens: Lens::default() }
+    Camera { up: vec3(0.01, 0.02, 1.0), fov, ..Camera::look_at(origin.array(), target.array()) }
 }
 
 pub(crate) fn size(width: usize, height: usize) -> RenderOptions {

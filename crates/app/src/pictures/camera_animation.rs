@@ -62,13 +62,10 @@ fn numbers_of_key(key: &KeyFrame) -> Vec<f64> {
 fn frame_from_numbers(frame: usize, x: &[f64]) -> AnimationFrame {
     let position = |i: usize| vec3(x[i], x[i + 1], x[i + 2]);
     let lens = Lens { aperture: x[10], focus: Some(x[11]) };
-    let name = format!("frame {}", frame + 1);
+    let camera =
+        Camera::look_at(position(0).array(), position(3).array()).name(format!("frame {}", frame + 1));
     let lights = x[13..].chunks(Band::all().len()).filter_map(|c| Bands::try_from(c).ok()).collect();
-    AnimationFrame {
-        camera: Camera { name, origin: position(0), target: position(3), up: position(6), fov: x[9], lens },
-        stops: x[12],
-        lights,
-    }
+    AnimationFrame { camera: Camera { up: position(6), fov: x[9], lens, ..camera }, stops: x[12], lights }
 }
 
 /// Cubic Hermite polynomial from `a` to `b` with the end slopes `p` and `q`, for s from 0 to 1, clamped to the range of `a` and `b`.
@@ -104,14 +101,9 @@ mod tests {
     use super::*;
 
     fn key(time: f64, x: f64, fov: f64, sun: f64) -> KeyFrame {
-        let camera = Camera {
-            name: String::new(),
-            origin: vec3(x, 0.0, 1.0),
-            target: vec3(x, 5.0, 1.0),
-            up: vec3(0.0, 0.0, 2.0),
-            fov,
-            lens: Lens { aperture: 0.01, focus: Some(2.0 + x) },
-        };
+        let lens = Lens { aperture: 0.01, focus: Some(2.0 + x) };
+        let ahead = Camera::look_at([x, 0.0, 1.0], [x, 5.0, 1.0]);
+        let camera = Camera { up: vec3(0.0, 0.0, 2.0), fov, lens, ..ahead };
         KeyFrame { time, camera, stops: -x, lights: vec![Bands::from_rgb([sun, 1.0, 0.0])] }
     }
 

@@ -107,14 +107,8 @@ mod tests {
     use zonal_scene::Lens;
 
     fn camera(aperture: f64, focus: Option<f64>) -> Camera {
-        Camera {
-            name: "c".into(),
-            origin: Vec3::ZERO,
-            target: vec3(0.0, 3.0, 0.0),
-            up: vec3(0.0, 0.0, 1.0),
-            fov: 90.0,
-            lens: Lens { aperture, focus },
-        }
+        let ahead = Camera::look_at([0.0; 3], [0.0, 3.0, 0.0]);
+        Camera { fov: 90.0, lens: Lens { aperture, focus }, ..ahead }
     }
 
     #[test]

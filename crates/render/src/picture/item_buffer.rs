@@ -56,7 +56,7 @@ pub enum PaneVisibility {
 /// use zonal_render::{ItemBuffer, PaneVisibility};
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Bands, Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+/// #     Bands, Camera, Facet, Fields, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
 /// #     Surface, VoxelGrid,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
@@ -91,14 +91,7 @@ pub enum PaneVisibility {
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
 /// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
-/// let camera = Camera {
-///     name: "front".into(),
-///     origin: Vec3::ZERO,
-///     target: vec3(0.0, 1.0, 0.0),
-///     up: vec3(0.0, 0.0, 1.0),
-///     fov: 60.0,
-///     lens: Lens::default(),
-/// };
+/// let camera = Camera::look_at([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let items = ItemBuffer::new(&solution, &camera, 8, 6, PaneVisibility::Opaque);
 /// let zones = items.zones(&NoProgress);
 /// assert!(zones.iter().all(|z| z.is_some_and(|z| (z as usize) < solution.zones.patches.len())));

@@ -28,7 +28,7 @@ use zonal_transport::Transport;
 /// use zonal_render::{RenderOptions, render};
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Bands, Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+/// #     Bands, Camera, Facet, Fields, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
 /// #     Surface, VoxelGrid,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
@@ -63,14 +63,7 @@ use zonal_transport::Transport;
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
 /// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
-/// let camera = Camera {
-///     name: "front".into(),
-///     origin: Vec3::ZERO,
-///     target: vec3(0.0, 1.0, 0.0),
-///     up: vec3(0.0, 0.0, 1.0),
-///     fov: 60.0,
-///     lens: Lens::default(),
-/// };
+/// let camera = Camera::look_at([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let options = RenderOptions { width: 8, height: 6, ..RenderOptions::default() };
 /// let image = render(&solution, &camera, &options, &NoProgress);
 /// assert_eq!(image.pixels.len(), 48);
@@ -190,7 +183,7 @@ fn join_bands(
 /// use zonal_render::focus_distances;
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Bands, Camera, Facet, Fields, Lens, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
+/// #     Bands, Camera, Facet, Fields, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution,
 /// #     Surface, VoxelGrid,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
@@ -225,14 +218,7 @@ fn join_bands(
 /// # let (groups, report) = (Vec::new(), Report::default());
 /// # let (scene_hash, version) = (String::new(), String::new());
 /// # let solution = Solution { scene, zones, fields, groups, report, further_blocks: Vec::new(), scene_hash, version };
-/// let camera = Camera {
-///     name: "front".into(),
-///     origin: Vec3::ZERO,
-///     target: vec3(0.0, 1.0, 0.0),
-///     up: vec3(0.0, 0.0, 1.0),
-///     fov: 60.0,
-///     lens: Lens::default(),
-/// };
+/// let camera = Camera::look_at([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let away = Camera { target: vec3(0.0, -1.0, 0.0), ..camera.clone() };
 /// let distances = focus_distances(&solution, &[camera, away]);
 /// assert!((distances[0].unwrap() - 2.0).abs() < 1e-9);

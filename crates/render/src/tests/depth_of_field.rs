@@ -2,7 +2,7 @@
 
 use crate::test_scenes::{quad, solution, surface, walls};
 use crate::{RenderOptions, focus_distances, render, render_each};
-use zonal_math::{Vec3, vec3};
+use zonal_math::vec3;
 use zonal_scene::{Camera, Lens, NoProgress, SceneParts, Solution};
 
 /// A bright half plane x > 0 before black, at `distance` (m) from the camera.
@@ -16,14 +16,8 @@ fn edge(distance: f64) -> Solution {
 }
 
 fn lens_camera(aperture: f64, focus: Option<f64>) -> Camera {
-    Camera {
-        name: "lens".into(),
-        origin: Vec3::ZERO,
-        target: vec3(0.0, 1.0, 0.0),
-        up: vec3(0.0, 0.0, 1.0),
-        fov: 40.0,
-        lens: Lens { aperture, focus },
-    }
+    let ahead = Camera::look_at([0.0; 3], [0.0, 1.0, 0.0]);
+    Camera { fov: 40.0, lens: Lens { aperture, focus }, ..ahead }
 }
 
 /// Standard deviation of the edge's blur at its distance, m.

@@ -105,14 +105,8 @@ impl Camera {
         };
         let distance =
             (0..8).map(corner_distance).fold(MIN_OVERVIEW_DISTANCE * (high - low).length(), f64::max);
-        Camera {
-            name: "camera".into(),
-            origin: centre - forward * distance,
-            target: centre,
-            up,
-            fov: OVERVIEW_FOV_DEGREES,
-            lens: Lens::default(),
-        }
+        let origin = centre - forward * distance;
+        Camera { fov: OVERVIEW_FOV_DEGREES, ..Camera::look_at(origin.array(), centre.array()) }
     }
 
     /// Validates the camera.

@@ -5,15 +5,14 @@
 use crate::input::reading::error::InputError;
 use crate::input::reading::suggestion::suggest;
 use crate::input::reading::text::read_text;
+use crate::input::scene::camera::read_view;
 use crate::input::toml::camera_keys::{
     CAMERA_PATH, CameraPath as PathKeys, KEY_FRAME, KeyFrame as KeyFrameKeys, VIEW,
 };
-use crate::input::toml::keys::Key;
 use crate::input::toml::node::{TomlNode, TomlTable};
 use crate::input::toml::source::SourceText;
 use std::path::Path;
-use zonal_math::Vec3;
-use zonal_scene::{Bands, Camera, Lens, SceneError};
+use zonal_scene::{Bands, Camera, SceneError};
 
 /// Largest text, bytes.
 const MAX_PATH_TEXT_BYTES: u64 = 16 << 20;
@@ -144,21 +143,10 @@ fn read_key_camera(
         })
     };
     let base = t.get(&KEY_FRAME.camera).map(named).transpose()?.or_else(|| before.map(|b| b.camera.clone()));
-    let old = base.as_ref();
-    let no_origin = || t.missing("origin", "origin = [x, y, z], or camera = \"NAME\"");
-    let given = |key: &Key<Vec3>, before: Vec3| Ok(t.value(key)?.unwrap_or(before));
-    let lens = old.map_or(Lens::default(), |c| c.lens);
-    let camera = Camera {
-        name: t.key.clone(),
-        origin: t.value(&VIEW.origin)?.or(old.map(|c| c.origin)).ok_or_else(no_origin)?,
-        target: old.map_or_else(|| t.required(&VIEW.target), |c| given(&VIEW.target, c.target))?,
-        up: old.map_or_else(|| t.or_default(&VIEW.up), |c| given(&VIEW.up, c.up))?,
-        fov: old.map_or_else(|| t.or_default(&VIEW.fov), |c| Ok(t.value(&VIEW.fov)?.unwrap_or(c.fov)))?,
-        lens: Lens {
-            aperture: t.value(&VIEW.aperture)?.unwrap_or(lens.aperture),
-            focus: t.value(&VIEW.focus)?.or(lens.focus),
-        },
-    };
+    if base.is_none() && t.get(&VIEW.origin).is_none() {
+        return Err(t.missing("origin", "origin = [x, y, z], or camera = \"NAME\""));
+    }
+    let camera = read_view(t, base)?.name(t.key.as_str());
     camera.check().map_err(|e| camera_error(t, &e))?;
     Ok(camera)
 }
@@ -190,15 +178,13 @@ fn read_lights(node: &TomlNode<'_>, mut all: Vec<Bands>, groups: &[&str]) -> Res
 mod tests {
     use super::*;
     use zonal_math::vec3;
+    use zonal_scene::Lens;
 
     fn read(text: &str) -> Result<CameraPath, InputError> {
         let camera = Camera {
-            name: "door".into(),
-            origin: vec3(1.0, 2.0, 3.0),
-            target: vec3(0.0, 9.0, 3.0),
-            up: vec3(0.0, 0.0, 1.0),
             fov: 50.0,
             lens: Lens { aperture: 0.1, focus: Some(4.0) },
+            ..Camera::look_at([1.0, 2.0, 3.0], [0.0, 9.0, 3.0]).name("door")
         };
         parse_camera_path(text, "f.toml", &[camera], &["sun", "lamp"])
     }

@@ -13,7 +13,7 @@ use crate::validate::data::table;
 use zonal_math::{Vec3, vec3};
 use zonal_render::{RenderOptions, render_each};
 use zonal_report::Failure;
-use zonal_scene::{Camera, Lens};
+use zonal_scene::Camera;
 
 /// Number of bands from 400 to 700 nm.
 const BANDS: usize = 16;
@@ -137,13 +137,11 @@ fn drawn_colours(bench: &CaseContext, light: &str) -> Result<Vec<[f64; 3]>, Fail
             "[[surface]]\nname = \"patch{k}\"\nrectangle = {{ origin = [{x:?}, {y:?}, 0], edge1 = [1, 0, 0], edge2 = [0, 1, 0] }}\nreflectance = {reflectance}\n"
         );
         let centre = vec3(x + 0.5, y + 0.5, 0.0);
+        let origin = centre + vec3(0.0, 0.0, 1.0);
         cameras.push(Camera {
-            name: format!("patch{k}"),
-            origin: centre + vec3(0.0, 0.0, 1.0),
-            target: centre,
             up: vec3(0.0, 1.0, 0.0),
             fov: 10.0,
-            lens: Lens::default(),
+            ..Camera::look_at(origin.array(), centre.array())
         });
     }
     let s = bench.solve(&format!("macbeth-{}", if light.contains("D65") { "d65" } else { "2856" }), &text)?;

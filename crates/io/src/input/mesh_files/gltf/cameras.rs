@@ -6,7 +6,7 @@ use gltf::Document;
 use gltf::camera::Projection;
 use std::collections::BTreeMap;
 use zonal_math::vec3;
-use zonal_scene::{Camera, Lens};
+use zonal_scene::Camera;
 
 /// Width over height of a camera that does not give it.
 const DEFAULT_ASPECT: f64 = 4.0 / 3.0;
@@ -19,13 +19,12 @@ pub(super) fn camera_of_node(document: &Document, at: &NodeInstance) -> Option<C
     let aspect = lens.aspect_ratio().map_or(DEFAULT_ASPECT, f64::from);
     let half = aspect * (0.5 * f64::from(lens.yfov())).tan();
     let origin = at.point(vec3(0.0, 0.0, 0.0));
+    let target = origin + at.vector(vec3(0.0, 0.0, -1.0)).normalized();
     let out = Camera {
-        name: camera.name().or(node.name()).unwrap_or("camera").to_string(),
-        origin,
-        target: origin + at.vector(vec3(0.0, 0.0, -1.0)).normalized(),
         up: at.vector(vec3(0.0, 1.0, 0.0)).normalized(),
         fov: 2.0 * half.atan().to_degrees(),
-        lens: Lens::default(),
+        ..Camera::look_at(origin.array(), target.array())
+            .name(camera.name().or(node.name()).unwrap_or("camera"))
     };
     out.check().is_ok().then_some(out)
 }
