@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::Path;
 use zonal_math::Vec3;
-use zonal_scene::{FieldList, Fields, Photometry, Solution, printable};
+use zonal_scene::{Fields, Photometry, Solution, printable};
 
 /// A cell that no spreadsheet interprets as a formula: an apostrophe precedes a text that begins with `=`, `+`, `-`, `@`, a tab or a line
 /// break and is neither a number nor a direction (`+x`).
@@ -45,15 +45,10 @@ pub fn csv_name(name: &str) -> String {
     }
 }
 
-/// The fields of the table: all but the part of the errors that is due to the surroundings.
-fn columns() -> impl Iterator<Item = FieldList> {
-    Fields::LISTS.into_iter().filter(|list| list.name != "surroundings_error")
-}
-
 /// The line of column names.
 fn heading(bands: usize, thermal: bool) -> String {
     let mut line = String::from("zone,kind,of,x,y,z,size");
-    for field in columns() {
+    for field in Fields::in_tables() {
         for band in 0..bands {
             let _ = write!(line, ",{}_{band}", field.name);
         }
@@ -115,7 +110,7 @@ pub fn write_zones_csv(path: impl AsRef<Path>, s: &Solution) -> Result<(), FileE
         for i in 0..s.zones.len() {
             let (kind, of, c, size) = describe(s, i);
             write!(out, "{i},{kind},{of},{},{},{},{size}", c.x, c.y, c.z)?;
-            for field in columns() {
+            for field in Fields::in_tables() {
                 for x in s.all_bands(|t| (field.of)(&t.fields).get(i).copied().unwrap_or_default()) {
                     write!(out, ",{x}")?;
                 }

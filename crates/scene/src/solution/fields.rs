@@ -30,6 +30,8 @@ pub struct FieldList {
     pub is_error: bool,
     /// True if the list has no rows in files of scenes without the quantity; other lists have zeros there.
     pub is_optional: bool,
+    /// True if tables of zones (.csv, .vtu, .vti) have columns of it.
+    pub is_in_tables: bool,
     /// The list of some fields.
     pub of: fn(&Fields) -> &Vec<Bands>,
     /// The list of some fields, to change.
@@ -38,11 +40,12 @@ pub struct FieldList {
 
 /// A [`FieldList`] by the name of its field.
 macro_rules! list {
-    ($name:ident, error $is_error:literal, optional $is_optional:literal) => {
+    ($name:ident, error $is_error:literal, optional $is_optional:literal, in tables $is_in_tables:literal) => {
         FieldList {
             name: stringify!($name),
             is_error: $is_error,
             is_optional: $is_optional,
+            is_in_tables: $is_in_tables,
             of: |f| &f.$name,
             of_mut: |f| &mut f.$name,
         }
@@ -52,14 +55,18 @@ macro_rules! list {
 impl Fields {
     /// All lists of bands, in the order of files.
     pub const LISTS: [FieldList; 6] = [
-        list!(radiosity, error false, optional false),
-        list!(incident, error false, optional false),
-        list!(direct, error false, optional false),
-        list!(error, error true, optional false),
-        list!(direct_error, error true, optional true),
-        list!(surroundings_error, error true, optional true),
+        list!(radiosity, error false, optional false, in tables true),
+        list!(incident, error false, optional false, in tables true),
+        list!(direct, error false, optional false, in tables true),
+        list!(error, error true, optional false, in tables true),
+        list!(direct_error, error true, optional true, in tables true),
+        list!(surroundings_error, error true, optional true, in tables false),
     ];
 
+    /// The lists of tables of zones, in the order of their columns.
+    pub fn in_tables() -> impl Iterator<Item = FieldList> {
+        Fields::LISTS.into_iter().filter(|list| list.is_in_tables)
+    }
     /// The field `direct` from the direct light of all zones: empty where there is none.
     #[must_use]
     pub fn direct_unless_zero(all: Vec<Bands>) -> Vec<Bands> {

@@ -18,18 +18,13 @@ pub(crate) fn check_finite(
     groups: &mut [LightGroup],
     report: &mut Report,
 ) -> Result<(), SceneError> {
-    let of_zones = [
-        ("the radiosity", &fields.radiosity),
-        ("the incident field", &fields.incident),
-        ("the direct light", &fields.direct),
-    ];
-    for (what, field) in of_zones {
-        if let Some(i) = field.iter().position(|x| !x.is_finite()) {
-            return Err(not_finite(&format!("{what} {}", describe_zone(scene, zones, i))));
+    for list in Fields::LISTS {
+        let values = (list.of_mut)(fields);
+        if list.is_error {
+            values.iter_mut().for_each(nan_to_infinity);
+        } else if let Some(i) = values.iter().position(|x| !x.is_finite()) {
+            return Err(not_finite(&format!("the field '{}' {}", list.name, describe_zone(scene, zones, i))));
         }
-    }
-    for errors in Fields::LISTS.iter().filter(|list| list.is_error) {
-        (errors.of_mut)(fields).iter_mut().for_each(nan_to_infinity);
     }
     if let Some(heat) = &mut fields.heat {
         check_heat(scene, zones, heat)?;

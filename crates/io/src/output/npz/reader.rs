@@ -10,7 +10,7 @@ use std::io::{BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 use zonal_math::Vec3;
-use zonal_scene::{BandSet, Bands, PerBand, Plate, PlateKind, ZoneValues};
+use zonal_scene::{BandSet, Bands, FieldList, PerBand, Plate, PlateKind, ZoneValues};
 
 /// Bytes of JSON that any file may have.
 const BASE_JSON_BYTES: u64 = 16 << 20;
@@ -20,13 +20,6 @@ const JSON_BYTES_PER_FILE_BYTE: u64 = 4;
 const BASE_JSON_VALUES: u64 = 500_000;
 /// Bytes of the file for each further value of JSON.
 const FILE_BYTES_PER_JSON_VALUE: u64 = 8;
-
-/// Whether an array may have no rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Absence {
-    Allowed,
-    Refused,
-}
 
 /// True for an error: from 0, infinite if unknown.
 fn is_error(x: f64) -> bool {
@@ -347,10 +340,17 @@ impl<'a> NpzReader<'a> {
         Ok(data)
     }
 
-    /// Finite bands of `count` zones.
-    pub(crate) fn bands(&mut self, name: &str, count: usize) -> Result<Vec<Bands>, FileError> {
-        let (shape, data) = self.band_rows_of(name, f64::is_finite, "a value is not a finite number")?;
-        self.check_shape(name, &shape, &[count, self.band_count()])?;
+    /// A field of `count` zones: finite, or errors from 0, infinite if unknown. Optional fields may have no rows.
+    pub(crate) fn field(&mut self, field: &FieldList, count: usize) -> Result<Vec<Bands>, FileError> {
+        let (shape, data) = if field.is_error {
+            self.band_rows_of(field.name, is_error, INVALID_ERROR)?
+        } else {
+            self.band_rows_of(field.name, f64::is_finite, "a value is not a finite number")?
+        };
+        let bands = self.band_count();
+        if !(field.is_optional && shape == [0, bands]) {
+            self.check_shape(field.name, &shape, &[count, bands])?;
+        }
         Ok(to_bands(data))
     }
 
@@ -389,21 +389,6 @@ impl<'a> NpzReader<'a> {
             return Ok((shape, data));
         }
         Err(self.error(name, format!("{message}; {DAMAGED}")))
-    }
-
-    /// Errors of `count` zones in rows of three: from 0, infinite if unknown. `Absence::Allowed` accepts no rows for zeros.
-    pub(crate) fn errors(
-        &mut self,
-        name: &str,
-        count: usize,
-        absence: Absence,
-    ) -> Result<Vec<Bands>, FileError> {
-        let (shape, data) = self.band_rows_of(name, is_error, INVALID_ERROR)?;
-        let bands = self.band_count();
-        if !(absence == Absence::Allowed && shape == [0, bands]) {
-            self.check_shape(name, &shape, &[count, bands])?;
-        }
-        Ok(to_bands(data))
     }
 
     /// Errors of `count` zones: from 0, infinite if unknown.

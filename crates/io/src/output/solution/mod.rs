@@ -9,9 +9,7 @@
 //!
 //! | arrays | shape | contents |
 //! |---|---|---|
-//! | `radiosity`, `incident`, `direct`, `error` | [zones, bands] | B; H or G without direct light; H_dir or G_dir; error of `incident` |
-//! | `direct_error` | [zones, bands] or [0, bands] | error of `direct` |
-//! | `surroundings_error` | [zones, bands] or [0, bands] | the part of `error` due to the surroundings |
+//! | `radiosity`, …: the names of [`zonal_scene::Fields::LISTS`] | [zones, bands]; [0, bands] of optional ones without values | the fields |
 //! | `temperature`, `temperature_error`, `net`, `net_error` | \[zones\] | in thermal mode: K, and the net power that leaves a zone, W/m² of patches, W/m³ of the others; undefined temperatures are NaN |
 //! | `group_0_incident`, `group_0_direct`, … | [zones, bands], `<f8` or `<f4`; [0, bands] for none | the part of each light group, times `incident_scale` and `direct_scale` in `report.light_groups` of the header |
 //! | `group_0_error`, … | [zones, bands] | its part of `error`, times `incident_scale`, if errors are known for each group |
@@ -33,7 +31,7 @@
 //! `texture_0_block_1` and so on.
 //!
 //! A quantity of patches, voxels, pane zones or cells whose rows are all equal is one row, of shape [1, …] or [1, 1, 1, …], which numpy
-//! broadcasts. Nothing is compressed. Version 6; others are refused.
+//! broadcasts. Nothing is compressed. Files of other versions of the format (`header.rs`) are refused.
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 

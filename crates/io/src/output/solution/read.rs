@@ -5,7 +5,7 @@ use super::header::{CellPolynomials, FORMAT, FORMAT_VERSION, Provenance, SceneHe
 use super::shading::read_shading;
 use super::write::{sky_name, texture_name};
 use crate::output::error::FileError;
-use crate::output::npz::reader::{Absence, NpzReader, ZoneRows};
+use crate::output::npz::reader::{NpzReader, ZoneRows};
 use crate::output::report::codec::{BandLists, block_of_document, decode_at};
 use crate::output::report::{decode_bands, decode_document};
 use serde_json::Value;
@@ -91,9 +91,7 @@ fn read(
     let n = zones.len();
     let mut fields = Fields::default();
     for field in Fields::LISTS {
-        let absence = if field.is_optional { Absence::Allowed } else { Absence::Refused };
-        *(field.of_mut)(&mut fields) =
-            if field.is_error { npz.errors(field.name, n, absence)? } else { npz.bands(field.name, n)? };
+        *(field.of_mut)(&mut fields) = npz.field(&field, n)?;
     }
     fields.direct = Fields::direct_unless_zero(fields.direct);
     if scene.thermal().is_some() && block == 0 {

@@ -44,6 +44,11 @@ pub(in crate::output) struct DataArray<'a> {
     bands: Vec<String>,
 }
 
+/// The name of the array of a field, in W/m².
+pub(super) fn name_with_unit(field: &str) -> String {
+    format!("{} [W/m2]", field.replace('_', " "))
+}
+
 impl<'a> DataArray<'a> {
     /// One value for each tuple.
     pub(in crate::output) fn scalar(

@@ -17,11 +17,11 @@
 //! with it (κ is one number per cell), are those of the zones: 4 Σ κBV is what the medium emits and scatters, Σ κ(1−Ω)(G + G_dir)V
 //! what it absorbs; the temperature is that of the mean of T⁴. Cells without zones are 0.
 
-use super::document::{DataArray, NumberType, VtkDocument};
+use super::document::{DataArray, NumberType, VtkDocument, name_with_unit};
 use super::group_radiosity::group_radiosity;
 use crate::output::error::FileError;
 use std::path::Path;
-use zonal_scene::{Bands, Solution, VoxelGrid};
+use zonal_scene::{Bands, FieldList, Fields, Solution, VoxelGrid};
 
 /// Writes the medium of a solution as image data with one cell for each voxel: radiosity, fluence, direct light, errors, extinction,
 /// albedo, emission and source, volume and zone, temperatures and net heat in thermal mode, and the radiosity of each light group.
@@ -69,16 +69,14 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
         }
         sum
     };
-    let of =
-        |name: &str, list: &'a [Bands]| DataArray::bands(name, n, move |i| mean(i, &|j| list[first + j]));
-    let mut out = vec![
-        of("radiosity [W/m2]", &f.radiosity),
-        of("fluence [W/m2]", &f.incident),
-        DataArray::bands("direct [W/m2]", n, move |i| mean(i, &|j| f.direct_light(first + j))),
-        of("error [W/m2]", &f.error),
-        DataArray::bands("direct error [W/m2]", n, move |i| {
-            mean(i, &|j| f.direct_error.get(first + j).copied().unwrap_or_default())
-        }),
+    let of_list = |list: FieldList| {
+        let name = if list.name == "incident" { "fluence" } else { list.name };
+        let values = (list.of)(f);
+        let value = move |j: usize| values.get(first + j).copied().unwrap_or_default();
+        DataArray::bands(&name_with_unit(name), n, move |i| mean(i, &value))
+    };
+    let mut out: Vec<DataArray> = Fields::in_tables().map(of_list).collect();
+    out.extend([
         DataArray::bands("extinction [1/m]", n, move |i| mean(i, &|j| zones.voxels.at(j).extinction)),
         DataArray::bands("albedo", n, move |i| mean(i, &|j| zones.voxels.at(j).albedo)),
         DataArray::bands("emission [W/m2]", n, move |i| mean(i, &|j| zones.voxels.at(j).emission)),
@@ -88,7 +86,7 @@ fn fields<'a>(s: &'a Solution, map: &'a VoxelGrid) -> Vec<DataArray<'a>> {
         DataArray::scalar("zone", NumberType::Int64, n, move |i| {
             here(i).next().map_or(-1.0, |j| (first + j) as f64)
         }),
-    ];
+    ]);
     if let Some(h) = &f.heat {
         let one = |name: &str, list: &'a [f64], power: i32| {
             let value = move |i: usize| {

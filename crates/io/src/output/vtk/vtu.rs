@@ -22,11 +22,11 @@
 //! Sums: over patches Σ BA is the power that leaves them, Σ (1−ρ)(H + H_dir)A what they absorb; over panes 4κ Σ BAt is what
 //! they emit and scatter, κ(1−Ω) Σ (G + G_dir)At what they absorb. Corners are those of the zones, each with its own points.
 
-use super::document::{DataArray, NumberType, VtkDocument};
+use super::document::{DataArray, NumberType, VtkDocument, name_with_unit};
 use super::group_radiosity::group_radiosity;
 use crate::output::error::FileError;
 use std::path::Path;
-use zonal_scene::{Bands, Plate, PlateKind, Solution, Zones};
+use zonal_scene::{Bands, Fields, Plate, PlateKind, Solution, Zones};
 
 /// Values at the corners of the cells of a .vtu, for all bands.
 #[derive(Clone, Debug, PartialEq)]
@@ -140,22 +140,23 @@ impl<'a> ZoneCells<'a> {
 
 fn fields<'a>(c: &'a ZoneCells<'a>) -> Vec<DataArray<'a>> {
     let (n, f, s) = (c.len(), &c.s.fields, c.s);
-    let of = |name: &str, list: &'a [Bands]| DataArray::bands(name, n, move |i| list[c.zone(i)]);
     let when = move |patch: bool, i: usize| {
         if (i < c.patches) == patch { f.incident[c.zone(i)] } else { Bands::ZERO }
     };
     let int = |name: &str, value: Box<dyn Fn(usize) -> f64 + 'a>| {
         DataArray::scalar(name, NumberType::Int64, n, value)
     };
-    let mut out = vec![
-        of("radiosity [W/m2]", &f.radiosity),
-        DataArray::bands("irradiance [W/m2]", n, move |i| when(true, i)),
-        DataArray::bands("fluence [W/m2]", n, move |i| when(false, i)),
-        DataArray::bands("direct [W/m2]", n, move |i| f.direct_light(c.zone(i))),
-        of("error [W/m2]", &f.error),
-        DataArray::bands("direct error [W/m2]", n, move |i| {
-            f.direct_error.get(c.zone(i)).copied().unwrap_or_default()
-        }),
+    let mut out = Vec::new();
+    for list in Fields::in_tables() {
+        if list.name == "incident" {
+            out.push(DataArray::bands("irradiance [W/m2]", n, move |i| when(true, i)));
+            out.push(DataArray::bands("fluence [W/m2]", n, move |i| when(false, i)));
+        } else {
+            let (name, values) = (name_with_unit(list.name), (list.of)(f));
+            out.push(DataArray::bands(&name, n, move |i| values.get(c.zone(i)).copied().unwrap_or_default()));
+        }
+    }
+    out.extend([
         DataArray::bands("reflectance", n, c.of_zone(|p| p.reflectance, |_| Bands::ZERO)),
         DataArray::bands("extinction [1/m]", n, c.of_zone(|_| Bands::ZERO, |p| p.extinction)),
         DataArray::bands("albedo", n, c.of_zone(|_| Bands::ZERO, |p| p.albedo)),
@@ -166,7 +167,7 @@ fn fields<'a>(c: &'a ZoneCells<'a>) -> Vec<DataArray<'a>> {
         int("zone", Box::new(move |i| c.zone(i) as f64)),
         int("surface", Box::new(c.of_zone(|p| p.surface as f64, |_| -1.0))),
         int("pane", Box::new(c.of_zone(|_| -1.0, |p| p.pane as f64))),
-    ];
+    ]);
     if let Some(h) = &f.heat {
         // Of panes, W/m³ times the thickness.
         let thickness = move |i: usize| match i.checked_sub(c.patches) {
