@@ -20,7 +20,7 @@ pub struct FacetFile {
     pub notes: Vec<String>,
 }
 
-/// Reads a mesh by its extension (.stl, .ply, .obj, .glb, .gltf, .msh, .vtu, .vtp).
+/// Reads a mesh file of a format that scenes read, by its extension.
 ///
 /// # Errors
 ///

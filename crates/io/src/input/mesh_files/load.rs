@@ -7,6 +7,7 @@ use crate::input::mesh::reflectance_limit::limit_reflectance;
 use crate::input::mesh_files::converters::{self, FileContents};
 use crate::input::mesh_files::{gltf, msh, obj, ply, stl, vtk_mesh};
 use crate::input::reading::error::FileFault;
+use crate::input::toml::surface_keys::PLACED_MESH;
 use std::path::Path;
 
 /// Largest OBJ file, bytes.
@@ -39,8 +40,10 @@ fn read_by_extension(files: FileSource<'_>, path: &Path, file: &str) -> Result<M
         }
         _ => {
             let known = converters::conversion_hint(path, FileContents::Mesh);
-            let other = "this kind of mesh is not read; convert it to .obj, .stl, .ply, .glb, .gltf, .msh, .vtu or .vtp";
-            Err(FileFault::new(file, "", known.unwrap_or_else(|| other.to_string())))
+            let other = || {
+                format!("this kind of mesh is not read; convert it to {}", PLACED_MESH.file.spec.description)
+            };
+            Err(FileFault::new(file, "", known.unwrap_or_else(other)))
         }
     }
 }

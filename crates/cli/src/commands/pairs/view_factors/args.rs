@@ -10,7 +10,7 @@ use zonal_io::output::ViewFactorFormat;
 /// radius in .npz and .csv files. Lengths in metres.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Facets: an input file of View3D (.vs3), or a mesh (.stl, .ply, .obj, .glb, .gltf, .msh, .vtu, .vtp).
+    /// Facets: an input file of View3D (.vs3), or a mesh file of a format that scenes read, such as .stl.
     pub input: PathBuf,
     /// File to write: .npz (scipy.sparse.load_npz reads it; with radii, sky and areas), .csv, .mtx (MatrixMarket), .bin (View3D's binary format), or .txt and
     /// .out (View3D's text formats: see --format).
