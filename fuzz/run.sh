@@ -12,7 +12,7 @@ cd "$(dirname "$0")" || exit 2
 count=${1:?how many executions of each target?}
 shift
 if [ $# -eq 0 ]; then
-    set -- exr face_table factors flight gas_array gltf hdr init jpeg luminaire msh npy npz obj ply png request scene solve solve_toml stl vdb view3d vol vtk
+    set -- $(basename -s .rs fuzz_targets/*.rs)
 fi
 out=${FUZZ_OUT:-$PWD/target/fuzz}
 mkdir -p "$out/log"
