@@ -76,6 +76,15 @@ fn every_target_has_a_corpus_and_is_replayed() {
     }
 }
 
+/// A file of another version of the format is refused before its arrays are read, and tests nothing else.
+#[test]
+fn solution_files_are_of_the_current_version() {
+    for path in files("corpus/npz").into_iter().chain([root().join("findings/npz/negative.npz")]) {
+        let read = zonal_io::output::read_solution(&path);
+        assert!(read.is_ok(), "{:?}", read.err());
+    }
+}
+
 // Guards (files): findings of fuzzing are replayed (`fuzz/`), and most random scenes of the fuzz targets are valid.
 /// A refused scene tests only the refusal; most scenes from random bytes must be valid.
 #[test]
