@@ -8,8 +8,6 @@
 //! | `series/t` | nodes × orders of all references at 4 operations (¼ cycle) + a division a node: 0.3, 1.4, 3.4 million (from the counters) | 0.03 ms, 0.12 ms, 0.3 ms |
 //! | `chebyshev/t`, block of 18³ at 25 voxels, κℓ = 0.1 | samples × nodes at a root, a division, an exponential: 6 cycles | 0.01 ms, 0.1 ms, 0.6 ms |
 //! | `analogous/t`, 40 patches in a row | scalar recurrence, 9 operations an order and node | 2 µs, 8 µs, 30 µs |
-//! | `proximity/t`, 20² cells of a ruled surface | one series a node and reference, (N+1)(N+2)/2 products a cell | 5 µs, 20 µs, 60 µs |
-//! | `direct/t`, one of the cells | p⁴ kernels, p = 3, 4, 5 | 0.1 µs, 0.3 µs, 0.7 µs |
 //! | `point/any` | one kernel, one exponential | 20 ns |
 //! | `prop1/t` | the mean inverse distance: 8,000 roots a cell | 20 µs |
 
@@ -18,12 +16,8 @@ use std::hint::black_box;
 use zonal_exchange::AccuracyRequest;
 use zonal_exchange::aligned::Cuboid;
 use zonal_math::{Vec3, vec3};
-use zonal_paper::proximity::{
-    CellFactor, MeshFactors, ParametricMesh, SmoothSurface, direct_integral, mesh_factors,
-};
 use zonal_paper::voxel_strips::{MomentQuadrature, StripAccuracy, StripFactors, UniformGrid, formfact};
 use zonal_paper::{chebyshev, gauss_6d, patch_strips, point, proposition1};
-use zonal_scene::Plate;
 
 fn unit(x: f64, y: f64, z: f64) -> Cuboid {
     Cuboid::voxel(vec3(x, y, z), vec3(x + 1.0, y + 1.0, z + 1.0))
@@ -42,10 +36,6 @@ fn methods(c: &mut Criterion) {
     let wall = Cuboid::patch(vec3(-20.0, 0.0, 4.0), vec3(-19.0, 1.0, 4.0), 2, -1);
     let row = patch_strips::ZoneRow { from: patch, first: wall, axis: 0, step: 1.0, count: 40 };
     let (a, b) = (unit(0.0, 0.0, 0.0), unit(4.0, 1.0, 0.0));
-    let (x, y, z) = (vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
-    let surface = SmoothSurface::ruled(Vec3::ZERO, x, y, z * 0.5);
-    let plate = Plate::parallelogram(vec3(-0.15, -0.15, 1.5), y * 0.3, x * 0.3);
-    let mesh = ParametricMesh::regular([-0.4, -0.4], [0.4, 0.4], 20, 20);
     for (tolerance, m) in [(1e-3, 3), (1e-6, 4), (1e-9, 5)] {
         let demand = AccuracyRequest::relative(tolerance);
         let mut named = |name: &str, work: &mut dyn FnMut()| {
@@ -53,15 +43,6 @@ fn methods(c: &mut Criterion) {
         };
         named("gauss-6d", &mut || {
             black_box(gauss_6d::grid_baseline(black_box(&v), &grid, m));
-        });
-        let near = |order: usize| -> MeshFactors { mesh_factors(&surface, &mesh, &plate, order, &demand) };
-        let factors =
-            |row: &MeshFactors| row.cells.iter().filter(|c| matches!(c, CellFactor::Factor(_))).count();
-        named("proximity", &mut || {
-            black_box(factors(&near([4, 10, 16][m - 3])));
-        });
-        named("direct", &mut || {
-            black_box(direct_integral(&surface, [[0.0, 0.04]; 2], black_box(&plate), m));
         });
         let strips = |v: &Cuboid| -> StripFactors {
             formfact(v, &grid, StripAccuracy::Tolerance(tolerance), MomentQuadrature::Reduced)

@@ -27,8 +27,6 @@ pub enum Method {
     Series,
     /// Chebyshev interpolation along a strip or in a block.
     Chebyshev,
-    /// The development of section 3.1 about a reference patch of a smooth surface.
-    Proximity,
     /// The contour integral of two polygons in closed form.
     Contour,
     /// Gauss–Legendre rules over zones in any position.
@@ -52,7 +50,6 @@ impl Method {
             Method::Proposition1 => "prop1",
             Method::Series => "series",
             Method::Chebyshev => "chebyshev",
-            Method::Proximity => "proximity",
             Method::Contour => "contour",
             Method::Oblique => "oblique",
             Method::Clipped => "clipped",

@@ -8,7 +8,6 @@
 //! | [`proposition1`] | the transmittance at the centres times the geometric factor, corrected by −κℓ C(u) | any aligned pair; sharp for two voxels | outside, bounded | proved |
 //! | [`gegenbauer_series`], [`voxel_strips`] | Proposition 2 and the algorithm `Formfact` | a voxel and a voxel grid | outside | proved |
 //! | [`patch_strips`] | the same for patches, λ = 3/2 and 2 | rows of zones in front of a patch | outside | proved |
-//! | [`proximity`] | the development of section 3.1: a patch and the mesh of a smooth surface | a patch and a surface | outside | proved |
 //! | [`chebyshev`] | interpolation in place of Taylor | lattices of zones | inside | proved |
 //!
 //! **Attenuation outside the series.** Proposition 2 uses the generating function of the Gegenbauer polynomials: 1/(1 − 2p cosθ + p²)^λ is algebraic, and
@@ -26,7 +25,6 @@ pub mod mean_inverse_distance;
 pub mod patch_strips;
 pub mod point;
 pub mod proposition1;
-pub mod proximity;
 mod rounding;
 mod strip_plan;
 mod tensor_nodes;
