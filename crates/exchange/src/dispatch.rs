@@ -12,7 +12,7 @@
 use crate::aligned::{Cuboid, geometric_factor};
 use crate::polygon::{plate_cuboid, plate_plate};
 use crate::{AccuracyRequest, Factor};
-use zonal_math::{Bounded, Vec3};
+use zonal_math::Vec3;
 use zonal_scene::{Plate, PlateKind};
 
 /// The shape of a zone.
@@ -114,32 +114,11 @@ fn rectangle_plate(c: &Cuboid) -> Option<Plate> {
     Some(if sign > 0 { Plate::parallelogram(c.lo, e, f) } else { Plate::parallelogram(c.lo, f, e) })
 }
 
-/// The sum of the factors of the parts of a zone with `b`, which equals the [`factor`] of the zone by additivity.
-///
-/// ```
-/// use zonal_exchange::aligned::Cuboid;
-/// use zonal_exchange::{AccuracyRequest, ZoneShape, factor, sum};
-/// use zonal_math::vec3;
-/// let voxel = |x: f64, y: f64| ZoneShape::Box(Cuboid::voxel(vec3(x, 0.0, 0.0), vec3(y, 1.0, 1.0)));
-/// let accuracy = AccuracyRequest::relative(1e-10);
-/// let whole = factor(&voxel(0.0, 1.0), &voxel(2.0, 3.0), 0.5, accuracy).bounded;
-/// let parts = sum(&[voxel(0.0, 0.25), voxel(0.25, 1.0)], &voxel(2.0, 3.0), 0.5, accuracy);
-/// assert!((whole.value - parts.value).abs() <= whole.radius + parts.radius);
-/// ```
-pub fn sum<'s>(
-    parts: impl IntoIterator<Item = &'s ZoneShape>,
-    b: &ZoneShape,
-    kappa: f64,
-    accuracy: AccuracyRequest,
-) -> Bounded {
-    parts.into_iter().map(|p| factor(p, b, kappa, accuracy).bounded).fold(Bounded::ZERO, |s, f| s + f)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Method;
-    use zonal_math::vec3;
+    use zonal_math::{Bounded, vec3};
 
     const DEMAND: AccuracyRequest = AccuracyRequest { tolerance: 1e-8, max_evaluations: 1_000_000 };
 
@@ -180,7 +159,8 @@ mod tests {
         for (partner, accuracy) in partners.iter().zip([DEMAND, DEMAND, five]) {
             for kappa in [0.0, 0.8] {
                 let whole = factor(&ZoneShape::Plate(floor()), partner, kappa, accuracy);
-                let parts = sum(&halves, partner, kappa, accuracy);
+                let parts = halves.map(|h| factor(&h, partner, kappa, accuracy).bounded);
+                let parts = parts.into_iter().fold(Bounded::ZERO, |s, f| s + f);
                 let off = (whole.bounded.value - parts.value).abs();
                 assert!(whole.bounded.value > 0.0 && off <= whole.bounded.radius + parts.radius, "{off:e}");
                 assert!(

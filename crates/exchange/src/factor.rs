@@ -31,8 +31,6 @@ pub enum Method {
     Contour,
     /// Gauss–Legendre rules over zones in any position.
     Oblique,
-    /// The contour integral over the visible parts after clipping.
-    Clipped,
 }
 
 impl Method {
@@ -52,7 +50,6 @@ impl Method {
             Method::Chebyshev => "chebyshev",
             Method::Contour => "contour",
             Method::Oblique => "oblique",
-            Method::Clipped => "clipped",
         }
     }
 }

@@ -42,7 +42,7 @@ pub mod polygon;
 pub mod solid_angle_quadrature;
 mod strips;
 
-pub use dispatch::{ZoneShape, factor, sum};
+pub use dispatch::{ZoneShape, factor};
 pub use factor::{AccuracyRequest, Factor, Method};
 
 pub use zonal_transport::solid_angle;

@@ -400,19 +400,6 @@ fn weak_attenuation_tends_to_vacuum_factor() {
 }
 
 #[test]
-fn cumulants_attenuate_within_their_radius() {
-    let cache = FactorCache::new(1e-10);
-    for (b, kappa) in [(cube(3.0, 1.0, 0.0), 1.0), (cube(1.0, 0.0, 0.0), 0.3), (cube(9.0, 9.0, 9.0), 2.0)] {
-        let a = cube(0.0, 0.0, 0.0);
-        let rough = cache.get_cumulants(&a, &b).attenuated(kappa);
-        let exact = factor(&a, &b, kappa, 1e-10).value;
-        assert_eq!(rough.grade, Grade::Estimated);
-        assert!((rough.value - exact).abs() <= 2.0 * rough.radius, "{rough:?} {exact}");
-        assert!(rough.radius < 0.05 * exact, "{rough:?} {exact}");
-    }
-}
-
-#[test]
 fn distant_pairs_tend_to_point_formula() {
     // F = (1/pi) (l^6/r^2) (1 + l^2/(6 r^2) + O(r^-4)) for cubes.
     for r in [1e2, 1e3, 1e4, 1e6] {

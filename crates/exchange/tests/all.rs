@@ -2,9 +2,9 @@
 #![allow(missing_docs)]
 
 mod aligned_factors;
+mod ducts;
 mod estimated_factors;
 mod heterogeneous_scenes;
 mod plates_and_boxes_in_media;
 mod polygon_factors;
 mod rounded_corners;
-mod visible_polygons;

@@ -45,15 +45,6 @@ impl DistanceCumulants {
         third_cumulant: 0.0,
         fourth_cumulant: 0.0,
     };
-
-    /// 𝓕₀ exp(−κ r̄ + κ² var/2): estimated, the radius being the change by the third and fourth cumulants.
-    pub fn attenuated(&self, kappa: f64) -> Bounded {
-        let exponent = kappa * (0.5 * kappa * self.variance - self.mean_distance);
-        let value = self.factor.value * exponent.exp();
-        let next = (kappa.powi(3) * self.third_cumulant / 6.0).abs()
-            + (kappa.powi(4) * self.fourth_cumulant / 24.0).abs();
-        Bounded::estimated(value, value * next.exp_m1() + self.factor.radius * exponent.exp())
-    }
 }
 
 /// The canonical form of a pair and an extinction: [L, κ, then (long/L, short/long, low/long) for each axis].
@@ -134,11 +125,6 @@ impl FactorCache {
     pub fn new(tolerance: f64) -> FactorCache {
         assert!(tolerance > 0.0, "tolerance {tolerance}");
         FactorCache { tolerance, factors: ShardedTable::new(), cumulants: ShardedTable::new() }
-    }
-
-    /// The relative tolerance of the cache.
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
     }
 
     /// Number of stored factors.

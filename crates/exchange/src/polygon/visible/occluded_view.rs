@@ -181,13 +181,6 @@ impl Default for OccludedView {
 }
 
 impl OccludedView {
-    /// The view from `viewer` of `target`; each lies in front of the other.
-    pub(super) fn of_polygon(viewer: &ConvexPolygon, target: &ConvexPolygon) -> OccludedView {
-        let mut view = OccludedView::default();
-        view.set_polygon(viewer, target);
-        view
-    }
-
     /// The view from `viewer` of a cone between directions that lie in one plane, counter-clockwise for an observer at its apex. None if no direction
     /// lies in front of the viewer.
     pub fn of_directions(viewer: &ConvexPolygon, corners: &[Vec3]) -> Option<OccludedView> {
@@ -492,6 +485,12 @@ mod tests {
         ConvexPolygon::new(corners.to_vec()).expect("a square")
     }
 
+    fn view_of(viewer: &ConvexPolygon, target: &ConvexPolygon) -> OccludedView {
+        let mut view = OccludedView::default();
+        view.set_polygon(viewer, target);
+        view
+    }
+
     /// A solid hides what its faces hide, also where the target's plane cuts it or where a face shows itself to a part of the viewer.
     #[test]
     fn silhouettes_hide_what_faces_hide() {
@@ -504,7 +503,7 @@ mod tests {
             let body = block(&mut random, middle, size);
             let Some(part) = body.in_front_of(&target, 1e-12) else { continue };
             cut += usize::from(part.planes().len() > body.planes().len());
-            let mut solid = OccludedView::of_polygon(&viewer, &target);
+            let mut solid = view_of(&viewer, &target);
             let mut sheets = solid.clone();
             solid.add(&part);
             for face in faces(&body) {
@@ -524,7 +523,7 @@ mod tests {
     #[test]
     fn a_point_inside_a_solid_sees_nothing() {
         let (viewer, target) = (square(0.0, 1.0), square(2.0, 1.5));
-        let mut view = OccludedView::of_polygon(&viewer, &target);
+        let mut view = view_of(&viewer, &target);
         view.add(&block(&mut Rng::new(1), vec3(0.0, 0.0, 0.1), 0.5));
         assert_eq!(view.seen_from(Vec3::ZERO), 0.0);
         assert!(view.seen_from(vec3(0.99, 0.99, 0.0)) > 0.0);
