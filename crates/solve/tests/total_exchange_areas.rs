@@ -2,21 +2,31 @@
 
 use crate::common;
 #[allow(dead_code)]
-#[path = "../../exchange/tests/support/view3d.rs"]
+#[path = "../../view-factors/tests/support/view3d.rs"]
 mod view3d;
 
 use common::{read, solved};
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
+use zonal_exchange::polygon::visible::ConvexPolygon;
+use zonal_math::Vec3;
+use zonal_reference::visible_views::VisibleScene;
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_solve::areas::total_exchange_areas::{TotalExchangeAreas, total_exchange_areas};
 
 const FURNACE: &str = "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\nengine = \"dense\"\n[[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [2,2,4] }\ntemperature = 900\nemissivity = 0.7\nfaces.z0 = { temperature = 1200, emissivity = 0.85 }\nfaces.z1 = { temperature = 400 }\n[medium]\nmin = [0,0,0]\nmax = [2,2,4]\ncells = [2, 2, 4]\nextinction = 0.5\nalbedo = 0.4\ntemperature = 1100\n";
 
+/// The factors of polygons by exact views from points.
+fn factors(walls: &[ConvexPolygon]) -> Vec<Vec<f64>> {
+    let facets: Vec<Vec<Vec3>> = walls.iter().map(|w| w.corners().to_vec()).collect();
+    let rows = VisibleScene::new(&facets, &[]).rows(1e-7, 10_000);
+    rows.iter().map(|row| row.facets.iter().map(|f| f.value).collect()).collect()
+}
+
 #[test]
 fn total_areas_match_view3d() {
     let Some(input) = view3d::text("examples/test4.vs3") else { return };
-    let s = view3d::surfaces(&input, 4);
-    let (areas, f) = view3d::combined(&s, &view3d::exchange_areas(&s, 1e-7, 1e-8));
+    let s = view3d::surfaces(&input);
+    let (areas, f) = view3d::combined(&s, &view3d::exchange_areas(&s, factors));
     let n = areas.len();
     let flat: Vec<f64> =
         (0..n * n).map(|k| 0.5 * (areas[k / n] * f[k / n][k % n] + areas[k % n] * f[k % n][k / n])).collect();
