@@ -8,9 +8,7 @@ use zonal_app::pages::viewer::request;
 use zonal_app::pairs::pair_table::factors_from_bytes;
 use zonal_app::pictures::animation_frames;
 use zonal_app::scene_proposal::{ModelOptions, propose};
-use zonal_io::input::{
-    FilesInMemory, parse_camera_path, read_view3d_from_bytes, volume_materials_from_bytes,
-};
+use zonal_io::input::{FilesInMemory, parse_camera_path, read_view3d_from_bytes};
 use zonal_io::output;
 use zonal_scene::{Camera, Lens};
 
@@ -75,7 +73,6 @@ pub fn gltf(data: &[u8]) {
     let mut files = fixture_files();
     insert_file(&mut files, "a.bin", [0, 0, 128, 63].repeat(64));
     insert_file(&mut files, "a.glb", data);
-    let _ = volume_materials_from_bytes(data);
     read_mesh("a.glb", &files);
 }
 
@@ -147,11 +144,10 @@ pub fn jpeg(data: &[u8]) {
     }
 }
 
-/// Target: an OpenEXR picture, of light and of one field.
+/// Target: an OpenEXR picture of light.
 pub fn exr(data: &[u8]) {
     if data.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         let _ = output::read_exr_from_bytes(data);
-        let _ = output::read_exr_field_from_bytes(data);
     }
 }
 

@@ -4,7 +4,7 @@ use crate::support;
 
 use support::vdb::Vdb;
 use support::{CUBE, Folder, NpyOrder, Quad, f32s, npy, png};
-use zonal_io::input::{parse_scene, volume_materials};
+use zonal_io::input::parse_scene;
 
 /// Marsaglia's xorshift: the same bytes on every run.
 struct Random(u64);
@@ -48,7 +48,6 @@ fn through_file(name: &str, file: &[u8], text: &str) -> usize {
     let folder = Folder::new();
     alter(file, |bytes| {
         folder.put(name, bytes);
-        let _ = volume_materials(&folder.path().join(name));
         match parse_scene(text, Some(folder.path()), "fuzz.toml") {
             Ok(_) => true,
             Err(e) => {

@@ -147,17 +147,13 @@ fn change(f: &dyn Fn(&mut Quad)) -> Vec<u8> {
     q.glb()
 }
 
-/// Refuses each file, as a mesh of a scene and as a source of volume materials.
+/// Refuses each file as a mesh of a scene.
 fn check_glb_files(files: Vec<(&str, Vec<u8>, &str)>) {
     let folder = Folder::new();
     for (name, bytes, wanted) in files {
         let file = format!("{name}.glb");
         folder.put(&file, bytes);
         check(&folder, &[(&mesh(&file), &["test.toml:3:", "surface 'm'", wanted])]);
-        let direct = zonal_io::input::volume_materials(&folder.path().join(&file));
-        if let Err(e) = direct {
-            assert!(e.to_string().contains(&file), "{e}");
-        }
     }
 }
 

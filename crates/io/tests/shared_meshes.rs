@@ -1,10 +1,9 @@
 //! Meshes that nobody on this project made, from the shared data beside the checkout; skipped where they are missing.
 
-use serde_json::Value;
 use std::path::{Path, PathBuf};
-use zonal_io::input::{parse_scene, volume_materials};
+use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
-use zonal_scene::{Band, Bands, Diagnostic, PlateKind, Scene, Sides, Surface};
+use zonal_scene::{Bands, Diagnostic, PlateKind, Scene, Sides, Surface};
 
 fn shared(path: &str) -> Option<PathBuf> {
     let p = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(path);
@@ -190,43 +189,6 @@ fn factory_panes_require_a_thickness() {
         (lo - vec3(-132.0, -19.0, 347.0)).max_abs() < 1.0 && (hi - vec3(248.0, 369.0, 564.0)).max_abs() < 1.0
     );
     assert!(s.surfaces().iter().any(|x| x.reflectance_texture.is_some()));
-}
-
-/// The JSON of a GLB, read by hand.
-fn json(file: &Path) -> Value {
-    let b = std::fs::read(file).unwrap();
-    let n = u32::from_le_bytes(b[12..16].try_into().unwrap()) as usize;
-    serde_json::from_slice(&b[20..20 + n]).unwrap()
-}
-
-#[test]
-fn volume_materials_match_their_json() {
-    for name in ["AttenuationTest.glb", "TransmissionRoughnessTest.glb"] {
-        let Some(file) = shared(&format!("gltf-volume/{name}")) else {
-            return;
-        };
-        let read = volume_materials(&file).unwrap_or_else(|e| panic!("{e}"));
-        let json = json(&file);
-        let volumes: Vec<(&Value, &Value)> = json["materials"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .filter_map(|m| Some((m, m["extensions"].get("KHR_materials_volume")?)))
-            .collect();
-        assert_eq!(read.len(), volumes.len());
-        assert_eq!(read.len(), if name.starts_with('A') { 11 } else { 5 }, "{name}");
-        for (r, (m, v)) in read.iter().zip(volumes) {
-            assert_eq!(r.name, m["name"].as_str().unwrap());
-            let distance = v["attenuationDistance"].as_f64().unwrap_or(f64::INFINITY);
-            let near = |a: f64, b: f64| a == b || (a - b).abs() < 1e-6 * b.abs();
-            assert!(near(r.attenuation_distance, distance), "{r:?}");
-            assert!(near(r.thickness, v["thicknessFactor"].as_f64().unwrap_or(0.0)), "{r:?}");
-            for band in Band::all() {
-                let colour = v["attenuationColor"][band.index()].as_f64().unwrap_or(1.0);
-                assert!(near(r.absorption[band], -colour.ln() / distance), "{r:?}");
-            }
-        }
-    }
 }
 
 #[test]

@@ -41,10 +41,7 @@ pub use error::FileError;
 pub use face_table::{FaceColumns, write_faces_csv, write_faces_npy, write_faces_vtu};
 pub use glb::write_glb;
 pub use images::colour_map::{ColourMap, NO_VALUE_COLOUR};
-pub use images::exr::{
-    RgbImage, ScalarImage, read_exr, read_exr_field, read_exr_field_from_bytes, read_exr_from_bytes,
-    write_exr, write_exr_field,
-};
+pub use images::exr::{RgbImage, ScalarImage, read_exr, read_exr_from_bytes, write_exr, write_exr_field};
 pub use images::png::{
     encode_picture_png, encode_png, encode_png_bytes, read_png_text, read_png_text_from, write_png,
     write_png_bytes, write_png_with_text,

@@ -28,7 +28,6 @@ impl SceneTemplate {
     /// let path = std::env::temp_dir().join(format!("zonal-doc-template-{}.toml", std::process::id()));
     /// std::fs::write(&path, "[medium]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ncells = [2, 2, 2]\nextinction = 0.5")?;
     /// let template = SceneTemplate::read(&path, &["medium.extinction".into()])?;
-    /// assert_eq!(template.values(), [0.5]);
     /// let scene = template.scene(&[2.0])?;
     /// assert_eq!(scene.voxel_grid().unwrap().extinction(0).to_rgb(), [2.0; 3]);
     /// # std::fs::remove_file(&path)?;
@@ -38,11 +37,6 @@ impl SceneTemplate {
         let text = read_text(path, MAX_SCENE_TEXT_BYTES)?;
         let template = TextTemplate::new(&path.display().to_string(), &text, paths)?;
         Ok(SceneTemplate { path: path.into(), template })
-    }
-    /// The numbers in the file, one for each path.
-    #[must_use]
-    pub fn values(&self) -> &[f64] {
-        self.template.values()
     }
     /// The scene with other numbers, one for each path.
     ///

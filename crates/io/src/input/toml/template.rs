@@ -19,8 +19,6 @@ pub(crate) struct TextTemplate {
     text: String,
     /// Places of the numbers of each path.
     places: Vec<Vec<Range<usize>>>,
-    /// The number at the first place of each path.
-    values: Vec<f64>,
 }
 
 impl TextTemplate {
@@ -32,27 +30,21 @@ impl TextTemplate {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = SourceText::new(file, text);
         let document = source.parse()?;
-        let mut found = TextTemplate { text: text.into(), places: Vec::new(), values: Vec::new() };
+        let mut found = TextTemplate { text: text.into(), places: Vec::new() };
         for path in paths {
-            let mut numbers = Vec::new();
+            let mut places = Vec::new();
             let parts = split_path(path);
-            in_table(document.get_ref(), &parts, &mut numbers)
+            in_table(document.get_ref(), &parts, &mut places)
                 .map_err(|(offset, what)| source.error(offset, path, what))?;
-            let Some(first) = numbers.first() else {
+            if places.is_empty() {
                 return Err(source.error(0, path, "nothing matches '*'; name an entry of the scene"));
-            };
-            found.values.push(first.1);
-            let places: Vec<Range<usize>> = numbers.into_iter().map(|n| n.0).collect();
+            }
             if let Some(twice) = places.iter().find(|p| found.places.iter().flatten().any(|q| q == *p)) {
                 return Err(source.error(twice.start, path, "this number is varied twice; keep one"));
             }
             found.places.push(places);
         }
         Ok(found)
-    }
-    /// The numbers of the text, one for each path.
-    pub(crate) fn values(&self) -> &[f64] {
-        &self.values
     }
     /// The text with other numbers, one for each path.
     pub(crate) fn text_with(&self, values: &[f64]) -> String {
@@ -85,11 +77,12 @@ fn split_path(path: &str) -> Vec<String> {
     parts
 }
 
-/// Numbers with their places, or the offset of an error and its message.
+/// The offset of an error and its message.
 type Search = Result<(), (usize, String)>;
-type Numbers = Vec<(Range<usize>, f64)>;
+/// Places of numbers.
+type Places = Vec<Range<usize>>;
 
-fn in_table(table: &DeTable, parts: &[String], out: &mut Numbers) -> Search {
+fn in_table(table: &DeTable, parts: &[String], out: &mut Places) -> Search {
     let Some((part, rest)) = parts.split_first() else {
         return Err((0, "this is a table; name a number in it".into()));
     };
@@ -105,7 +98,7 @@ fn in_table(table: &DeTable, parts: &[String], out: &mut Numbers) -> Search {
     }
 }
 
-fn in_value(value: &Spanned<DeValue>, parts: &[String], out: &mut Numbers) -> Search {
+fn in_value(value: &Spanned<DeValue>, parts: &[String], out: &mut Places) -> Search {
     let (place, start) = (value.span(), value.span().start);
     match value.get_ref() {
         DeValue::Table(table) if parts.is_empty() => {
@@ -134,14 +127,12 @@ fn in_value(value: &Spanned<DeValue>, parts: &[String], out: &mut Numbers) -> Se
     }
 }
 
-fn push_number(text: &str, place: Range<usize>, out: &mut Numbers) -> Search {
-    match text.replace('_', "").parse() {
-        Ok(x) => {
-            out.push((place, x));
-            Ok(())
-        }
-        Err(_) => Err((place.start, "this is no decimal number; write it in decimal".into())),
+fn push_number(text: &str, place: Range<usize>, out: &mut Places) -> Search {
+    if text.replace('_', "").parse::<f64>().is_err() {
+        return Err((place.start, "this is no decimal number; write it in decimal".into()));
     }
+    out.push(place);
+    Ok(())
 }
 
 #[cfg(test)]
@@ -153,7 +144,7 @@ mod tests {
     fn varied(paths: &[&str], values: &[f64]) -> Result<String, String> {
         let paths: Vec<String> = paths.iter().map(|p| p.to_string()).collect();
         let template = TextTemplate::new("t.toml", SCENE, &paths).map_err(|e| e.to_string())?;
-        assert!(DeTable::parse(&template.text_with(template.values())).is_ok());
+        assert!(DeTable::parse(&template.text_with(&vec![0.5; paths.len()])).is_ok());
         Ok(template.text_with(values))
     }
 

@@ -13,7 +13,6 @@
 //! | `materials`, `specular_glossiness`, `texture_mapping` | materials as surfaces and panes; texture coordinates |
 //! | `material_notes` | properties of materials that are not read |
 //! | `lights` | lights of nodes |
-//! | `volume` | the volume materials of a file |
 
 mod accessors;
 mod broken_textures;
@@ -29,7 +28,6 @@ mod primitives;
 mod sheets;
 mod specular_glossiness;
 mod texture_mapping;
-pub(crate) mod volume;
 
 use crate::files::FileSource;
 use crate::input::mesh::model::MeshData;
