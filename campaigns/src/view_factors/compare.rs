@@ -131,7 +131,7 @@ fn in_space(kind: usize, least: f64, rng: &mut Rng) -> Reference {
         if MESH_KINDS[kind] == "empty rooms" { LEAST_EMPTY_TOLERANCE } else { LEAST_SPATIAL_TOLERANCE };
     let least_tolerance = least_tolerance.max(least);
     let scene = VisibleScene::new(&mesh.facets, &mesh.covers);
-    let triangles = (MAX_TRIANGLE_VIEWS / (scene.len() * scene.len())).clamp(20, MAX_TRIANGLES);
+    let triangles = (MAX_TRIANGLE_VIEWS / (mesh.facets.len() * mesh.facets.len())).clamp(20, MAX_TRIANGLES);
     let row = |(i, row): (usize, OracleRow)| ReferenceRow {
         area: scene.area(i),
         facets: row.facets,
@@ -141,7 +141,7 @@ fn in_space(kind: usize, least: f64, rng: &mut Rng) -> Reference {
         scene.rows(REFERENCE_SHARE * least_tolerance, triangles).into_iter().enumerate().map(row).collect();
     let mut set = FacetSet::new();
     mesh.facets.iter().for_each(|c| _ = set.add_surface(c));
-    let groups = (0..scene.len() as u32).collect();
+    let groups = (0..mesh.facets.len() as u32).collect();
     Reference { kind: MESH_KINDS[kind].into(), set, groups, rows, periods: [None; 2], least_tolerance }
 }
 

@@ -46,8 +46,6 @@ pub struct VisibleScene {
     /// Polygons that exchange; the others only hide.
     facets: usize,
     size: f64,
-    /// Directions of smaller slope are unresolved rather than sky or ground.
-    grazing: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -86,8 +84,6 @@ pub struct OracleRow {
     pub sky: OracleFactor,
     /// To those below.
     pub ground: OracleFactor,
-    /// To directions of small slope that meet no image: what all other factors may lack.
-    pub unresolved: OracleFactor,
 }
 
 impl FlatPolygon {
@@ -142,45 +138,7 @@ impl VisibleScene {
         let corners = || polygons.iter().flat_map(|p| &p.corners);
         let lo = corners().fold(Vec3::splat(f64::INFINITY), |s, c| s.min(*c));
         let hi = corners().fold(Vec3::splat(f64::NEG_INFINITY), |s, c| s.max(*c));
-        VisibleScene { facets: n, size: (hi - lo).length(), polygons, grazing: 0.0 }
-    }
-
-    /// The scene repeated `count` times to each side along `period` (m, horizontal); directions whose rays rise less than its height within these
-    /// images are unresolved.
-    pub fn repeated(facets: &[Vec<Vec3>], period: Vec3, count: i32) -> VisibleScene {
-        let mut made = VisibleScene::new(facets, &[]);
-        let zs = || made.polygons.iter().flat_map(|p| &p.corners).map(|c| c.z);
-        let height = zs().fold(f64::NEG_INFINITY, f64::max) - zs().fold(f64::INFINITY, f64::min);
-        let along = || {
-            let axis = period.normalized();
-            made.polygons.iter().flat_map(|p| &p.corners).map(move |c| axis.dot(*c)).collect::<Vec<f64>>()
-        };
-        let ends = along();
-        let extent = ends.iter().fold(f64::NEG_INFINITY, |s, x| s.max(*x))
-            - ends.iter().fold(f64::INFINITY, |s, x| s.min(*x));
-        made.grazing = height / (f64::from(count + 1) * period.length() - extent);
-        let own = made.polygons.clone();
-        for n in (-count..=count).filter(|n| *n != 0) {
-            let by = period * f64::from(n);
-            made.polygons.extend(
-                own.iter().map(|p| FlatPolygon {
-                    corners: p.corners.iter().map(|c| *c + by).collect(),
-                    ..p.clone()
-                }),
-            );
-        }
-        made.size += period.length() * f64::from(2 * count);
-        made
-    }
-
-    /// Number of facets.
-    pub fn len(&self) -> usize {
-        self.facets
-    }
-
-    /// True without facets.
-    pub fn is_empty(&self) -> bool {
-        self.facets == 0
+        VisibleScene { facets: n, size: (hi - lo).length(), polygons }
     }
 
     /// Area of a facet, m².
@@ -205,7 +163,7 @@ impl VisibleScene {
                 sum.error += back.error * scale;
                 row.facets[j].contain(difference, back.error * scale);
             }
-            for f in [&mut row.sky, &mut row.ground, &mut row.unresolved] {
+            for f in [&mut row.sky, &mut row.ground] {
                 f.contain(sum.value, sum.error);
             }
         }
@@ -219,7 +177,7 @@ impl VisibleScene {
     pub fn row(&self, i: usize, tolerance: f64, triangles: usize) -> OracleRow {
         let scale = 1.0 / (PI * self.polygons[i].area);
         let mut parts: BinaryHeap<Largest<DividedTriangle>> = BinaryHeap::new();
-        let count = self.facets + 3;
+        let count = self.facets + 2;
         let mut errors = vec![0.0; count];
         let add = |t: [Vec3; 3], whole: Option<[Vec<f64>; 2]>, errors: &mut Vec<f64>| {
             let (is_coarse, item) = self.divided(i, t, whole);
@@ -254,7 +212,6 @@ impl VisibleScene {
             facets: (0..self.facets).map(factor).collect(),
             sky: factor(self.facets),
             ground: factor(self.facets + 1),
-            unresolved: factor(self.facets + 2),
         }
     }
 
@@ -264,7 +221,7 @@ impl VisibleScene {
         let quarters = quarters(&t);
         let sums: Vec<[Vec<f64>; 2]> = quarters.iter().map(|q| self.integral(i, q)).collect();
         let total = |rule: usize, k: usize| sums.iter().map(|s| s[rule][k]).sum::<f64>();
-        let value: Vec<f64> = (0..self.facets + 3).map(|k| total(0, k)).collect();
+        let value: Vec<f64> = (0..self.facets + 2).map(|k| total(0, k)).collect();
         let error = |k: usize| {
             let of_whole = (value[k] - whole[0][k]).abs().max((whole[0][k] - whole[1][k]).abs());
             of_whole.max((value[k] - total(1, k)).abs())
@@ -299,11 +256,11 @@ impl VisibleScene {
         parts.iter().flat_map(|c| (2..c.len()).map(|k| [c[0], c[k - 1], c[k]])).collect()
     }
 
-    /// ∫ ω⊥ dA over a triangle by both rules, for every facet, the sky, the ground and unresolved directions.
+    /// ∫ ω⊥ dA over a triangle by both rules, for every facet, the sky and the ground.
     fn integral(&self, i: usize, t: &[Vec3; 3]) -> [Vec<f64>; 2] {
         let area = triangle_area(t);
         let rule = |centre: f64, orbits: [(f64, f64); 2]| {
-            let mut sum = vec![0.0; self.facets + 3];
+            let mut sum = vec![0.0; self.facets + 2];
             if centre > 0.0 {
                 self.add_views(i, (t[0] + t[1] + t[2]) * (1.0 / 3.0), centre * area, &mut sum);
             }
@@ -352,10 +309,9 @@ impl VisibleScene {
         }
     }
 
-    /// Faces of a large cube as directions: 0 the sky, 1 the ground, 2 unresolved directions.
+    /// Faces of a large cube as directions: 0 the sky, 1 the ground.
     fn surroundings(&self) -> Vec<(usize, Vec<Vec3>)> {
         let r = CUBE_SIZE * self.size;
-        let s = self.grazing.min(1.0);
         let corner = |x: f64, y: f64, z: f64| vec3(x, y, z) * r;
         let mut all = vec![
             (
@@ -372,18 +328,9 @@ impl VisibleScene {
         let sides = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
         for k in 0..4 {
             let (p, q) = (sides[k], sides[(k + 1) % 4]);
-            for (region, low, high) in [(0, s, 1.0), (1, -1.0, -s), (2, -s, 0.0), (2, 0.0, s)] {
-                if high > low {
-                    all.push((
-                        region,
-                        vec![
-                            corner(p.0, p.1, low),
-                            corner(q.0, q.1, low),
-                            corner(q.0, q.1, high),
-                            corner(p.0, p.1, high),
-                        ],
-                    ));
-                }
+            for (region, low, high) in [(0, 0.0, 1.0), (1, -1.0, 0.0)] {
+                let corners = [(p, low), (q, low), (q, high), (p, high)];
+                all.push((region, corners.map(|((x, y), z)| corner(x, y, z)).to_vec()));
             }
         }
         all
