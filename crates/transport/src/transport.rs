@@ -155,12 +155,6 @@ impl<'a> Transport<'a> {
         Transport { scene, geometry, uniform_blocks: scene.voxel_grid().and_then(UniformBlocks::new) }
     }
 
-    /// True if both use one set of hierarchies.
-    #[must_use]
-    pub fn shares_geometry(&self, other: &Transport) -> bool {
-        Arc::ptr_eq(&self.geometry, &other.geometry)
-    }
-
     /// The scene.
     pub fn scene(&self) -> &'a Scene {
         self.scene

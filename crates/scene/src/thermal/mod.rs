@@ -427,10 +427,6 @@ impl Thermal {
     pub fn has_varied_emissivities(&self) -> bool {
         self.emissivities.iter().any(|e| *e != SurfaceEmissivity::default())
     }
-    /// True if no fraction depends on temperature.
-    pub fn has_constant_fractions(&self) -> bool {
-        self.all_fractions().all(BandFractions::is_constant)
-    }
     /// Radiance of the surroundings, W/(m² sr) per band.
     pub fn surroundings_radiance(&self) -> Bands {
         let e = self.surroundings.map_or(0.0, blackbody_emissive_power);
