@@ -4,7 +4,6 @@ use crate::support;
 
 use std::process::Command;
 use support::{Folder, Program, refused, text};
-use zonal_io::output::{ArrayFile, NamedArray, write_arrays};
 
 const ROOM: &str = "mode = 'thermal'
 [solve]
@@ -192,44 +191,6 @@ fn updates_of_gases_and_lights_equal_fresh_solves() {
         let stated: f64 = column(&table, "net_power_exchange_error_W").iter().sum();
         assert!(json["balance"].as_f64().unwrap().abs() <= stated + 1e-6 * largest, "{json}");
     }
-}
-
-#[test]
-fn files_of_earlier_versions_are_read() {
-    let f = factors(ROOM, &["--direct-only"]);
-    let path = f.path().join("f.npz");
-    let names = [
-        "exchange_areas",
-        "error_radius",
-        "closure",
-        "zone_size",
-        "condition",
-        "zone_face",
-        "surroundings_areas",
-        "surroundings_radius",
-        "backface_areas",
-        "closure_scaling",
-        "closure_error",
-    ];
-    let mut file = ArrayFile::open(&path).unwrap();
-    let mut about = file.about().unwrap();
-    let state = about["state"].as_object_mut().unwrap();
-    assert!(state.remove("further_band_fractions").is_some() && state.remove("solar_band").is_some());
-    let mut arrays: Vec<_> = names.iter().map(|name| (*name, file.array(name).unwrap())).collect();
-    // Three equal bands of a grey scene.
-    let (shape, row) = file.array("reflectance").unwrap();
-    assert_eq!(shape, [1, 24]);
-    arrays.push(("reflectance", (vec![3, 24], row.repeat(3))));
-    let list: Vec<NamedArray> = arrays
-        .iter()
-        .map(|(name, (shape, values))| NamedArray { name, shape: shape.clone(), values })
-        .collect();
-    write_arrays(&f.path().join("old.npz"), Some(&about.to_string()), &list).unwrap();
-    f.put("t.csv", "room.z0,1100\n");
-    for (file, out) in [("f.npz", "new.csv"), ("old.npz", "old.csv")] {
-        f.done(&["update", file, "--temperatures", "t.csv", "-o", out]);
-    }
-    assert_eq!(text(&f.get("new.csv")), text(&f.get("old.csv")));
 }
 
 #[test]

@@ -114,7 +114,8 @@ fn write_corners(options: &ExportOptions, s: &Solution, progress: &dyn Progress)
 fn export_faces(options: &ExportOptions, s: &Solution, extension: &str) -> Result<ExportedFiles, Failure> {
     let faces = s.scene.faces().len();
     if faces == 0 {
-        let message = "this solution has no faces: its scene has no mesh file, or an older version wrote it; export zones (without --faces), or solve the scene again";
+        let message =
+            "this solution has no faces: its scene has no mesh file; export zones (without --faces)";
         return Err(Failure::in_file(&options.source, message));
     }
     match extension {

@@ -230,9 +230,8 @@ fn target_name(name: &OsStr) -> Option<&[u8]> {
     let dot = rest.iter().rposition(|b| *b == b'.')?;
     let (process, unique) = std::str::from_utf8(&rest[dot + 1..]).ok()?.split_once('-')?;
     let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
-    // Earlier versions numbered their files.
-    let random = unique.len() == RANDOM_CHARS && unique.bytes().all(|b| b.is_ascii_alphanumeric());
-    (digits(process) && (digits(unique) || random)).then_some(&rest[..dot])
+    let is_random = unique.len() == RANDOM_CHARS && unique.bytes().all(|b| b.is_ascii_alphanumeric());
+    (digits(process) && is_random).then_some(&rest[..dot])
 }
 
 /// Removes the temporary files in a folder without a lock: those of one target, or all.
@@ -298,9 +297,9 @@ mod tests {
         let dir = folder("stale");
         let path = dir.join("a.txt");
         let (stale, other, foreign) = (
-            dir.join(".a.txt.123-0.partial"),
-            dir.join(".b.txt.7-1.partial"),
-            dir.join(".a.txt.x-0.partial"),
+            dir.join(".a.txt.123-4aZ09b.partial"),
+            dir.join(".b.txt.7-000001.partial"),
+            dir.join(".a.txt.x-000000.partial"),
         );
         [&stale, &other, &foreign].iter().for_each(|p| fs::write(p, "half").unwrap());
         let living = create_beside(&path, &path).unwrap();

@@ -33,10 +33,7 @@ pub(super) fn fractions_json(blocks: &[BandFractions], bands: usize) -> Value {
 
 /// The fractions of all kinds of zones, each of all blocks of `bands` bands.
 pub(super) fn read_kinds(state: &Value, bands: usize) -> Option<Vec<Vec<BandFractions>>> {
-    let further = match &state["further_band_fractions"] {
-        Value::Null => &[],
-        list => list.as_array()?.as_slice(),
-    };
+    let further = state["further_band_fractions"].as_array()?;
     std::iter::once(&state["band_fractions"]).chain(further).map(|v| read_fractions(v, bands)).collect()
 }
 
@@ -68,7 +65,7 @@ fn read_fractions(v: &Value, bands: usize) -> Option<Vec<BandFractions>> {
     let range = numbers(&v["range"])?;
     let range = [*range.first()?, *range.get(1)?];
     let allow_partial = v["allow_partial"].as_bool()?;
-    let has_positive_parts = v["positive_parts"].as_bool().unwrap_or(false);
+    let has_positive_parts = v["positive_parts"].as_bool()?;
     let all: Option<Arc<[Vec<f64>]>> = has_positive_parts.then(|| lists.as_slice().into());
     let own = |t: usize, b: Band| lists.get(t * Band::count() + b.index()).cloned();
     let of_block = |t: usize| BandFractions::GreyGases {

@@ -122,12 +122,9 @@ pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
     let state = &about["state"];
     let meshes = read_meshes(&state["meshes"]).ok_or_else(|| wrong(&file, "meshes"))?;
     let patches = state["patches"].as_u64().ok_or_else(|| wrong(&file, "patches"))?;
+    let has_solar_band = state["solar_band"].as_bool().ok_or_else(|| wrong(&file, "solar_band"))?;
     let n = name_of_zone.len();
-    let mut reflectances = file.array("reflectance")?.1;
-    // Files of earlier versions hold three equal bands of a grey scene.
-    if state["band_fractions"].is_null() {
-        reflectances.truncate(n);
-    }
+    let reflectances = file.array("reflectance")?.1;
     let bands = (reflectances.len() / n.max(1)).min(MAX_BANDS);
     let kinds = read_kinds(state, bands).ok_or_else(|| wrong(&file, "band_fractions"))?;
     let (light, kind_of_zone) = read_optional(&mut file)?;
@@ -135,7 +132,7 @@ pub fn read_state(path: &Path) -> Result<ExchangeData, FileError> {
     let conditions = list("condition")?;
     let data = ExchangeData {
         bands,
-        has_solar_band: state["solar_band"].as_bool().unwrap_or(false),
+        has_solar_band,
         light,
         matrices: list("closure")?.len() / n.max(1),
         patches: usize::try_from(patches).unwrap_or(usize::MAX),

@@ -1,4 +1,4 @@
-//! Solution files: round trips, files of earlier versions, damaged and hostile files.
+//! Solution files: round trips, damaged and hostile files.
 
 use super::header::encode_header;
 use super::{read_solution, write_solution};
