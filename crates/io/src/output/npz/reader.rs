@@ -28,6 +28,8 @@ fn is_error(x: f64) -> bool {
 
 /// The message about a value that is no error.
 const INVALID_ERROR: &str = "an error is below 0 or not a number";
+/// The message about a value that is not finite.
+const NOT_FINITE: &str = "a value is not a finite number";
 
 /// A bound on the number of values of a JSON text: each but the first follows a comma, a colon or an opening bracket.
 fn max_json_values(json: &[u8]) -> u64 {
@@ -222,6 +224,11 @@ impl<'a> NpzReader<'a> {
         Err(self.error(name, format!("has shape {shape:?} where {wanted:?} was expected; {DAMAGED}")))
     }
 
+    /// Refuses an array of which some value is not valid.
+    fn check_values(&self, name: &str, are_valid: bool, message: &str) -> Result<(), FileError> {
+        if are_valid { Ok(()) } else { Err(self.error(name, format!("{message}; {DAMAGED}"))) }
+    }
+
     /// A JSON document. Its length and the number of its values are limited by the size of the file before it is parsed: values take many
     /// times the memory of their text, and a repetitive text is packed a thousandfold.
     pub(crate) fn json(&mut self, name: &str) -> Result<serde_json::Value, FileError> {
@@ -275,19 +282,15 @@ impl<'a> NpzReader<'a> {
     /// Finite numbers of any shape.
     pub(crate) fn grid(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
-        if data.iter().all(|x| x.is_finite()) {
-            return Ok((shape, data));
-        }
-        Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
+        self.check_values(name, data.iter().all(|x| x.is_finite()), NOT_FINITE)?;
+        Ok((shape, data))
     }
 
     /// Numbers of any shape, infinite ones included.
     pub(crate) fn numbers_or_infinity(&mut self, name: &str) -> Result<(Vec<usize>, Vec<f64>), FileError> {
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
-        if data.iter().all(|x| !x.is_nan()) {
-            return Ok((shape, data));
-        }
-        Err(self.error(name, format!("a value is not a number; {DAMAGED}")))
+        self.check_values(name, data.iter().all(|x| !x.is_nan()), "a value is not a number")?;
+        Ok((shape, data))
     }
 
     /// Finite numbers of any shape, in double or single precision.
@@ -295,10 +298,8 @@ impl<'a> NpzReader<'a> {
         let Ok((shape, data)) = self.array(name, ElementType::F32, f32::from_le_bytes) else {
             return self.grid(name);
         };
-        if data.iter().all(|x| x.is_finite()) {
-            return Ok((shape, data.into_iter().map(f64::from).collect()));
-        }
-        Err(self.error(name, format!("a value is not a finite number; {DAMAGED}")))
+        self.check_values(name, data.iter().all(|x| x.is_finite()), NOT_FINITE)?;
+        Ok((shape, data.into_iter().map(f64::from).collect()))
     }
 
     /// A list of finite numbers.
@@ -317,20 +318,16 @@ impl<'a> NpzReader<'a> {
     ) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
         self.check_shape(name, &shape, &[count])?;
-        if data.iter().all(|x| x.is_nan() || is_valid(*x)) {
-            Ok(data)
-        } else {
-            Err(self.error(name, format!("a value is out of range; {DAMAGED}")))
-        }
+        let are_valid = data.iter().all(|x| x.is_nan() || is_valid(*x));
+        self.check_values(name, are_valid, "a value is out of range")?;
+        Ok(data)
     }
 
     /// A list of positive finite numbers.
     pub(crate) fn positive(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let data = self.reals(name, count)?;
-        if data.iter().all(|x| *x > 0.0) {
-            return Ok(data);
-        }
-        Err(self.error(name, format!("a value is not positive; {DAMAGED}")))
+        self.check_values(name, data.iter().all(|x| *x > 0.0), "a value is not positive")?;
+        Ok(data)
     }
 
     /// Finite numbers of shape `[..shape, 3]`.
@@ -345,7 +342,7 @@ impl<'a> NpzReader<'a> {
         let (shape, data) = if field.is_error {
             self.band_rows_of(field.name, is_error, INVALID_ERROR)?
         } else {
-            self.band_rows_of(field.name, f64::is_finite, "a value is not a finite number")?
+            self.band_rows_of(field.name, f64::is_finite, NOT_FINITE)?
         };
         let bands = self.band_count();
         if !(field.is_optional && shape == [0, bands]) {
@@ -365,16 +362,14 @@ impl<'a> NpzReader<'a> {
             return self.rows_of(name, is_valid, message);
         }
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
-        if !data.iter().all(|x| is_valid(*x)) {
-            return Err(self.error(name, format!("{message}; {DAMAGED}")));
-        }
+        self.check_values(name, data.iter().all(|x| is_valid(*x)), message)?;
         let rows = self.block_of_rows(name, &shape, data)?;
         Ok((shape, rows))
     }
 
     /// Finite numbers in rows of three, and their shape.
     fn rows(&mut self, name: &str) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
-        self.rows_of(name, f64::is_finite, "a value is not a finite number")
+        self.rows_of(name, f64::is_finite, NOT_FINITE)
     }
 
     fn rows_of(
@@ -385,21 +380,16 @@ impl<'a> NpzReader<'a> {
     ) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
         let (shape, data) = self.array(name, ElementType::F64, decode_triple)?;
         let whole = 3 * data.len() == shape.iter().product::<usize>();
-        if whole && data.as_flattened().iter().all(|x| is_valid(*x)) {
-            return Ok((shape, data));
-        }
-        Err(self.error(name, format!("{message}; {DAMAGED}")))
+        self.check_values(name, whole && data.as_flattened().iter().all(|x| is_valid(*x)), message)?;
+        Ok((shape, data))
     }
 
     /// Errors of `count` zones: from 0, infinite if unknown.
     pub(crate) fn error_list(&mut self, name: &str, count: usize) -> Result<Vec<f64>, FileError> {
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
         self.check_shape(name, &shape, &[count])?;
-        if data.iter().all(|x| is_error(*x)) {
-            Ok(data)
-        } else {
-            Err(self.error(name, format!("{INVALID_ERROR}; {DAMAGED}")))
-        }
+        self.check_values(name, data.iter().all(|x| is_error(*x)), INVALID_ERROR)?;
+        Ok(data)
     }
 
     /// As [`NpzReader::triples`], or one row for all.
@@ -430,7 +420,7 @@ impl<'a> NpzReader<'a> {
 
     /// As [`NpzReader::same_or_each`], of bands.
     pub(crate) fn band_rows(&mut self, name: &str, shape: &[usize]) -> Result<ZoneRows<Bands>, FileError> {
-        let (found, data) = self.band_rows_of(name, f64::is_finite, "a value is not a finite number")?;
+        let (found, data) = self.band_rows_of(name, f64::is_finite, NOT_FINITE)?;
         Ok(match self.one_or_all(name, shape, self.band_count(), &found, data)? {
             ZoneRows::Same(x) => ZoneRows::Same(Bands::from_rgb(x)),
             ZoneRows::Each(list) => ZoneRows::Each(to_bands(list)),
@@ -445,10 +435,9 @@ impl<'a> NpzReader<'a> {
         max: f64,
     ) -> Result<ZoneRows<Bands>, FileError> {
         let data = self.band_rows(name, &[count])?;
-        if data.as_slice().iter().flatten().all(|x| *x >= 0.0 && *x <= max) {
-            return Ok(data);
-        }
-        Err(self.error(name, format!("a value is below 0 or above {max}; {DAMAGED}")))
+        let are_valid = data.as_slice().iter().flatten().all(|x| *x >= 0.0 && *x <= max);
+        self.check_values(name, are_valid, &format!("a value is below 0 or above {max}"))?;
+        Ok(data)
     }
 
     /// The values of a light group over `count` zones; no rows for zeros.
@@ -468,7 +457,6 @@ impl<'a> NpzReader<'a> {
         is_valid: fn(f64) -> bool,
     ) -> Result<ZoneValues, FileError> {
         let bytes = self.raw(name)?;
-        let error = |npz: &NpzReader<'_>, e: String| npz.error(name, e);
         let (shape, valid, values) = match npy::parse(&bytes, ElementType::F32) {
             Ok((shape, data)) => {
                 let list: Vec<f32> = data.as_chunks::<4>().0.iter().map(|c| f32::from_le_bytes(*c)).collect();
@@ -477,19 +465,14 @@ impl<'a> NpzReader<'a> {
                 (shape, valid, ZoneValues::Single(rows.into_iter().map(PerBand::from_rgb).collect()))
             }
             Err(_) => {
-                let (shape, data) = npy::parse(&bytes, ElementType::F64).map_err(|e| error(self, e))?;
+                let (shape, data) = npy::parse(&bytes, ElementType::F64).map_err(|e| self.error(name, e))?;
                 let list: Vec<f64> = data.as_chunks::<8>().0.iter().map(|c| f64::from_le_bytes(*c)).collect();
                 let valid = list.iter().all(|x| is_valid(*x));
                 let rows = self.block_of_rows(name, &shape, list)?;
                 (shape, valid, ZoneValues::Double(to_bands(rows)))
             }
         };
-        if !valid {
-            return Err(error(
-                self,
-                format!("a value is not a finite number, or an error below 0; {DAMAGED}"),
-            ));
-        }
+        self.check_values(name, valid, "a value is not a finite number, or an error below 0")?;
         let rows = if values.is_empty() { 0 } else { count };
         self.check_shape(name, &shape, &[rows, self.band_count()])?;
         Ok(values)
@@ -503,10 +486,9 @@ impl<'a> NpzReader<'a> {
     /// A list of unit vectors.
     pub(crate) fn units(&mut self, name: &str, count: usize) -> Result<Vec<Vec3>, FileError> {
         let data = self.vectors(name, count)?;
-        if data.iter().all(|v| (v.length() - 1.0).abs() < 1e-6) {
-            return Ok(data);
-        }
-        Err(self.error(name, format!("a direction is not a unit vector; {DAMAGED}")))
+        let are_units = data.iter().all(|v| (v.length() - 1.0).abs() < 1e-6);
+        self.check_values(name, are_units, "a direction is not a unit vector")?;
+        Ok(data)
     }
 
     /// Plates, as [`super::writer::NpzWriter::plates`] writes them; each has an area.
@@ -524,10 +506,9 @@ impl<'a> NpzReader<'a> {
                 kind: if kinds[i] == 0 { PlateKind::Triangle } else { PlateKind::Parallelogram },
             })
             .collect();
-        if kinds.iter().any(|k| *k > 1) || plates.iter().any(|p| !(p.area() > 0.0 && p.area().is_finite())) {
-            let entry = format!("{name}_kind");
-            return Err(self.error(&entry, format!("a plate has no area or no known kind; {DAMAGED}")));
-        }
+        let are_valid =
+            kinds.iter().all(|k| *k <= 1) && plates.iter().all(|p| p.area() > 0.0 && p.area().is_finite());
+        self.check_values(&format!("{name}_kind"), are_valid, "a plate has no area or no known kind")?;
         Ok(plates)
     }
 

@@ -217,8 +217,7 @@ impl<S: ArraySink> ArrayWriter<S> {
     }
 
     pub(crate) fn reals(&mut self, name: &str, data: impl ExactSizeIterator<Item = f64>) -> io::Result<()> {
-        self.begin(name, ElementType::F64, &[data.len()])?;
-        self.stream(data.map(f64::to_le_bytes))
+        self.grid(name, &[data.len()], data)
     }
 
     /// An array of single precision.
@@ -239,8 +238,7 @@ impl<S: ArraySink> ArrayWriter<S> {
         shape: &[usize],
         data: impl Iterator<Item = [f64; 3]>,
     ) -> io::Result<()> {
-        self.begin(name, ElementType::F64, &[shape, &[3]].concat())?;
-        self.stream(data.flatten().map(f64::to_le_bytes))
+        self.grid(name, &[shape, &[3]].concat(), data.flatten())
     }
 
     /// Number of bands.
@@ -332,8 +330,7 @@ impl<S: ArraySink> ArrayWriter<S> {
         height: usize,
         data: &[[f32; 3]],
     ) -> io::Result<()> {
-        self.begin(name, ElementType::F32, &[height, width, 3])?;
-        self.stream(data.iter().flatten().map(|x| x.to_le_bytes()))
+        self.singles(name, &[height, width, 3], data.iter().flatten().copied())
     }
 
     /// `<name>_origin`, `<name>_e1`, `<name>_e2` and `<name>_kind` (0 triangle, 1 parallelogram).
