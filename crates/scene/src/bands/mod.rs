@@ -11,6 +11,7 @@ pub(crate) mod black_body_bands;
 pub mod encoding;
 
 use crate::bands::band::{BAND_COUNT, PerBand};
+use crate::base::scene_error::{SceneError, invalid};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -33,6 +34,13 @@ impl Bands {
     /// One in every band.
     pub const ONE: Bands = Bands::splat(1.0);
 
+    /// Refuses values that are negative, above `max` or not numbers; `key` is that of the error.
+    pub(crate) fn check(self, key: &str, max: f64) -> Result<(), SceneError> {
+        match self.iter().find(|x| !(0.0..=max).contains(*x)) {
+            Some(x) => invalid(key, format!("{x:e} is out of range; give values from 0 to {max:e}")),
+            None => Ok(()),
+        }
+    }
     /// The red-green-blue triple of a file or picture.
     #[inline]
     pub const fn to_rgb(self) -> [f64; 3] {

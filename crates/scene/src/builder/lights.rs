@@ -216,11 +216,7 @@ impl From<Planet> for Light {
 
 /// Moves the power of a light that is the same in all bands to the band of sunlight of a thermal scene.
 pub(super) fn to_sunlight(light: &mut Light, bands: &BandSet) {
-    if let Light::Sun { irradiance: flux, .. }
-    | Light::Sky { radiance: flux, .. }
-    | Light::Point { intensity: flux, .. } = light
-        && flux.is_grey()
-    {
+    if let Some(flux) = light.strength_mut().filter(|flux| flux.is_grey()) {
         *flux = bands.in_solar_band(0, flux.first());
     }
 }

@@ -394,22 +394,7 @@ impl EvenExtension {
     /// whose images are part of the extension.
     #[must_use]
     pub fn light_images(&self, light: &Light) -> usize {
-        match light {
-            Light::Sun { direction, .. } => self.sun_directions(*direction).len(),
-            Light::Point { .. } => self.reflections.len(),
-            Light::Sky { .. } | Light::Emitter { .. } => 1,
-        }
-    }
-
-    fn sun_directions(&self, direction: Vec3) -> Vec<Vec3> {
-        let mut out: Vec<Vec3> = Vec::new();
-        for r in &self.reflections {
-            let d = r.vector(direction);
-            if !out.iter().any(|o| (*o - d).max_abs() == 0.0) {
-                out.push(d);
-            }
-        }
-        out
+        1 + self.further_images(light).len()
     }
 
     /// The extension with all images of its suns and point lights, and the light of the scene that each of its lights is an image of, by index.
@@ -425,29 +410,16 @@ impl EvenExtension {
         (Scene::of_checked_parts(parts), light_of)
     }
 
-    /// The images of a light but itself.
+    /// The distinct images of a light but itself.
     fn further_images(&self, light: &Light) -> Vec<Light> {
-        match light {
-            Light::Sun { name, direction, irradiance, angular_diameter } => {
-                let image = |direction: Vec3| Light::Sun {
-                    name: name.clone(),
-                    direction,
-                    irradiance: *irradiance,
-                    angular_diameter: *angular_diameter,
-                };
-                self.sun_directions(*direction).into_iter().skip(1).map(image).collect()
+        let mut out = Vec::new();
+        for r in &self.reflections {
+            let image = light.image(|p| r.point(p), |v| r.vector(v));
+            if image != *light && !out.contains(&image) {
+                out.push(image);
             }
-            Light::Point { name, position, intensity, distribution } => {
-                let image = |r: &Reflection| Light::Point {
-                    name: name.clone(),
-                    position: r.point(*position),
-                    intensity: *intensity,
-                    distribution: distribution.reflected(|v| r.vector(v)),
-                };
-                self.reflections.iter().skip(1).map(image).collect()
-            }
-            Light::Sky { .. } | Light::Emitter { .. } => Vec::new(),
         }
+        out
     }
 
     /// A solution of the scene on the whole extension, with all images of its suns and point lights, for pictures.

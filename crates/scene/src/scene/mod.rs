@@ -299,7 +299,7 @@ impl Scene {
     }
     /// True if the emission of this surface is direct light.
     pub fn is_direct_emitter(&self, surface: usize) -> bool {
-        self.own().lights.iter().any(|l| matches!(l, Light::Emitter { surface: s, .. } if *s == surface))
+        self.own().lights.iter().any(|l| l.surface() == Some(surface))
     }
     /// The scene with other settings.
     ///

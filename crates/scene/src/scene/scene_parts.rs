@@ -126,10 +126,7 @@ impl SceneParts {
 
     /// All names, for editing.
     pub(crate) fn names_mut(&mut self) -> impl Iterator<Item = &mut String> {
-        let lights = self.lights.iter_mut().filter_map(|l| match l {
-            Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => Some(name),
-            Light::Emitter { name, .. } => name.as_mut(),
-        });
+        let lights = self.lights.iter_mut().filter_map(Light::name_mut);
         let surroundings = self.surroundings.name.as_mut().into_iter();
         std::iter::once(&mut self.name)
             .chain(self.surfaces.iter_mut().map(|s| &mut s.name))

@@ -3,7 +3,6 @@
 use crate::base::limits::MAX_COORDINATE;
 use crate::base::scene_error::{SceneError, invalid};
 use crate::geometry::plate::{Plate, PlateKind};
-use crate::model::light::Light;
 use crate::model::surface::Surface;
 use crate::scene::scene_parts::{SceneParts, endless_axes};
 use zonal_math::Vec3;
@@ -108,7 +107,7 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
     }
     if let Some(l) = parts.lights.first() {
         let what = format!("direct light has no {images}; {}", remedy_of_lights(parts));
-        return invalid(light_key(l), what);
+        return invalid(l.key(), what);
     }
     if !grid.has_extinction_of_layers(endless) {
         let message =
@@ -122,7 +121,7 @@ fn check_periodic(parts: &SceneParts) -> Result<(), SceneError> {
 fn check_strips(parts: &SceneParts, axis: usize, [low, high]: [f64; 2]) -> Result<(), SceneError> {
     if let Some(light) = parts.lights.first() {
         let what = format!("direct light has no periodic images; {}", remedy_of_lights(parts));
-        return invalid(light_key(light), what);
+        return invalid(light.key(), what);
     }
     if let Some(pane) = parts.panes.first() {
         return invalid(
@@ -152,19 +151,10 @@ fn check_strips(parts: &SceneParts, axis: usize, [low, high]: [f64; 2]) -> Resul
     Ok(())
 }
 
-fn light_key(light: &Light) -> String {
-    match light {
-        Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => {
-            format!("light '{name}'")
-        }
-        Light::Emitter { .. } => "light.surface".into(),
-    }
-}
-
 /// Refuses suns behind a symmetry plane, which has no end, and their light never arrives.
 fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
     for light in &parts.lights {
-        let Light::Sun { direction, .. } = light else { continue };
+        let Some((direction, _)) = light.distant_disc() else { continue };
         // Light that travels upwards along an axis comes from its low end.
         let behind = |k: usize| {
             parts.symmetry_planes[k][0] && direction[k] > 0.0
@@ -177,7 +167,7 @@ fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
                 plane_key(parts, k, end),
                 AXES[k]
             );
-            return invalid(light_key(light), what);
+            return invalid(light.key(), what);
         }
     }
     Ok(())
@@ -185,10 +175,9 @@ fn check_suns(parts: &SceneParts) -> Result<(), SceneError> {
 
 /// Refuses skies that are not uniform: the sky of the extension would have another radiance in each direction.
 fn check_skies(parts: &SceneParts) -> Result<(), SceneError> {
-    let varies = |l: &&Light| matches!(l, Light::Sky { distribution, .. } if !distribution.is_uniform());
-    match parts.lights.iter().find(varies) {
+    match parts.lights.iter().find(|l| l.is_varying_sky()) {
         Some(light) => invalid(
-            light_key(light),
+            light.key(),
             "in a scene with symmetry planes a sky is uniform; remove the symmetry planes, or give kind = \"sky\"",
         ),
         None => Ok(()),
@@ -198,7 +187,7 @@ fn check_skies(parts: &SceneParts) -> Result<(), SceneError> {
 /// Refuses point lights behind or in a symmetry plane: an image must be a light of its own.
 fn check_point_lights(parts: &SceneParts, min: Vec3, max: Vec3, slack: f64) -> Result<(), SceneError> {
     for light in &parts.lights {
-        let Light::Point { position, .. } = light else { continue };
+        let Some((position, ..)) = light.point() else { continue };
         for k in 0..3 {
             for (end, plane) in [min[k], max[k]].into_iter().enumerate() {
                 let before = if end == 0 { position[k] - plane } else { plane - position[k] };
@@ -207,7 +196,7 @@ fn check_point_lights(parts: &SceneParts, min: Vec3, max: Vec3, slack: f64) -> R
                         "this light stands in or behind the symmetry plane {}; move it in front of the plane",
                         plane_key(parts, k, end)
                     );
-                    return invalid(light_key(light), what);
+                    return invalid(light.key(), what);
                 }
             }
         }

@@ -94,12 +94,8 @@ fn check_options(parts: &SceneParts) -> Result<(), SceneError> {
 /// For each surface, whether it is an emitter of direct light.
 fn direct_emitters(parts: &SceneParts) -> Vec<bool> {
     let mut out = vec![false; parts.surfaces.len()];
-    for light in &parts.lights {
-        if let Light::Emitter { surface, .. } = light
-            && let Some(own) = out.get_mut(*surface)
-        {
-            *own = true;
-        }
+    for surface in parts.lights.iter().filter_map(Light::surface) {
+        out[surface] = true;
     }
     out
 }

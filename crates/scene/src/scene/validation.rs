@@ -1,19 +1,14 @@
 //! Validation of scene parts: ranges of values, indices, unique names.
 
-use crate::bands::Bands;
 use crate::base::limits::{MAX_COORDINATE, MAX_EXTINCTION, MAX_FACES, MAX_FLUX, MIN_PLATE_AREA};
 use crate::base::scene_error::{SceneError, invalid};
 use crate::geometry::plate::Plate;
-use crate::model::light::Light;
 use crate::model::options::SolveOptions;
 use crate::model::surface::{Pane, Sides, Surface};
 use crate::scene::scene_parts::SceneParts;
 use crate::scene::symmetry_validation::check_boundary;
 use crate::scene::thermal_validation::check_thermal;
 use std::collections::HashSet;
-
-/// Largest deviation of the length of a sun's direction from 1.
-const UNIT_LENGTH_TOLERANCE: f64 = 1e-9;
 
 /// Validates all parts of a scene.
 pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
@@ -26,7 +21,7 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
     check_faces(parts)?;
     parts.panes.iter().try_for_each(check_pane)?;
     check_lights(parts)?;
-    check_bands("surroundings.radiance", parts.surroundings.radiance, f64::INFINITY)?;
+    parts.surroundings.radiance.check("surroundings.radiance", f64::INFINITY)?;
     check_boundary(parts)?;
     check_cameras(parts)?;
     check_options(&parts.options)?;
@@ -35,13 +30,6 @@ pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
         None if parts.voxel_grid.as_ref().is_some_and(|g| g.is_thermal()) => {
             invalid("medium.temperature", "temperatures belong to mode = \"thermal\"")
         }
-        None => Ok(()),
-    }
-}
-
-fn check_bands(key: &str, v: Bands, max: f64) -> Result<(), SceneError> {
-    match v.iter().find(|x| !(0.0..=max).contains(*x)) {
-        Some(x) => invalid(key, format!("{x:e} is out of range; give values from 0 to {max:e}")),
         None => Ok(()),
     }
 }
@@ -72,8 +60,8 @@ fn check_surfaces(parts: &SceneParts) -> Result<(), SceneError> {
         if !names.insert(s.name.as_str()) {
             return invalid(key("name"), "two surfaces have this name; rename one");
         }
-        check_bands(&key("reflectance"), s.reflectance, 1.0)?;
-        check_bands(&key("emission"), s.emission, MAX_FLUX)?;
+        s.reflectance.check(&key("reflectance"), 1.0)?;
+        s.emission.check(&key("emission"), MAX_FLUX)?;
         if s.patch_size.is_some_and(|p| !(p.is_finite() && p > 0.0)) {
             return invalid(key("patch_size"), "the patch size must be a positive length");
         }
@@ -95,7 +83,7 @@ const TRANSMITTANCE_ROUNDING: f64 = 1e-12;
 fn check_transmission(parts: &SceneParts, s: &Surface) -> Result<(), SceneError> {
     let Some(own) = s.transmission else { return Ok(()) };
     let key = format!("surface '{}'.transmittance", s.name);
-    check_bands(&key, own.transmittance, 1.0)?;
+    own.transmittance.check(&key, 1.0)?;
     // Textures are limited to 1 − ρ at each point.
     let untextured = own.texture.is_none() && s.reflectance_texture.is_none();
     if untextured && (s.reflectance + own.transmittance).any(|x| x > 1.0 + TRANSMITTANCE_ROUNDING) {
@@ -168,12 +156,11 @@ fn check_faces(parts: &SceneParts) -> Result<(), SceneError> {
         let (surface, key) =
             (facet.surface, |k: &str| format!("surface '{}'.{k}", parts.surfaces[facet.surface].name));
         if let Some(r) = v.reflectance {
-            check_bands(&key("reflectance"), r, 1.0)?;
+            r.check(&key("reflectance"), 1.0)?;
         }
         let Some(e) = v.emission else { continue };
-        check_bands(&key("emission"), e, MAX_FLUX)?;
-        let is_light = |l: &Light| matches!(l, Light::Emitter { surface: s, .. } if *s == surface);
-        if parts.lights.iter().any(is_light) {
+        e.check(&key("emission"), MAX_FLUX)?;
+        if parts.lights.iter().any(|l| l.surface() == Some(surface)) {
             return invalid(
                 key("emission"),
                 "a light has one emission, and this surface has one by face; give it one value, or remove the light: surfaces that emit need none",
@@ -191,55 +178,17 @@ fn check_pane(p: &Pane) -> Result<(), SceneError> {
     if !(p.thickness.is_finite() && p.thickness > 0.0) {
         return invalid(key("thickness"), "the thickness must be a positive length in metres");
     }
-    check_bands(&key("extinction"), p.extinction, MAX_EXTINCTION)?;
-    check_bands(&key("albedo"), p.albedo, 1.0)?;
-    check_bands(&key("emission"), p.emission, MAX_FLUX)
+    p.extinction.check(&key("extinction"), MAX_EXTINCTION)?;
+    p.albedo.check(&key("albedo"), 1.0)?;
+    p.emission.check(&key("emission"), MAX_FLUX)
 }
 
 fn check_lights(parts: &SceneParts) -> Result<(), SceneError> {
     let mut emitters = HashSet::new();
     for l in &parts.lights {
-        match l {
-            Light::Sun { name, direction, irradiance, angular_diameter } => {
-                let key = |k: &str| format!("light '{name}'.{k}");
-                if !(direction.is_finite() && (direction.length() - 1.0).abs() < UNIT_LENGTH_TOLERANCE) {
-                    return invalid(key("direction"), "the direction must be a vector with a length");
-                }
-                check_bands(&key("irradiance"), *irradiance, MAX_FLUX)?;
-                if !(*angular_diameter >= 0.0 && *angular_diameter < std::f64::consts::PI) {
-                    return invalid(
-                        key("angular_diameter"),
-                        "the angular diameter must lie between 0 and 180 degrees",
-                    );
-                }
-            }
-            Light::Sky { name, radiance, distribution } => {
-                check_bands(&format!("light '{name}'.radiance"), *radiance, MAX_FLUX)?;
-                if distribution.lacks_pixels() {
-                    return invalid(format!("light '{name}'.image"), "the picture of this sky is missing");
-                }
-            }
-            Light::Point { name, position, intensity, distribution } => {
-                let key = |k: &str| format!("light '{name}'.{k}");
-                if !(position.is_finite() && position.max_abs() <= MAX_COORDINATE) {
-                    return invalid(
-                        key("position"),
-                        format!("the position must be finite, within ±{MAX_COORDINATE:e} m"),
-                    );
-                }
-                check_bands(&key("intensity"), *intensity, MAX_FLUX)?;
-                if let Err(what) = distribution.check() {
-                    return invalid(key("distribution"), what);
-                }
-            }
-            Light::Emitter { surface, .. } => {
-                if *surface >= parts.surfaces.len() {
-                    return invalid("light.surface", "there is no such surface");
-                }
-                if !emitters.insert(*surface) {
-                    return invalid("light.surface", "this surface is an emitter already; list it once");
-                }
-            }
+        l.check(parts.surfaces.len())?;
+        if l.surface().is_some_and(|s| !emitters.insert(s)) {
+            return invalid(l.key(), "this surface is an emitter already; list it once");
         }
     }
     Ok(())
