@@ -72,11 +72,7 @@ pub struct LightSampler<'a> {
 impl<'a> LightSampler<'a> {
     /// Prepares a light of the scene.
     pub fn new(scene: &'a Scene, light: &'a Light) -> LightSampler<'a> {
-        let emitter = match light {
-            Light::Emitter { surface, .. } => Some(Emitter::new(scene, *surface)),
-            _ => None,
-        };
-        LightSampler { light, emitter }
+        LightSampler { light, emitter: light.surface().map(|s| Emitter::new(scene, s)) }
     }
 
     /// The light.
@@ -131,7 +127,11 @@ impl<'a> LightSampler<'a> {
 
     /// True when [`LightSampler::unoccluded`] has a closed form.
     pub fn has_closed_form(&self) -> bool {
-        matches!(self.light, Light::Sun { .. }) || self.emitter.as_ref().is_some_and(Emitter::is_uniform)
+        match self.light {
+            Light::Sun { .. } => true,
+            Light::Sky { .. } | Light::Point { .. } => false,
+            Light::Emitter { .. } => self.emitter.as_ref().is_some_and(Emitter::is_uniform),
+        }
     }
 
     /// The sample of the light at `s` ∈ [0,1)³ as seen from `point`; `None` where it contributes nothing.
@@ -322,10 +322,15 @@ impl<'a> LightSampler<'a> {
 
     /// H or G of an emitter or a sun without attenuation, W/m², in closed form; zero for a light that has none.
     pub fn unoccluded(&self, point: Vec3, receiver: Receiver) -> Bands {
-        if let Light::Sun { direction, irradiance, angular_diameter, .. } = self.light {
-            return *irradiance * sun_factor(-*direction, 0.5 * angular_diameter, receiver);
+        match self.light {
+            Light::Sun { direction, irradiance, angular_diameter, .. } => {
+                *irradiance * sun_factor(-*direction, 0.5 * angular_diameter, receiver)
+            }
+            Light::Sky { .. } | Light::Point { .. } => Bands::ZERO,
+            Light::Emitter { .. } => {
+                self.emitter.as_ref().map_or(Bands::ZERO, |e| e.unoccluded(point, receiver))
+            }
         }
-        self.emitter.as_ref().map_or(Bands::ZERO, |e| e.unoccluded(point, receiver))
     }
 
     /// An upper bound of H or G without occlusion, W/m², at any point of the convex hull of `corners`, which lies in the plane of the receiver: zero where the light is
@@ -346,7 +351,9 @@ impl<'a> LightSampler<'a> {
                 intensity.map(|i| if i > 0.0 { f64::INFINITY } else { 0.0 })
             }
             // The cosine is largest at a corner, the solid angle not always.
-            _ => corners.iter().map(|x| self.unoccluded(*x, receiver)).fold(Bands::ZERO, Bands::max),
+            (Light::Sun { .. } | Light::Emitter { .. }, _) => {
+                corners.iter().map(|x| self.unoccluded(*x, receiver)).fold(Bands::ZERO, Bands::max)
+            }
         }
     }
 }
