@@ -11,8 +11,8 @@ use crate::errors::consistency;
 use crate::errors::estimate::error_estimate;
 use zonal_math::parallel;
 use zonal_scene::{
-    Band, Bands, Diagnostic, Fields, Light, LightGroup, LightGroupKind, PerBand, Scene, SceneError,
-    SceneParts, Solution, VoxelGrid, ZoneValues, Zones,
+    Band, Bands, Diagnostic, Fields, LightGroup, LightGroupKind, PerBand, Scene, SceneError, SceneParts,
+    Solution, VoxelGrid, ZoneValues, Zones,
 };
 
 /// The factor of every group, 1 by default; an error for a group that is unknown, listed twice or scaled to zero.
@@ -119,15 +119,12 @@ fn scale_parts(parts: &mut SceneParts, kind: LightGroupKind, f: Bands) -> Result
     let all = kind == LightGroupKind::All;
     for l in 0..parts.lights.len() {
         if all || kind == LightGroupKind::Light(l) {
-            match &mut parts.lights[l] {
-                Light::Sun { irradiance, .. } => *irradiance *= f,
-                Light::Sky { radiance, .. } => *radiance *= f,
-                Light::Point { intensity, .. } => *intensity *= f,
-                // Scaled below with all surfaces.
-                Light::Emitter { surface, .. } if !all => {
-                    parts.surfaces[*surface].emission *= f;
-                }
-                Light::Emitter { .. } => {}
+            if let Some(strength) = parts.lights[l].strength_mut() {
+                *strength *= f;
+            }
+            // Of all lights, the emission is scaled below with all surfaces.
+            if let Some(surface) = parts.lights[l].surface().filter(|_| !all) {
+                parts.surfaces[surface].emission *= f;
             }
         }
     }

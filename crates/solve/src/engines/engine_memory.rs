@@ -8,15 +8,19 @@ use crate::engines::spectral::enclosure::BoxEnclosure;
 use crate::errors::discretization;
 use crate::right_hand_side::light_groups;
 use zonal_math::parallel;
-use zonal_scene::{Band, Light, Scene, Zones};
+use zonal_scene::{Band, Scene, Zones};
 
 /// True if no phase of a spectral solve of the scene needs all zones on each process.
 pub(crate) fn divides_zones(scene: &Scene) -> bool {
-    let has_rays = scene.lights().iter().any(|l| !matches!(l, Light::Emitter { .. }));
     scene.thermal().is_none()
         && !scene.has_symmetry_planes()
         && !discretization::is_requested(scene)
-        && !has_rays
+        && !has_shadow_rays(scene)
+}
+
+/// True if some light is no emitting surface, whose light may follow from exchange areas.
+fn has_shadow_rays(scene: &Scene) -> bool {
+    scene.lights().iter().any(|l| l.surface().is_none())
 }
 
 /// Bytes of one of `ranks` processes of a spectral solve: the engine, the medium, the zones, and the larger of the iteration and the fields.
@@ -45,8 +49,7 @@ pub(crate) fn spectral_solve_bytes(
     // and its error, and four vectors of its reflection, six where shadow rays draw signs; of each light the field, its error, and that of the group.
     let of_group = if enclosure.is_open() { 48 } else { 24 };
     let lights = scene.lights().len() as u64;
-    let has_shadow_rays = scene.lights().iter().any(|l| !matches!(l, Light::Emitter { .. }));
-    let of_reflection = if has_shadow_rays { 6 } else { 4 };
+    let of_reflection = if has_shadow_rays(scene) { 6 } else { 4 };
     let direct = (2 + of_reflection) * 24 * u64::from(lights > 0) + 3 * 24 * lights;
     let fields = 3 * 24 + columns * of_group + 24 * u64::from(columns > 1) + direct;
     let of_openings = 24 * u64::from(enclosure.is_open());

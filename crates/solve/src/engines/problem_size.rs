@@ -61,8 +61,7 @@ pub fn direct_light_cost(scene: &Scene, zones: &Zones, transport: &Transport, th
     let cells = OnceCell::new();
     let one = |light: &Light| {
         let found = || scene.voxel_grid().map(|grid| UnobstructedCells::new(grid, zones, transport));
-        let averages = shadow_rays::averages_cells(light);
-        let cells = averages.then(|| cells.get_or_init(found).as_ref()).flatten();
+        let cells = (!light.has_narrow_penumbra()).then(|| cells.get_or_init(found).as_ref()).flatten();
         shadow_rays::expected_rays(zones, transport, light, zones_of_light, cells)
     };
     // Of many lights of a kind, evenly spaced ones stand for all.

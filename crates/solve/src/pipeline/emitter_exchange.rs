@@ -42,12 +42,8 @@ impl EmitterExchange {
         settings: PairSettings,
     ) -> EmitterExchange {
         let has_areas = engine != Engine::Rays && settings.volume_factors.is_none();
-        let surface = |light: &Light| match light {
-            Light::Emitter { surface, .. } if has_areas => {
-                Some(*surface).filter(|s| is_covered_by_patches(scene, zones, *s))
-            }
-            _ => None,
-        };
+        let surface =
+            |light: &Light| light.surface().filter(|s| has_areas && is_covered_by_patches(scene, zones, *s));
         EmitterExchange {
             surfaces: scene.lights().iter().map(surface).collect(),
             is_exact: engine == Engine::Spectral,

@@ -15,8 +15,8 @@ use zonal_exchange::pair::scaled_radiosity_coefficient;
 use zonal_math::parallel;
 use zonal_scene::light_group::{ALL_LIGHTS_GROUP, MEDIUM_GROUP, PANES_GROUP};
 use zonal_scene::{
-    Bands, Diagnostic, EnergyBalance, Light, LightGroup, LightGroupKind, LightGrouping, Scene, SceneError,
-    Solution, Zones,
+    Bands, Diagnostic, EnergyBalance, LightGroup, LightGroupKind, LightGrouping, Scene, SceneError, Solution,
+    Zones,
 };
 
 /// Number of groups above which the lights are merged, unless the scene requests separate groups: every group costs a solve and two fields.
@@ -62,16 +62,6 @@ impl SourceGroup {
     }
 }
 
-/// True if a light has a radiance or irradiance above zero.
-fn is_emitting(light: &Light, scene: &Scene) -> bool {
-    match light {
-        Light::Sun { irradiance, .. } => *irradiance != Bands::ZERO,
-        Light::Sky { radiance, .. } => *radiance != Bands::ZERO,
-        Light::Point { intensity, .. } => *intensity != Bands::ZERO,
-        Light::Emitter { surface, .. } => scene.surfaces()[*surface].emission != Bands::ZERO,
-    }
-}
-
 /// True if some voxel zone emits, also one of another process.
 fn medium_emits(scene: &Scene, zones: &Zones) -> bool {
     let is_source = |emission: Bands, source: Bands| emission != Bands::ZERO || source != Bands::ZERO;
@@ -97,8 +87,9 @@ fn separate_groups(scene: &Scene, zones: &Zones) -> Vec<SourceGroup> {
         }
         out.push(SourceGroup { name: unique, kind });
     };
-    for (l, light) in scene.lights().iter().enumerate().filter(|(_, l)| is_emitting(l, scene)) {
-        add(light.name(scene.surfaces()), LightGroupKind::Light(l));
+    let surfaces = scene.surfaces();
+    for (l, light) in scene.lights().iter().enumerate().filter(|(_, l)| l.is_emitting(surfaces)) {
+        add(light.name(surfaces), LightGroupKind::Light(l));
     }
     let mut emitting = vec![false; scene.surfaces().len()];
     zones.patches.iter().for_each(|p| emitting[p.surface] |= p.emission != Bands::ZERO);

@@ -11,8 +11,7 @@ use crate::device::grid::{BoxGrid, OTHER_AXES};
 use crate::engines::dense::band_groups::BandGroups;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    Band, Bands, Light, Patch, PatchRule, PerBand, Plate, PlateKind, Scene, Sides, VoxelGrid, ZoneBasis,
-    Zones,
+    Band, Bands, Patch, PatchRule, PerBand, Plate, PlateKind, Scene, Sides, VoxelGrid, ZoneBasis, Zones,
 };
 
 /// Largest deviation of a patch from the grid, in edges of a cell.
@@ -144,7 +143,7 @@ fn check_outside(scene: &Scene, zones: &Zones, outside: &[u32]) -> Result<(), St
     if scene.options().zone_basis == ZoneBasis::Linear {
         return beside("with which slopes do not exchange");
     }
-    if !zones.sheets.is_empty() || scene.lights().iter().any(|l| matches!(l, Light::Emitter { .. })) {
+    if !zones.sheets.is_empty() || scene.lights().iter().any(|l| l.surface().is_some()) {
         return beside("and some transmit or are lamps");
     }
     if outside.len().saturating_mul(zones.total()) > MAX_OUTSIDE_PAIRS {

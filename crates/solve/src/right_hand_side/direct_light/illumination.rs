@@ -17,7 +17,7 @@ use super::shadow_rays::{GatheredLight, gather};
 use crate::distribution::Execution;
 use crate::distribution::multivector;
 use crate::settings::zone_power::interception_area;
-use zonal_scene::{Band, Bands, Light, Scene, Zones};
+use zonal_scene::{Band, Bands, Scene, Zones};
 use zonal_transport::Transport;
 
 /// Relative disagreement with the power of the light above which the fields are not normalized, because the cause is not noise.
@@ -69,7 +69,6 @@ pub(crate) fn illuminate_by(
     let GatheredLight { mut fields, mut error, rays, worst_error, max_samples } =
         gather(zones, transport, light, execution);
     let mut power = LightPower::measure(zones, transport, light);
-    let is_inside = matches!(light, Light::Emitter { .. } | Light::Point { .. });
     // Compare them, and normalize the fields unless they disagree too much.
     let agreement = compare(zones, &fields, &error, &power, normalization);
     let largest = |v: Bands| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -88,7 +87,8 @@ pub(crate) fn illuminate_by(
     if warning.is_none() && worst_error > tolerance {
         warning = Some(sampling_text(&name, worst_error, max_samples, tolerance));
     }
-    let (emitted, incoming) = if is_inside { (power.sent, Bands::ZERO) } else { (Bands::ZERO, power.sent) };
+    let (emitted, incoming) =
+        if light.is_inside() { (power.sent, Bands::ZERO) } else { (Bands::ZERO, power.sent) };
     LightField {
         name,
         fields,

@@ -85,7 +85,7 @@ impl LightPower {
     /// Reconciles the powers with the power `received` by the zones: the emission of a surface or of a point light is known, the power that enters from
     /// outside is not.
     pub(super) fn reconcile(&mut self, received: Bands, light: &Light) {
-        let is_known = matches!(light, Light::Emitter { .. } | Light::Point { .. });
+        let is_known = light.is_inside();
         for b in Band::all() {
             if received[b] <= 0.0 {
                 continue;

@@ -54,10 +54,8 @@ impl TracedScene<'_> {
 
     /// Radiance from the direction `dir`.
     pub(super) fn radiance(&self, dir: Vec3) -> Bands {
-        match self.sky {
-            Some(Light::Sky { radiance, distribution, .. }) => *radiance * distribution.relative(dir),
-            _ => Bands::ONE,
-        }
+        let sky = self.sky.and_then(Light::sky);
+        sky.map_or(Bands::ONE, |(radiance, distribution)| radiance * distribution.relative(dir))
     }
 
     /// Centre and half the diagonal of zone `i`.

@@ -70,7 +70,7 @@ impl<'a> SkyOpenings<'a> {
         needs: &[SampleNeed],
         step: usize,
     ) -> Option<SkyOpenings<'a>> {
-        let Light::Sky { radiance, distribution, .. } = light else { return None };
+        let (radiance, distribution) = light.sky()?;
         let (peak, mean) = (distribution.upper_bound(), distribution.mean());
         if peak.zip_map(mean, |p, m| p - MAX_PEAK_OVER_MEAN * m).max_element() > 0.0 {
             return None;
@@ -92,7 +92,7 @@ impl<'a> SkyOpenings<'a> {
             return None;
         }
         let sampler = OpeningSampler::of_groups(traced, open, group_of);
-        Some(SkyOpenings { sampler, mean: *radiance * mean })
+        Some(SkyOpenings { sampler, mean: radiance * mean })
     }
 
     /// True for a zone that sees few openings, not an open sky.

@@ -86,12 +86,7 @@ fn unobstructed_cells<'a>(
     light: &Light,
 ) -> Option<UnobstructedCells<'a>> {
     let grid = transport.scene().voxel_grid()?;
-    averages_cells(light).then(|| UnobstructedCells::new(grid, zones, transport))
-}
-
-/// True for a light whose ratios are averaged over unobstructed cells.
-pub(crate) fn averages_cells(light: &Light) -> bool {
-    !matches!(light, Light::Sun { .. } | Light::Point { .. })
+    (!light.has_narrow_penumbra()).then(|| UnobstructedCells::new(grid, zones, transport))
 }
 
 /// True for a zone among obstacles whose error is too large by the factor `excess`, for its pilot samples were too alike to tell the number of samples.
@@ -115,7 +110,7 @@ impl<'a> SkyThroughOpenings<'a> {
     ) -> Option<SkyThroughOpenings<'a>> {
         let light = sampler.light.light();
         let max_rays = (MAX_RAYS / sampler.zones.pane_index(0).max(1)).min(MAX_OPENING_RAYS);
-        if limit[0].min(max_rays) < MIN_SKY_RAYS || !matches!(light, Light::Sky { .. }) {
+        if limit[0].min(max_rays) < MIN_SKY_RAYS || light.sky().is_none() {
             return None;
         }
         let need = |(zone, one, wanted): (usize, &DirectLightEstimate, f64)| SampleNeed {

@@ -48,7 +48,7 @@ mod patch_clusters;
 mod point_light;
 mod zone_sampler;
 
-pub(crate) use gather::{GatheredLight, averages_cells, expected_rays, gather};
+pub(crate) use gather::{GatheredLight, expected_rays, gather};
 pub(crate) use params::ERROR_SHARE;
 
 #[cfg(test)]

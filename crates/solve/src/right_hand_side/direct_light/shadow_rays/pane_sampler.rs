@@ -12,7 +12,7 @@ use super::point_light::irradiance_bound;
 use super::zone_sampler::{ZoneLightSampler, largest};
 use crate::distribution::Execution;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Bands, Light, PaneZone};
+use zonal_scene::{Bands, PaneZone};
 use zonal_transport::lights::Receiver;
 
 /// Smallest cosine of light with the normal of a pane.
@@ -45,7 +45,7 @@ impl ZoneLightSampler<'_> {
     /// Error by the part of the light that all of `count` points may miss, W/m²: of the beam of a point light, and of any other light of which the samples find nothing,
     /// so that their `mean` is zero.
     fn missed_light(&self, p: &PaneZone, count: usize, mean: Bands) -> Bands {
-        let Light::Point { position, intensity, distribution, .. } = self.light.light() else {
+        let Some((position, intensity, distribution)) = self.light.light().point() else {
             if largest(mean) > 0.0 {
                 return Bands::ZERO;
             }
@@ -54,7 +54,7 @@ impl ZoneLightSampler<'_> {
             return self.light.upper_bound(&corners[..n], Receiver::Free) * (0.5 / (samples + 1.0));
         };
         let share = 0.5 / (count as f64 + 1.0);
-        *intensity * (share * irradiance_bound(&p.plate, *position, distribution))
+        intensity * (share * irradiance_bound(&p.plate, position, distribution))
     }
 
     /// G_dir of all pane zones with their errors, and the number of rays: pilot points everywhere, more where the error exceeds a share of the

@@ -8,7 +8,7 @@ use crate::settings::unobstructed_cells::UnobstructedCells;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{low_discrepancy, vec3};
-use zonal_scene::{Light, NoProgress};
+use zonal_scene::NoProgress;
 use zonal_transport::{Hit, Transport, build_zones};
 
 const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = 0.03\npatch_size = 0.25\n\
@@ -78,10 +78,7 @@ fn brute_force(g: &ZoneLightSampler, i: usize, n: usize) -> [f64; 2] {
                 (voxel_point(g.transport, g.zones, zone, [u, v, w]), dir, 4.0 * PI)
             }
         };
-        let lamp = |h: &Hit| {
-            h.front
-                && matches!(g.light.light(), Light::Emitter { surface, .. } if scene.facets()[h.facet].surface == *surface)
-        };
+        let lamp = |h: &Hit| h.front && g.light.light().surface() == Some(scene.facets()[h.facet].surface);
         let hit = g.transport.closest_hit(x, dir, 1e-9, 100.0).filter(lamp);
         hit.map_or(0.0, |h| weight * RADIANCE * (-g.transport.optical_depth(x, x + dir * h.t).first()).exp())
     };

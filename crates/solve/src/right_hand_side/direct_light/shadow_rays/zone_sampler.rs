@@ -71,10 +71,6 @@ pub(super) struct ZoneLightSampler<'a> {
     pub(super) light: LightSampler<'a>,
     /// True if U has a closed form.
     has_closed_form: bool,
-    /// True if the light is part of the scene.
-    is_inside: bool,
-    /// True for a sky that is not uniform.
-    is_varying_sky: bool,
     grid: Option<&'a VoxelGrid>,
 }
 
@@ -155,12 +151,15 @@ impl<'a> ZoneLightSampler<'a> {
             zones,
             transport,
             // The weights of a point light are those of full intensity.
-            has_closed_form: sampler.has_closed_form() || matches!(light, Light::Point { .. }),
-            is_inside: matches!(light, Light::Emitter { .. }),
-            is_varying_sky: matches!(light, Light::Sky { distribution, .. } if !distribution.is_uniform()),
+            has_closed_form: sampler.has_closed_form() || light.point().is_some(),
             grid: scene.voxel_grid(),
             light: sampler,
         }
+    }
+
+    /// True if the light is a surface of the scene.
+    fn is_surface(&self) -> bool {
+        self.light.light().surface().is_some()
     }
 
     /// Adds the samples of `range` of zone `i`.
@@ -176,7 +175,7 @@ impl<'a> ZoneLightSampler<'a> {
         };
         for k in range {
             // Only emitters take a third number.
-            let ([p, q, u, v], r) = if self.is_inside {
+            let ([p, q, u, v], r) = if self.is_surface() {
                 let [p, q, u, v, _, r, ..] = scrambled_sobol::point_of_blocks(k, i as u64);
                 ([p, q, u, v], r)
             } else {
@@ -195,7 +194,7 @@ impl<'a> ZoneLightSampler<'a> {
         let Some(sample) = sample else {
             return;
         };
-        let tau = if self.is_inside {
+        let tau = if self.is_surface() {
             self.transport.transmittance_inside(x, sample.end)
         } else {
             self.transport.transmittance(x, sample.end)
@@ -250,8 +249,8 @@ impl<'a> ZoneLightSampler<'a> {
         let slow = (effective / FOUR_DIMENSIONAL_SAMPLES).max(1.0).powf(0.75 - FOUR_DIMENSIONAL_RATE);
         // Small openings of a sky are narrower than the strata of the samples.
         let of_strata = match self.light.light() {
-            Light::Sky { .. } if self.is_varying_sky => s,
-            Light::Sky { .. } => (s / SMALL_VISIBLE_FRACTION).min(1.0),
+            light if light.is_varying_sky() => s,
+            light if light.fills_sphere() => (s / SMALL_VISIBLE_FRACTION).min(1.0),
             _ => 1.0,
         };
         let small = of_strata.max(MIN_VISIBLE_FRACTION).powf(-SMALL_OPENING_RATE);
@@ -271,8 +270,8 @@ impl<'a> ZoneLightSampler<'a> {
 
     /// Estimates zone `i` from the samples of a range.
     pub(super) fn sample_zone(&self, i: usize, samples: std::ops::Range<usize>) -> DirectLightEstimate {
-        if let Light::Point { position, intensity, distribution, .. } = self.light.light() {
-            return self.sample_point_light(*position, *intensity, distribution, i, samples);
+        if let Some((position, intensity, distribution)) = self.light.light().point() {
+            return self.sample_point_light(position, intensity, distribution, i, samples);
         }
         let mut t = SampleTally::default();
         self.trace_shadow_rays(&mut t, i, samples);
@@ -280,7 +279,8 @@ impl<'a> ZoneLightSampler<'a> {
             return self.estimate_unlit(i, t.count);
         }
         // On a patch the samples of a varying sky are two sequences.
-        let share = if self.is_varying_sky && i < self.zones.patches.len() { 0.5 } else { 1.0 };
+        let share =
+            if self.light.light().is_varying_sky() && i < self.zones.patches.len() { 0.5 } else { 1.0 };
         self.estimate(&t, share)
     }
 
