@@ -5,7 +5,7 @@
 
 use crate::image::denoise::{NoisyField, denoise_patches};
 use zonal_scene::light_group::ALL_LIGHTS_GROUP;
-use zonal_scene::{Bands, Light, LightGroup, LightGroupKind, Scene, Solution};
+use zonal_scene::{Bands, LightGroup, LightGroupKind, Scene, Solution};
 
 /// One group of a solution.
 pub(super) struct GroupField<'a> {
@@ -93,9 +93,9 @@ impl<'a> GroupField<'a> {
         e + (rho + zones.sheets.transmittance(zone)) * g
     }
 
-    /// True where its direct light is smooth enough for the values of the zones: a sky in a group of its own.
+    /// True where its direct light is smooth enough for the values of the zones: a light from all directions in a group of its own.
     pub(super) fn is_smooth(&self) -> bool {
-        matches!(self.kind, LightGroupKind::Light(l) if matches!(self.s.scene.lights()[l], Light::Sky { .. }))
+        matches!(self.kind, LightGroupKind::Light(l) if self.s.scene.lights()[l].fills_sphere())
     }
 
     /// True where the emission of a surface belongs to the group.
@@ -103,9 +103,7 @@ impl<'a> GroupField<'a> {
         match self.kind {
             LightGroupKind::All => true,
             LightGroupKind::Surface(s) => s == surface,
-            LightGroupKind::Light(l) => {
-                matches!(scene.lights()[l], Light::Emitter { surface: s, .. } if s == surface)
-            }
+            LightGroupKind::Light(l) => scene.lights()[l].surface() == Some(surface),
             LightGroupKind::Medium | LightGroupKind::Panes | LightGroupKind::Surroundings => false,
         }
     }

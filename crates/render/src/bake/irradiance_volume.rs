@@ -20,7 +20,7 @@
 //!
 //! Cost: N rays a point, and the samples of the lights. The same bits for any number of threads.
 
-use super::volume_grid::{extrapolate, extrapolation_order};
+use super::volume_grid::{extrapolate, extrapolation_order, softening};
 use crate::integrator::radiance::Integrator;
 use crate::integrator::ray_sampler::RaySampler;
 use crate::picture::even_extension;
@@ -29,7 +29,7 @@ use std::f64::consts::PI;
 use zonal_math::direction_sampling::sin_cos_turns;
 use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy, vec3};
-use zonal_scene::{Bands, Light, PerBand, Progress, Scene, Solution};
+use zonal_scene::{Bands, PerBand, Progress, Scene, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -220,8 +220,8 @@ struct PointSampler<'a> {
     uniform_sky: Bands,
     /// Other lights and their numbers of samples.
     lights: Vec<(LightSampler<'a>, usize)>,
-    /// R²/3 of the ball of radius R with the volume of a cell, m².
-    ball: f64,
+    /// Volume of a cell, m³.
+    cell_volume: f64,
 }
 
 impl<'a> PointSampler<'a> {
@@ -234,14 +234,12 @@ impl<'a> PointSampler<'a> {
         let (mut uniform_sky, mut lights) = (Bands::ZERO, Vec::new());
         for light in s.scene.lights() {
             let n = 2 * options.light_samples.div_ceil(2).max(1);
-            match light {
-                Light::Sky { radiance, distribution, .. } if distribution.is_uniform() => {
-                    uniform_sky += *radiance;
+            match light.sky() {
+                Some((radiance, distribution)) if distribution.is_uniform() => uniform_sky += radiance,
+                _ => {
+                    let factor = if light.fills_sphere() { SKY_SAMPLE_FACTOR } else { 1 };
+                    lights.push((LightSampler::new(&s.scene, light), factor * n));
                 }
-                Light::Sky { .. } => {
-                    lights.push((LightSampler::new(&s.scene, light), SKY_SAMPLE_FACTOR * n));
-                }
-                _ => lights.push((LightSampler::new(&s.scene, light), n)),
             }
         }
         PointSampler {
@@ -250,7 +248,7 @@ impl<'a> PointSampler<'a> {
             directions: directions(4 * options.rays.div_ceil(4).max(1)),
             uniform_sky,
             lights,
-            ball: (cell_volume * 3.0 / (4.0 * PI)).powf(2.0 / 3.0) / 3.0,
+            cell_volume,
         }
     }
 
@@ -288,11 +286,7 @@ impl<'a> PointSampler<'a> {
     /// Adds a light, every second sample to each half.
     fn add_light(&self, light: &LightSampler, n: usize, point: Vec3, halves: &mut [RadianceMoments; 2]) {
         let n = if light.is_delta() { 2 } else { n };
-        let softening = match light.light() {
-            Light::Point { position, .. } => ((point - *position).length2() / self.ball).min(1.0),
-            _ => 1.0,
-        };
-        let weight = softening / (n / 2) as f64;
+        let weight = softening(light.light(), point, self.cell_volume) / (n / 2) as f64;
         for i in 0..n {
             let [x, y] =
                 low_discrepancy::r2(i / 2, [SAMPLE_SHIFT[0] + 0.37 * (i % 2) as f64, SAMPLE_SHIFT[1]]);
@@ -325,7 +319,7 @@ mod tests {
     use super::*;
     use crate::test_scenes::{furnace, quad, solution, sun, surface, walls};
     use zonal_math::direction_sampling::uniform_sphere;
-    use zonal_scene::{Facet, NoProgress, SceneParts, Sides, Surroundings};
+    use zonal_scene::{Facet, Light, NoProgress, SceneParts, Sides, Surroundings};
 
     fn options(dims: [usize; 3]) -> IrradianceVolumeOptions {
         IrradianceVolumeOptions { dims: Some(dims), ..IrradianceVolumeOptions::default() }

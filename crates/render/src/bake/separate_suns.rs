@@ -17,7 +17,7 @@ use crate::image::to_single_precision;
 use crate::lights::WIDE_SUN_DIAMETER;
 use zonal_math::Vec3;
 use zonal_math::parallel;
-use zonal_scene::{Bands, EvenExtension, Light, Scene, VoxelGrid};
+use zonal_scene::{EvenExtension, Light, Scene, VoxelGrid};
 use zonal_transport::Transport;
 
 /// Largest number of separate suns of a scene; a viewer needs a shadow map for each.
@@ -33,9 +33,8 @@ pub(super) fn separate_suns(scene: &Scene, mode: SunlightMode) -> Vec<bool> {
         _ => 0,
     };
     let is_separate = |light: &Light| {
-        let narrow = matches!(light, Light::Sun { irradiance, angular_diameter, .. }
-            if *angular_diameter < WIDE_SUN_DIAMETER && *irradiance != Bands::ZERO);
-        let separate = narrow && left > 0;
+        let narrow = light.distant_disc().is_some_and(|(_, diameter)| diameter < WIDE_SUN_DIAMETER);
+        let separate = narrow && light.is_emitting(scene.surfaces()) && left > 0;
         left -= usize::from(separate);
         separate
     };
@@ -57,14 +56,14 @@ pub(super) fn bake_suns(
 ) -> Vec<BakedSun> {
     let suns = scene.lights().iter().enumerate().filter(|(l, _)| is_separate[*l]);
     let bake = |(l, light): (usize, &Light)| {
-        let Light::Sun { direction, irradiance, angular_diameter, .. } = light else { return None };
+        let (direction, angular_diameter) = light.distant_disc()?;
         let group = groups.iter().position(|g| g.kind.has_light(l))?;
         Some(BakedSun {
             group: group as u32,
-            towards: -*direction,
-            irradiance: to_single_precision(*irradiance),
-            angular_diameter: *angular_diameter,
-            depths: scene.voxel_grid().and_then(|map| sun_depths(map, transport, -*direction)),
+            towards: -direction,
+            irradiance: to_single_precision(light.strength()?),
+            angular_diameter,
+            depths: scene.voxel_grid().and_then(|map| sun_depths(map, transport, -direction)),
         })
     };
     suns.filter_map(bake).collect()

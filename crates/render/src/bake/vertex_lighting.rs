@@ -12,7 +12,7 @@ use crate::surface::shading::ReceiverPoint;
 use crate::surface::tiles::patch_tiles;
 use zonal_math::Vec3;
 use zonal_math::parallel;
-use zonal_scene::{Band, Bands, Light, PerBand, Solution};
+use zonal_scene::{Band, Bands, PerBand, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -55,8 +55,7 @@ impl<'a> VertexLighting<'a> {
             for light in lit.lights_of(group.kind) {
                 let slot = *slots[g].get_or_insert(used);
                 used = slot + 1;
-                let n =
-                    if matches!(light, Light::Sky { .. }) { SKY_SAMPLE_FACTOR * samples } else { samples };
+                let n = if light.fills_sphere() { SKY_SAMPLE_FACTOR * samples } else { samples };
                 light_samplers.push((slot, LightSampler::new(&lit.scene, light), n));
             }
         }

@@ -295,8 +295,7 @@ impl GridSource<'_> {
     fn direct_of_zone(&self, light_samplers: &[LightSampler], zone: usize) -> Bands {
         let v = self.solution.zones.voxels.at(zone);
         let fluence = |l: &LightSampler| {
-            let samples =
-                if matches!(l.light(), Light::Sky { .. }) { SKY_SAMPLES } else { DIRECT_LIGHT_POINTS };
+            let samples = if l.light().fills_sphere() { SKY_SAMPLES } else { DIRECT_LIGHT_POINTS };
             l.gather(self.shadow_rays, v.centre, Receiver::Free, samples, 0) * self.softening(l, v.centre)
         };
         v.albedo * light_samplers.iter().map(fluence).sum::<Bands>() / 4.0
@@ -316,7 +315,7 @@ impl GridSource<'_> {
             [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.75, 0.25, 0.75], [0.25, 0.75, 0.75]];
         let (s, transport) = (self.solution, self.transport);
         let cell = s.zones.voxels.at(zone).cell;
-        let samples = if matches!(light_sampler.light(), Light::Sky { .. }) { SKY_SAMPLES } else { 1 };
+        let samples = if light_sampler.light().fills_sphere() { SKY_SAMPLES } else { 1 };
         let softened = |p: Vec3| self.softening(light_sampler, p);
         let (mut sum, mut n) = (Bands::ZERO, 0.0);
         for (i, [x, y, z]) in OCTANT_CENTRES.into_iter().enumerate() {
@@ -335,14 +334,19 @@ impl GridSource<'_> {
         }
     }
 
-    /// Factor of the fluence of a point light at a point that stands for a part of a cell: beside the light 1/r² is at most its mean over the ball of the part's
-    /// volume about the light, 3/R².
+    /// [`softening`] at a point that stands for a part of a cell.
     fn softening(&self, light_sampler: &LightSampler, p: Vec3) -> f64 {
-        let Light::Point { position, .. } = light_sampler.light() else { return 1.0 };
         let volume = self.grid.map.cell().product() / (self.grid.parts as f64).powi(3);
-        let ball = (volume * 3.0 / (4.0 * PI)).powf(2.0 / 3.0) / 3.0;
-        ((p - *position).length2() / ball).min(1.0)
+        softening(light_sampler.light(), p, volume)
     }
+}
+
+/// Factor of the fluence of a light at a point that stands for a volume, m³: beside a light without extent 1/r² is at most its mean over the ball of the volume
+/// about the light, 3/R².
+pub(super) fn softening(light: &Light, p: Vec3, volume: f64) -> f64 {
+    let Some((position, ..)) = light.point() else { return 1.0 };
+    let ball = (volume * 3.0 / (4.0 * PI)).powf(2.0 / 3.0) / 3.0;
+    ((p - position).length2() / ball).min(1.0)
 }
 
 /// Points without a zone beside others that have a value, in the order of extrapolation, each with the points of which it takes the mean.

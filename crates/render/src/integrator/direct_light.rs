@@ -23,7 +23,7 @@ use crate::medium::single_scattering::SingleScattering;
 use crate::options::DEPTH_NODE_SPACING;
 use crate::view_ray::ViewRay;
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, Light};
+use zonal_scene::{Band, Bands};
 use zonal_transport::Transport;
 use zonal_transport::lights::{EmissionSample, LightSampler, Receiver};
 
@@ -72,8 +72,8 @@ impl<'a> PreparedLight<'a> {
 
     /// Optical depths towards a sun that is narrow enough for one direction to stand for all.
     fn narrow_sun_depths(&self) -> Option<&SunDepthCache<'a>> {
-        let narrow = matches!(self.sampler.light(),
-            Light::Sun { angular_diameter, .. } if *angular_diameter < WIDE_SUN_DIAMETER);
+        let disc = self.sampler.light().distant_disc();
+        let narrow = disc.is_some_and(|(_, diameter)| diameter < WIDE_SUN_DIAMETER);
         let depths = self.shadow_map.as_ref().map(DeepShadowMap::sun_depths).or(self.sun_depths.as_ref());
         depths.filter(|_| narrow)
     }
@@ -128,7 +128,7 @@ impl<'a> DirectLights<'a> {
             }
             let n = match light_sampler.light() {
                 _ if light_sampler.is_delta() => 1,
-                Light::Sky { .. } => SKY_SAMPLE_FACTOR * sampler.count,
+                light if light.fills_sphere() => SKY_SAMPLE_FACTOR * sampler.count,
                 _ => sampler.count,
             };
             let penumbra = || map.as_ref().is_some_and(|c| c.may_be_penumbra(point, sampler.shift));
@@ -148,15 +148,12 @@ impl<'a> DirectLights<'a> {
     /// H_dir by the samples of a ray; more of them in the penumbra of an emitter.
     fn sampled_irradiance(&self, light_sampler: &LightSampler, at: &LitPoint, own: &RaySampler) -> Bands {
         let (point, receiver, few) = (at.point, Receiver::Surface(at.normal), own.count);
-        match light_sampler.light() {
-            Light::Emitter { .. } => {
-                let many = PENUMBRA_SAMPLE_FACTOR * few;
-                let all = own.with_count(few + many);
-                light_sampler
-                    .gather_adaptively(self.transport, point, receiver, [few, many], |i| all.sample(i))
-            }
-            _ => light_sampler.gather_with(self.transport, point, receiver, few, |i| own.sample(i)),
+        if light_sampler.is_delta() || !light_sampler.light().is_inside() {
+            return light_sampler.gather_with(self.transport, point, receiver, few, |i| own.sample(i));
         }
+        let many = PENUMBRA_SAMPLE_FACTOR * few;
+        let all = own.with_count(few + many);
+        light_sampler.gather_adaptively(self.transport, point, receiver, [few, many], |i| all.sample(i))
     }
 
     /// H_dir of an emitter of many facets, each cluster as one point. Where the whole emitter is faint, one shadow ray is traced with
@@ -259,10 +256,7 @@ impl<'a> DirectLights<'a> {
                 }
                 continue;
             }
-            let n = match light.sampler.light() {
-                Light::Sun { .. } | Light::Point { .. } => 1,
-                _ => sampler.count.div_ceil(2),
-            };
+            let n = if light.sampler.is_delta() { 1 } else { sampler.count.div_ceil(2) };
             if let Some(area_light) = &light.area_light {
                 let n = sampler.count * sampler.medium_repeats;
                 let own = sampler.with_count(n);
@@ -311,11 +305,10 @@ impl DirectLights<'_> {
 
 /// The deep shadow map of a sun that has an extent; shadows of one without are exact otherwise.
 fn shadow_map<'a>(transport: &'a Transport<'a>, light_sampler: &LightSampler) -> Option<DeepShadowMap<'a>> {
-    match (light_sampler.light(), light_sampler.sample_emission([0.0; 3])?) {
-        (Light::Sun { direction, angular_diameter, .. }, EmissionSample::Distant { fluence, .. })
-            if *angular_diameter > 0.0 =>
-        {
-            Some(DeepShadowMap::new(transport, -*direction, *angular_diameter, fluence))
+    let (direction, angular_diameter) = light_sampler.light().distant_disc()?;
+    match light_sampler.sample_emission([0.0; 3])? {
+        EmissionSample::Distant { fluence, .. } if angular_diameter > 0.0 => {
+            Some(DeepShadowMap::new(transport, -direction, angular_diameter, fluence))
         }
         _ => None,
     }

@@ -14,7 +14,7 @@ use super::final_gather::{FinalGather, GatherInputs};
 use super::medium_segment::{CameraRayEnd, MediumSegment};
 use super::node_lattice::Viewpoint;
 use super::ray_sampler::RaySampler;
-use super::sky_field::{SkyField, StoredSkies, is_sky};
+use super::sky_field::{SkyField, StoredSkies};
 use crate::image::denoise::{NoisyField, denoise_patches};
 use crate::medium::many_lights::ManyLights;
 use crate::medium::path_builder::PathBuilder;
@@ -64,11 +64,9 @@ impl<'a> Integrator<'a> {
     pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>) -> Integrator<'a> {
         let scene = &s.scene;
         let mut background = scene.surroundings().radiance;
-        for light in scene.lights() {
-            if let Light::Sky { radiance, distribution, .. } = light
-                && distribution.is_uniform()
-            {
-                background += *radiance;
+        for (radiance, distribution) in scene.lights().iter().filter_map(Light::sky) {
+            if distribution.is_uniform() {
+                background += radiance;
             }
         }
         let samplers: Vec<LightSampler> =
@@ -199,13 +197,9 @@ impl<'a> Integrator<'a> {
 
     /// Radiance, W/(m² sr), of surroundings and skies in a direction.
     fn background_radiance(&self, direction: Vec3) -> Bands {
-        let of = |light: &Light| match light {
-            Light::Sky { radiance, distribution, .. } if !distribution.is_uniform() => {
-                *radiance * distribution.relative(direction)
-            }
-            _ => Bands::ZERO,
-        };
-        self.background + self.solution.scene.lights().iter().map(of).sum::<Bands>()
+        let skies = self.solution.scene.lights().iter().filter_map(Light::sky);
+        let varying = skies.filter(|(_, distribution)| !distribution.is_uniform());
+        self.background + varying.map(|(radiance, d)| radiance * d.relative(direction)).sum::<Bands>()
     }
 
     /// Radiance of a surface point.
@@ -257,7 +251,7 @@ impl<'a> Integrator<'a> {
         };
         let node_patch = patch.filter(|i| !has_map(i));
         let sky = self.skies.as_ref().zip(node_patch).and_then(|(f, i)| f.irradiance(i, point));
-        let skip = |light: &LightSampler| sky.is_some() && is_sky(light);
+        let skip = |light: &LightSampler| sky.is_some() && light.light().fills_sphere();
         let receiver = LitPoint { point: at.point, normal: at.normal, indirect };
         let direct = sky.unwrap_or(Bands::ZERO) + self.lights.irradiance(&receiver, sampler, &skip);
         indirect + direct
@@ -309,7 +303,8 @@ impl<'a> Integrator<'a> {
     fn direct_radiance(&self, ray: ViewRay, path: &RayPath, sampler: RaySampler) -> Bands {
         let many_lights_in_field = self.medium.as_ref().is_some_and(|v| v.many_lights().is_some());
         let skip = |light: &LightSampler| {
-            (many_lights_in_field && light.is_clustered()) || (self.medium_has_skies && is_sky(light))
+            (many_lights_in_field && light.is_clustered())
+                || (self.medium_has_skies && light.light().fills_sphere())
         };
         self.lights.inscattered(ray, path, sampler, &skip)
     }

@@ -17,7 +17,7 @@ use super::node_lattice::{NodeLattice, Viewpoint};
 use crate::interpolation::lazy_values::LazyValues;
 use crate::surface::shading::ReceiverPoint;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{Band, Bands, Light, LightGroup, Solution};
+use zonal_scene::{Band, Bands, LightGroup, Solution};
 use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
@@ -43,11 +43,6 @@ pub(crate) struct SkyField<'a> {
     lattices: LazyValues<Option<NodeLattice>>,
 }
 
-/// True for a light whose irradiance the field has.
-pub(crate) fn is_sky(sampler: &LightSampler) -> bool {
-    matches!(sampler.light(), Light::Sky { .. })
-}
-
 /// The fluence of all skies at the volume zones, as the solution has it.
 pub(crate) struct StoredSkies<'a> {
     solution: &'a Solution,
@@ -58,7 +53,7 @@ impl<'a> StoredSkies<'a> {
     /// `None` for a scene without skies, and where the solution lacks the direct light of one apart.
     pub(crate) fn of(s: &'a Solution) -> Option<StoredSkies<'a>> {
         let lights = s.scene.lights().iter().enumerate();
-        let skies = lights.filter(|(_, l)| matches!(l, Light::Sky { .. })).map(|(l, _)| l);
+        let skies = lights.filter(|(_, l)| l.fills_sphere()).map(|(l, _)| l);
         let groups = skies.map(|l| s.group_with_direct_light(l)).collect::<Option<Vec<_>>>()?;
         (!groups.is_empty()).then_some(StoredSkies { solution: s, groups })
     }
@@ -74,7 +69,7 @@ impl<'a> StoredSkies<'a> {
 impl<'a> SkyField<'a> {
     /// `None` for a scene without skies.
     pub(crate) fn new(s: &'a Solution, transport: &'a Transport<'a>, viewpoint: Viewpoint) -> Option<Self> {
-        let skies = s.scene.lights().iter().filter(|l| matches!(l, Light::Sky { .. }));
+        let skies = s.scene.lights().iter().filter(|l| l.fills_sphere());
         let skies: Vec<LightSampler> = skies.map(|l| LightSampler::new(&s.scene, l)).collect();
         let lattices = LazyValues::new(s.zones.patches.len());
         (!skies.is_empty()).then_some(SkyField { solution: s, transport, skies, viewpoint, lattices })
@@ -117,14 +112,12 @@ impl<'a> SkyField<'a> {
             let sample = sky.sample_at(self.transport, point, receiver, [s[0], s[1], 0.5]);
             sample.map_or(Bands::ZERO, |s| s.flux)
         };
-        match sky.light() {
-            Light::Sky { distribution, .. } if !distribution.is_uniform() => {
-                let n = UNOBSTRUCTED_SAMPLES;
-                let at = |k: usize| (k as f64 + 0.5) / n as f64;
-                (0..n * n).map(|k| of([at(k / n), at(k % n)])).sum::<Bands>() / (n * n) as f64
-            }
-            _ => of([0.5; 2]),
+        if !sky.light().is_varying_sky() {
+            return of([0.5; 2]);
         }
+        let n = UNOBSTRUCTED_SAMPLES;
+        let at = |k: usize| (k as f64 + 0.5) / n as f64;
+        (0..n * n).map(|k| of([at(k / n), at(k % n)])).sum::<Bands>() / (n * n) as f64
     }
 }
 

@@ -26,7 +26,7 @@ use crate::lights::lit_intervals::LitIntervals;
 use crate::view_ray::ViewRay;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
-use zonal_scene::{Band, Bands, Light, Plate, Scene, Sides};
+use zonal_scene::{Band, Bands, Plate, Scene, Sides};
 use zonal_transport::lights::{EmissionSample, LightSampler, Receiver};
 
 /// Magnitude of the outer of three Gauss–Legendre points on [−1,1].
@@ -94,10 +94,8 @@ type PanesOfPoints = [Option<Vec<(u32, Vec3)>>];
 impl AnalyticAreaLight {
     /// The closed form of an emitter; `None` for a light that is better sampled.
     pub(crate) fn new(scene: &Scene, light_sampler: &LightSampler) -> Option<AnalyticAreaLight> {
-        let Light::Emitter { surface, .. } = light_sampler.light() else {
-            return None;
-        };
-        let own = scene.facets().iter().filter(|f| f.surface == *surface);
+        let surface = light_sampler.light().surface()?;
+        let own = scene.facets().iter().filter(|f| f.surface == surface);
         let plates: Vec<Plate> = own.map(|f| f.plate).collect();
         let first = *plates.first()?;
         let (lo, hi) = plates.iter().map(Plate::bounds).reduce(|x, y| (x.0.min(y.0), x.1.max(y.1)))?;
@@ -107,7 +105,7 @@ impl AnalyticAreaLight {
             let height = (p.centre() - first.centre()).dot(normal).abs();
             normal.dot(p.normal()) > 1.0 - 1e-9 && height < 1e-6 * radius
         };
-        let share_defined = scene.surfaces()[*surface].sides == Sides::Both || plates.iter().all(coplanar);
+        let share_defined = scene.surfaces()[surface].sides == Sides::Both || plates.iter().all(coplanar);
         let unoccluded = light_sampler.unoccluded(first.centre() + normal * radius, Receiver::Free);
         let qualifies = share_defined && plates.len() <= MAX_FACETS && unoccluded != Bands::ZERO;
         let quadrature = quadrature(&plates);

@@ -17,7 +17,7 @@ use crate::options::{LENS_RAYS, RenderOptions, SKY_RAYS};
 use crate::picture::adaptive_sampling::AdaptiveSampler;
 use crate::picture::camera::{PerspectiveCamera, subpixel};
 use crate::view_ray::ViewRay;
-use zonal_scene::{Bands, Camera, Diagnostic, EvenExtension, Lens, Light, Progress, Scene, Solution};
+use zonal_scene::{Bands, Camera, Diagnostic, EvenExtension, Lens, Progress, Scene, Solution};
 use zonal_transport::Transport;
 
 /// Renders the view of a camera. The same bits for any number of threads.
@@ -148,7 +148,7 @@ fn samples_skies(options: &RenderOptions) -> bool {
 #[must_use]
 pub fn sky_noise(solution: &Solution, options: &RenderOptions) -> Option<Diagnostic> {
     let grid = solution.scene.voxel_grid()?;
-    let sky = solution.scene.lights().iter().find(|l| matches!(l, Light::Sky { .. }))?;
+    let sky = solution.scene.lights().iter().find(|l| l.fills_sphere())?;
     let scatters = |c: usize| (grid.extinction(c) * grid.albedo(c)).any(|x| x > 0.0);
     if samples_skies(options) || StoredSkies::of(solution).is_some() || !(0..grid.len()).any(scatters) {
         return None;
