@@ -233,10 +233,8 @@ fn add_panes(scene: &Scene, baked: &BakedSolution, tone: ExposedTone, model: &mu
 
 /// Radiance of surroundings and skies, W/(m² sr): the mean over all directions.
 pub(super) fn exterior_radiance(scene: &Scene) -> Bands {
-    scene.lights().iter().fold(scene.surroundings().radiance, |sum, l| match l {
-        Light::Sky { radiance, distribution, .. } => sum + *radiance * distribution.mean(),
-        _ => sum,
-    })
+    let skies = scene.lights().iter().filter_map(Light::sky);
+    skies.fold(scene.surroundings().radiance, |sum, (radiance, d)| sum + radiance * d.mean())
 }
 
 /// Radiances of the patches, each as often as its share of the area, for the automatic exposure.

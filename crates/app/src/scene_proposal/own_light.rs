@@ -14,6 +14,7 @@ use zonal_math::Vec3;
 use zonal_math::low_discrepancy::r2;
 use zonal_scene::{Light, Scene, Sides};
 use zonal_transport::Transport;
+use zonal_transport::lights::{LightSampler, Receiver};
 
 /// Least irradiance that counts as light, W/m².
 pub(super) const MIN_IRRADIANCE: f64 = 0.01;
@@ -90,21 +91,11 @@ fn irradiance(transport: &Transport, p: &SpreadPoint, normal: Vec3, emitting: &[
         }
         back * source.power * cosine * other / (PI * r2 * r2)
     };
-    let of_light = |light: &Light| match light {
-        Light::Point { position, intensity, distribution, .. } => {
-            let way = *position - p.at;
-            let (r2, cosine) = (way.length2(), way.dot(normal));
-            if !(cosine > 0.0 && r2 > 0.0) || transport.occluded(p.at, *position) {
-                return 0.0;
-            }
-            intensity.mean() * distribution.relative((way * -1.0).normalized()) * cosine / (r2 * r2.sqrt())
-        }
-        Light::Sun { direction, irradiance, .. } => {
-            let cosine = -direction.dot(normal);
-            let far = transport.exterior_point(p.at, *direction * -1.0);
-            if cosine <= 0.0 || transport.occluded(p.at, far) { 0.0 } else { irradiance.mean() * cosine }
-        }
-        Light::Sky { .. } | Light::Emitter { .. } => 0.0,
+    let of_light = |light: &Light| {
+        let sampler = LightSampler::new(transport.scene(), light);
+        let sample = sampler.sample_at(transport, p.at, Receiver::Surface(normal), [0.5; 3]);
+        let arrived = sample.filter(|s| !transport.occluded(p.at, s.end));
+        arrived.map_or(0.0, |s| s.flux.mean())
     };
     let lights = transport.scene().lights().iter().take(MAX_LIGHTS);
     emitting.iter().map(of_emitter).sum::<f64>() + lights.map(of_light).sum::<f64>()

@@ -29,7 +29,7 @@ use zonal_render::bake::{
     BakeOptions, BakedSolution, BakedSun, PaneMesh, SunDepths, SunlightMode, SurfaceMesh, bake_in_steps,
 };
 use zonal_report::Failure;
-use zonal_scene::{Bands, ErrorEstimate, Light, LightGroup, LightGroupKind, Progress, SidedFacet, Solution};
+use zonal_scene::{Bands, ErrorEstimate, LightGroup, LightGroupKind, Progress, SidedFacet, Solution};
 
 /// Largest side of a texture, pixels; larger ones are halved.
 const MAX_TEXTURE_SIDE: usize = 2048;
@@ -324,8 +324,8 @@ fn light_groups(s: &Solution, baked: &BakedSolution, scales: &[Value]) -> Value 
             _ => Bands::ZERO,
         };
         for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l)) {
-            if let Light::Sky { radiance, distribution, .. } = light {
-                sum += *radiance * distribution.mean();
+            if let Some((radiance, distribution)) = light.sky() {
+                sum += radiance * distribution.mean();
             }
         }
         sum.to_rgb()

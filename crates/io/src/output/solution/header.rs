@@ -223,10 +223,7 @@ pub(in crate::output) fn encode_unnamed_scene(scene: &Scene) -> Value {
         header.surfaces.iter_mut().for_each(|s| s.name = String::new());
         header.meshes.iter_mut().for_each(|m| m.name = String::new());
         header.panes.iter_mut().for_each(|p| p.name = String::new());
-        header.lights.iter_mut().for_each(|l| match l {
-            Light::Sun { name, .. } | Light::Sky { name, .. } | Light::Point { name, .. } => name.clear(),
-            Light::Emitter { name, .. } => *name = None,
-        });
+        header.lights.iter_mut().for_each(Light::clear_name);
         header.surroundings.name = None;
         // As in `encode_header`.
         serde_json::to_value(header).unwrap_or_default()

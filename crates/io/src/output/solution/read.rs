@@ -240,9 +240,7 @@ fn read_texture(npz: &mut NpzReader<'_>, block: usize, i: usize) -> Result<Textu
 /// The lights with the pictures of skies.
 fn read_lights(npz: &mut NpzReader<'_>, mut lights: Vec<Light>) -> Result<Vec<Light>, FileError> {
     for (l, light) in lights.iter_mut().enumerate() {
-        if let Light::Sky { distribution, .. } = light
-            && distribution.lacks_pixels()
-        {
+        if let Some(distribution) = light.sky_distribution_mut().filter(|d| d.lacks_pixels()) {
             let name = sky_name(l);
             let (width, height, pixels) = npz.picture(&name)?;
             let with_pixels = distribution.with_pixels(Texture { width, height, pixels });

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::io::{self, Cursor, Seek, Write};
 use std::path::Path;
 use zonal_scene::{
-    Bands, CellFractions, Fields, Light, LightGroup, Plate, Scene, Solution, ThermalCondition, VoxelGrid,
+    Bands, CellFractions, Fields, LightGroup, Plate, Scene, Solution, ThermalCondition, VoxelGrid,
     VoxelZones, ZoneValues,
 };
 
@@ -233,9 +233,7 @@ pub(in crate::output) fn write_scene<S: ArraySink>(
         }
     }
     for (l, light) in scene.lights().iter().enumerate() {
-        if let Light::Sky { distribution, .. } = light
-            && let Some(picture) = distribution.pixels()
-        {
+        if let Some(picture) = light.sky().and_then(|(_, d)| d.pixels()) {
             npz.picture(&sky_name(l), picture.width, picture.height, &picture.pixels)?;
         }
     }
