@@ -1,10 +1,15 @@
-//! The sources of walks: every element that emits in a band, with its power.
+//! The sources of walks: every element that emits in a band, with its power, and the rays of lights.
 
 use super::optics::WalkOptics;
 use super::walk_scene::WalkScene;
+use crate::path_tracer::flight::direction_about;
+use crate::rng::Rng;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::{Band, Light, Sides, Zones};
+
+/// Most trials to draw a direction of a light: its beam would fill less than a millionth of the sphere.
+const MAX_DIRECTION_TRIALS: usize = 1 << 22;
 
 /// A source.
 #[derive(Clone, Copy, Debug)]
@@ -17,12 +22,8 @@ pub(super) enum EmissionElement {
     Cell(usize),
     /// A plate of a pane.
     Plate(usize),
-    /// A sun: the direction towards it, and the cosine of its angular radius.
-    Sun(Vec3, f64),
-    /// A point light, by its number among the lights of the scene.
-    PointLight(usize),
-    /// A sky that is not uniform, by its number among the lights of the scene, in a band.
-    Sky(usize, Band),
+    /// A sun, a point light or a sky that is not uniform, by its number among the lights of the scene, in a band.
+    Light(usize, Band),
     /// Uniform skies and surroundings.
     Surroundings,
 }
@@ -129,23 +130,65 @@ fn light_sources(walk_scene: &WalkScene, b: Band) -> Vec<(EmissionElement, f64)>
     };
     for (l, light) in scene.lights().iter().enumerate() {
         match light {
-            Light::Sun { direction, irradiance, angular_diameter, .. } => {
+            Light::Sun { irradiance, angular_diameter, .. } => {
                 let cos = (0.5 * angular_diameter).cos();
                 let flux = 2.0 * irradiance[b] / (1.0 + cos);
-                list.push((EmissionElement::Sun(-*direction, cos), flux * PI * r * r));
+                list.push((EmissionElement::Light(l, b), flux * PI * r * r));
             }
             Light::Sky { radiance: sky, distribution, .. } if distribution.is_uniform() => radiance += sky[b],
             Light::Sky { radiance: sky, distribution, .. } => {
                 let fluence = sky[b] * distribution.solid_angle_integral()[b];
-                list.push((EmissionElement::Sky(l, b), fluence * PI * r * r));
+                list.push((EmissionElement::Light(l, b), fluence * PI * r * r));
             }
             Light::Point { intensity, distribution, .. } => {
                 let power = intensity[b] * distribution.solid_angle_integral();
-                list.push((EmissionElement::PointLight(l), power));
+                list.push((EmissionElement::Light(l, b), power));
             }
             Light::Emitter { .. } => {}
         }
     }
     list.push((EmissionElement::Surroundings, radiance * PI * 4.0 * PI * r * r));
     list
+}
+
+/// A random start and direction of a ray of a light: a sun or a sky has starts before the scene. `None` for an emitter, and if no direction is found.
+pub(super) fn leave_light(
+    light: &Light,
+    band: Band,
+    walk_scene: &WalkScene,
+    rng: &mut Rng,
+) -> Option<(Vec3, Vec3)> {
+    match light {
+        Light::Sun { direction, angular_diameter, .. } => {
+            let cos = (0.5 * angular_diameter).cos();
+            let d = -direction_about(-*direction, 1.0 - rng.uniform() * (1.0 - cos), rng.uniform());
+            Some((on_disc(walk_scene, d, rng), d))
+        }
+        Light::Sky { distribution, .. } => {
+            let most = distribution.upper_bound()[band];
+            let d = -draw_direction(most, |d| distribution.relative(d)[band], rng)?;
+            Some((on_disc(walk_scene, d, rng), d))
+        }
+        Light::Point { position, distribution, .. } => {
+            let most = distribution.upper_bound(Vec3::from_array([0.0, 0.0, 1.0]), PI);
+            Some((*position, draw_direction(most, |d| distribution.relative(d), rng)?))
+        }
+        Light::Emitter { .. } => None,
+    }
+}
+
+/// A direction of density f ≤ `most` by rejection, independent of tables and closed forms of the distribution.
+fn draw_direction(most: f64, f: impl Fn(Vec3) -> f64, rng: &mut Rng) -> Option<Vec3> {
+    (0..MAX_DIRECTION_TRIALS).find_map(|_| {
+        let d = rng.unit_vector();
+        (rng.uniform() * most < f(d)).then_some(d)
+    })
+}
+
+/// A point of a disc before the scene, normal to the direction `d` of travel.
+fn on_disc(walk_scene: &WalkScene, d: Vec3, rng: &mut Rng) -> Vec3 {
+    let (centre, r) = walk_scene.bounding_sphere();
+    let (a, b) = d.frame();
+    let (radius, turn) = (r * rng.uniform().sqrt(), rng.uniform_in(0.0, std::f64::consts::TAU));
+    centre - d * (2.0 * r) + (a * turn.cos() + b * turn.sin()) * radius
 }

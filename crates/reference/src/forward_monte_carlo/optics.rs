@@ -120,12 +120,7 @@ impl WalkOptics {
             .collect();
         // One band suffices in grey thermal scenes, and in light scenes where all bands are equal.
         let grey_heat = thermal.is_some_and(|t| t.band_fractions.is_grey());
-        let lights = scene.lights().iter().all(|l| match l {
-            Light::Sun { irradiance, .. } => irradiance.is_grey(),
-            Light::Sky { radiance, distribution, .. } => radiance.is_grey() && distribution.is_grey(),
-            Light::Point { intensity, .. } => intensity.is_grey(),
-            Light::Emitter { .. } => true,
-        });
+        let lights = scene.lights().iter().all(Light::is_grey);
         let elements = surfaces.iter().chain(&cells).chain(&panes).all(ElementOptics::is_grey);
         let grey_light = thermal.is_none() && elements && lights && scene.surroundings().radiance.is_grey();
         WalkOptics { surfaces, cells, panes, one_band: grey_heat || grey_light }

@@ -1,19 +1,17 @@
 //! Random walks from the sources and their scores.
 
-use super::emission_sampling::{EmissionElement, EmissionTable};
+use super::emission_sampling::{EmissionElement, EmissionTable, leave_light};
 use super::optics::{ElementOptics, WalkOptics};
 use super::problem::ForwardProblem;
 use super::score::{ScoreLayout, band_score, reemission_score};
 use super::walk_scene::{TrackLocation, WalkEnd, WalkScene, WalkStart};
 use crate::path_tracer::bvh::RayHit;
-use crate::path_tracer::flight::direction_about;
 use crate::rng::{Rng, hash, select_band};
-use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_scene::voxel_samples::subcell_coordinates;
 use zonal_scene::{
-    Band, Light, MAX_CONTINUED_PATCH_SIZES, Plate, PlateKind, SUBCELLS, Scene, Sides, VolumeSample,
-    VoxelZone, ZoneRef, Zones,
+    Band, MAX_CONTINUED_PATCH_SIZES, Plate, PlateKind, SUBCELLS, Scene, Sides, VolumeSample, VoxelZone,
+    ZoneRef, Zones,
 };
 
 /// Independent batches of a mean.
@@ -24,8 +22,6 @@ const ROULETTE_WEIGHT_SHARE: f64 = 0.1;
 const MAX_EVENTS: usize = 2_000_000;
 /// Most trials to draw a point of a sub-cell that its sample point sees.
 const MAX_POINT_TRIALS: usize = 200;
-/// Most trials to draw a direction of a point light: its beam would fill less than a millionth of the sphere.
-const MAX_DIRECTION_TRIALS: usize = 1 << 22;
 
 /// The scene, the zones if any, and the layout of the scores.
 pub(super) struct Walker<'a> {
@@ -153,17 +149,9 @@ impl<'a> Walker<'a> {
                     .then(|| (WalkStart { at, facet: None, pane: None }, rng.unit_vector(), true))
             }
             EmissionElement::Plate(k) => Some((self.start_in_pane(k, None, rng), rng.unit_vector(), true)),
-            EmissionElement::Sun(towards, cos) => {
-                let d = -direction_about(towards, 1.0 - rng.uniform() * (1.0 - cos), rng.uniform());
-                Some((WalkStart { at: self.on_disc(d, rng), facet: None, pane: None }, d, false))
-            }
-            EmissionElement::PointLight(l) => {
-                let (at, direction) = leave_point_light(&scene.lights()[l], rng)?;
+            EmissionElement::Light(l, band) => {
+                let (at, direction) = leave_light(&scene.lights()[l], band, &self.walk_scene, rng)?;
                 Some((WalkStart { at, facet: None, pane: None }, direction, false))
-            }
-            EmissionElement::Sky(l, band) => {
-                let d = -direction_of_sky(&scene.lights()[l], band, rng)?;
-                Some((WalkStart { at: self.on_disc(d, rng), facet: None, pane: None }, d, false))
             }
             EmissionElement::Surroundings => {
                 let (centre, r) = self.walk_scene.bounding_sphere();
@@ -172,14 +160,6 @@ impl<'a> Walker<'a> {
                 Some((start, rng.cosine_direction(-n), false))
             }
         }
-    }
-
-    /// A point of a disc before the scene, normal to the direction `d` of travel.
-    fn on_disc(&self, d: Vec3, rng: &mut Rng) -> Vec3 {
-        let (centre, r) = self.walk_scene.bounding_sphere();
-        let (a, b) = d.frame();
-        let (radius, turn) = (r * rng.uniform().sqrt(), rng.uniform_in(0.0, std::f64::consts::TAU));
-        centre - d * (2.0 * r) + (a * turn.cos() + b * turn.sin()) * radius
     }
 
     /// A point of a pane plate, at a random height in the pane.
@@ -521,25 +501,4 @@ fn parameter_excess(p: &Plate, at: Vec3) -> f64 {
     let [u, v] = p.parameters(at);
     let far = if p.kind == PlateKind::Triangle { u + v - 1.0 } else { u.max(v) - 1.0 };
     far.max(-u).max(-v)
-}
-
-/// A direction towards a sky by rejection, independent of its table.
-fn direction_of_sky(light: &Light, band: Band, rng: &mut Rng) -> Option<Vec3> {
-    let Light::Sky { distribution, .. } = light else { return None };
-    let most = distribution.upper_bound()[band];
-    (0..MAX_DIRECTION_TRIALS).find_map(|_| {
-        let d = rng.unit_vector();
-        (rng.uniform() * most < distribution.relative(d)[band]).then_some(d)
-    })
-}
-
-/// The position of a point light and a direction by rejection, independent of the closed forms of the distribution.
-fn leave_point_light(light: &Light, rng: &mut Rng) -> Option<(Vec3, Vec3)> {
-    let Light::Point { position, distribution, .. } = light else { return None };
-    let most = distribution.upper_bound(Vec3::from_array([0.0, 0.0, 1.0]), PI);
-    let direction = (0..MAX_DIRECTION_TRIALS).find_map(|_| {
-        let d = rng.unit_vector();
-        (rng.uniform() * most < distribution.relative(d)).then_some(d)
-    })?;
-    Some((*position, direction))
 }

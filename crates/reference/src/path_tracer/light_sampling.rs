@@ -116,26 +116,25 @@ impl<'a> LightSet<'a> {
         self.skies.iter().map(|(radiance, distribution)| *radiance * distribution.relative(direction)).sum()
     }
 
-    /// Number of suns.
-    pub(super) fn sun_count(&self) -> usize {
-        self.suns.len()
-    }
-    /// A direction towards sun `k` and its radiance times solid angle, W/m², from two numbers of [0, 1).
-    pub(super) fn sample_sun(&self, k: usize, u: [f64; 2]) -> (Vec3, Bands) {
-        let s = &self.suns[k];
-        if s.cos == 1.0 {
-            return (s.towards, s.flux);
-        }
-        (direction_about(s.towards, 1.0 - u[0] * (1.0 - s.cos), u[1]), s.flux)
-    }
-
-    /// For each point light the unit direction towards it, its distance, m, and its fluence at `at` without attenuation, W/m².
-    pub(super) fn point_lights(&self, at: Vec3) -> impl Iterator<Item = (Vec3, f64, Bands)> {
-        self.points.iter().map(move |(position, intensity, distribution)| {
+    /// For each sun and each point light the unit direction towards a point of it, its distance, m, and its fluence at `at` without attenuation, W/m². A light
+    /// with an extent takes two numbers of [0, 1).
+    pub(super) fn sources(
+        &self,
+        at: Vec3,
+        mut numbers: impl FnMut() -> [f64; 2],
+    ) -> impl Iterator<Item = (Vec3, f64, Bands)> {
+        let suns = self.suns.iter().map(move |s| {
+            let u = numbers();
+            let is_disc = s.cos != 1.0;
+            let sampled = || direction_about(s.towards, 1.0 - u[0] * (1.0 - s.cos), u[1]);
+            (if is_disc { sampled() } else { s.towards }, f64::INFINITY, s.flux)
+        });
+        let points = self.points.iter().map(move |(position, intensity, distribution)| {
             let r = (*position - at).length();
             let towards = (*position - at) / r;
             (towards, r, *intensity * (distribution.relative(-towards) / (r * r)))
-        })
+        });
+        suns.chain(points)
     }
 
     /// A point of an emitter from three numbers of [0, 1); `None` without emitters.

@@ -250,17 +250,9 @@ impl PathSampler<'_> {
     fn sample_lights(&self, s: &mut PathState, numbers: &mut PathNumbers) {
         let direct = s.bounces == 0;
         let u: [f64; 3] = numbers.next_array();
-        for k in 0..self.lights.sun_count() {
-            let u = if k == 0 { [u[0], u[1]] } else { [numbers.rng.uniform(), numbers.rng.uniform()] };
-            let (towards, flux) = self.lights.sample_sun(k, u);
-            let f = s.vertex.density(towards);
-            if f > 0.0
-                && let Some(transmittance) = self.space.transmittance(&s.vertex, towards, f64::INFINITY, None)
-            {
-                s.radiance.add(s.throughput * transmittance * flux * f, direct);
-            }
-        }
-        for (towards, r, fluence) in self.lights.point_lights(s.vertex.at()) {
+        let (rng, mut first) = (&mut numbers.rng, Some([u[0], u[1]]));
+        let pair = || first.take().unwrap_or_else(|| [rng.uniform(), rng.uniform()]);
+        for (towards, r, fluence) in self.lights.sources(s.vertex.at(), pair) {
             let f = s.vertex.density(towards);
             if f > 0.0
                 && let Some(transmittance) = self.space.transmittance(&s.vertex, towards, r, None)
@@ -268,11 +260,7 @@ impl PathSampler<'_> {
                 s.radiance.add(s.throughput * transmittance * fluence * f, direct);
             }
         }
-        let u = if self.lights.sun_count() > 0 {
-            [numbers.rng.uniform(), numbers.rng.uniform(), numbers.rng.uniform()]
-        } else {
-            u
-        };
+        let u = if first.is_none() { [rng.uniform(), rng.uniform(), rng.uniform()] } else { u };
         let Some(point) = self.lights.sample_point(u) else { return };
         let offset = point.at - s.vertex.at();
         let r = offset.length();
