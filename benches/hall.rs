@@ -1,7 +1,7 @@
 //! A hall with columns in 200,000 triangles, and segments in it.
 
 use zonal_math::{Vec3, low_discrepancy::hash_to_unit, vec3};
-use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
+use zonal_scene::{Facet, Plate, Scene, SceneParts, Surface, VoxelGrid};
 
 /// Segments of a set.
 pub(crate) const SEGMENT_COUNT: usize = 400_000;
@@ -39,17 +39,7 @@ pub(crate) fn plates() -> Vec<Plate> {
 
 /// The scene of plates, with a medium or without.
 pub(crate) fn scene(plates: &[Plate], voxel_grid: Option<VoxelGrid>) -> Scene {
-    let surface = Surface {
-        name: "all".into(),
-        reflectance: Bands::splat(0.5),
-        emission: Bands::ZERO,
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
-        sides: Sides::Front,
-        patch_size: None,
-        solid: false,
-    };
+    let surface = Surface { name: "all".into(), ..Surface::default() };
     let facets = plates.iter().map(|p| Facet { surface: 0, plate: *p, uv: [[0.0; 2]; 3] }).collect();
     let parts = SceneParts { surfaces: vec![surface], facets, voxel_grid, ..SceneParts::default() };
     Scene::new(parts).expect("a scene")

@@ -13,17 +13,7 @@ use zonal_scene::{
 use zonal_transport::{Transport, build_zones};
 
 fn surface(name: &str, solid: bool) -> Surface {
-    Surface {
-        name: name.into(),
-        reflectance: Bands::splat(0.5),
-        emission: Bands::ZERO,
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
-        sides: Sides::Front,
-        patch_size: Some(100.0),
-        solid,
-    }
+    Surface { name: name.into(), patch_size: Some(100.0), solid, ..Surface::default() }
 }
 
 /// A scene without facets in an infinite medium of extinction `kappa`.

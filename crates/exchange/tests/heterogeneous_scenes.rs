@@ -9,8 +9,8 @@ use zonal_reference::exchange::exchange_by_rays;
 use zonal_reference::test_cases::sampled_count;
 use zonal_reference::{BruteForceScene, ExchangeBody, Rng, SampleEstimate};
 use zonal_scene::{
-    Band, Bands, Facet, Pane, PerBand, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid,
-    ZoneKind, ZoneRef,
+    Band, Bands, Facet, Pane, PerBand, Plate, Scene, SceneParts, SolveOptions, Surface, VoxelGrid, ZoneKind,
+    ZoneRef,
 };
 use zonal_transport::{Transport, build_zones};
 
@@ -63,17 +63,7 @@ fn random_room(seed: u64) -> Scene {
 }
 
 fn black_wall() -> Surface {
-    Surface {
-        name: "wall".into(),
-        reflectance: Bands::ZERO,
-        emission: Bands::ZERO,
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
-        sides: Sides::Front,
-        patch_size: Some(0.5),
-        solid: false,
-    }
+    Surface { name: "wall".into(), reflectance: Bands::ZERO, patch_size: Some(0.5), ..Surface::default() }
 }
 
 /// A random pane across a room.

@@ -9,7 +9,7 @@ use zonal_exchange::aligned::{Cuboid, FactorCache, geometric_factor};
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_math::{Bounded, Grade, Vec3, vec3};
 use zonal_paper::{gauss_6d, point};
-use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, SolveOptions, Surface, VoxelGrid};
+use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, SolveOptions, Surface, VoxelGrid};
 use zonal_transport::{Transport, build_zones};
 
 const TOLERANCE: f64 = 1e-7;
@@ -239,13 +239,8 @@ fn room(kappa: impl Fn(usize) -> f64) -> Scene {
     let surface = Surface {
         name: "wall".into(),
         reflectance: Bands::ZERO,
-        emission: Bands::ZERO,
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
-        sides: Sides::Front,
         patch_size: Some(0.6),
-        solid: false,
+        ..Surface::default()
     };
     let plates =
         [(Vec3::ZERO, x, y), (z, y, x), (Vec3::ZERO, y, z), (x, z, y), (Vec3::ZERO, z, x), (y, x, z)];

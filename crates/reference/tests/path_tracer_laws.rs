@@ -9,24 +9,14 @@ use zonal_reference::path_tracer::{
 };
 use zonal_reference::{BruteForceScene, Rng, SampleEstimate, radiance};
 use zonal_scene::{
-    Band, Bands, Camera, Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, VoxelGrid,
+    Band, Bands, Camera, Facet, Light, Pane, Plate, Scene, SceneParts, Surface, Texture, VoxelGrid,
 };
 
 /// Largest |z| of a comparison: exceeded by chance once in fifteen thousand.
 const MAX_Z_SCORE: f64 = 4.0;
 
 fn surface(name: &str, reflectance: Bands, emission: Bands) -> Surface {
-    Surface {
-        name: name.into(),
-        reflectance,
-        emission,
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
-        sides: Sides::Front,
-        patch_size: None,
-        solid: false,
-    }
+    Surface { name: name.into(), reflectance, emission, ..Surface::default() }
 }
 
 fn facet(surface: usize, plate: Plate) -> Facet {

@@ -13,12 +13,8 @@ pub(crate) fn surface(name: &str, rho: f64, emission: f64) -> Surface {
         name: name.into(),
         reflectance: Bands::splat(rho),
         emission: Bands::splat(emission),
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
         sides: Sides::Both,
-        patch_size: None,
-        solid: false,
+        ..Surface::default()
     }
 }
 

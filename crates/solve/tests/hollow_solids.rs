@@ -8,7 +8,7 @@ use common::solve;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::thermal::blackbody_emissive_power;
 use zonal_scene::{
-    Bands, Facet, NoProgress, Plate, Scene, SceneParts, Sides, Solution, Surface, Thermal, ThermalCondition,
+    Bands, Facet, NoProgress, Plate, Scene, SceneParts, Solution, Surface, Thermal, ThermalCondition,
 };
 
 /// 80 triangles of a sphere, normals outward.
@@ -50,13 +50,8 @@ fn shells(list: &[(&str, f64, bool, f64, f64)]) -> (Scene, Vec<f64>) {
         parts.surfaces.push(Surface {
             name: name.into(),
             reflectance: Bands::splat(1.0 - emissivity),
-            emission: Bands::ZERO,
-            reflectance_texture: None,
-            emission_texture: None,
-            transmission: None,
-            sides: Sides::Front,
-            patch_size: None,
             solid: !inward,
+            ..Surface::default()
         });
         parts.thermal.as_mut().unwrap().surfaces.push(ThermalCondition::Temperature(kelvin));
         let plates = sphere(radius);

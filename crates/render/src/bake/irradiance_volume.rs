@@ -98,12 +98,8 @@ pub struct IrradianceVolume {
 /// #     name: "wall".into(),
 /// #     reflectance: Bands::ZERO,
 /// #     emission: Bands::ONE,
-/// #     reflectance_texture: None,
-/// #     emission_texture: None,
-/// #     transmission: None,
 /// #     sides: Sides::Both,
-/// #     patch_size: None,
-/// #     solid: false,
+/// #     ..Surface::default()
 /// # };
 /// # let plate = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 1.0));
 /// # let pi = std::f64::consts::PI;

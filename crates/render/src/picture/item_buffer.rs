@@ -64,12 +64,8 @@ pub enum PaneVisibility {
 /// #     name: "wall".into(),
 /// #     reflectance: Bands::ZERO,
 /// #     emission: Bands::ONE,
-/// #     reflectance_texture: None,
-/// #     emission_texture: None,
-/// #     transmission: None,
 /// #     sides: Sides::Both,
-/// #     patch_size: None,
-/// #     solid: false,
+/// #     ..Surface::default()
 /// # };
 /// # let plate = Plate::parallelogram(vec3(-9.0, 2.0, -9.0), vec3(18.0, 0.0, 0.0), vec3(0.0, 0.0, 18.0));
 /// # let wall_facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };

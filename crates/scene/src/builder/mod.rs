@@ -385,12 +385,10 @@ fn add_mesh(
                 mesh.solar,
             ),
             emission: lights::emission_of_light(mesh.emission.unwrap_or_default(), &parts.bands),
-            reflectance_texture: None,
-            emission_texture: None,
-            transmission: None,
             sides,
             patch_size: mesh.patch_size,
             solid: kind == ShellKind::Solid && sides == Sides::Front,
+            ..Surface::default()
         });
         conditions.extend(condition);
         if mesh.direct_light {

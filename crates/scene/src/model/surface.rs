@@ -40,6 +40,23 @@ pub struct Surface {
     pub solid: bool,
 }
 
+impl Default for Surface {
+    /// An opaque surface without name, light or texture, of the default reflectance, whose front exchanges.
+    fn default() -> Surface {
+        Surface {
+            name: String::new(),
+            reflectance: DEFAULT_REFLECTANCE,
+            emission: Bands::ZERO,
+            reflectance_texture: None,
+            emission_texture: None,
+            transmission: None,
+            sides: Sides::Front,
+            patch_size: None,
+            solid: false,
+        }
+    }
+}
+
 impl Surface {
     /// ρ + τ without textures: the baked light of a sheet that transmits is the mean of both sides by ρ and τ.
     #[must_use]

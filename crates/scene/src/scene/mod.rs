@@ -34,17 +34,11 @@ const DEFAULT_PATCHES_PER_DIAGONAL: f64 = 30.0;
 ///
 /// ```
 /// use zonal_math::{Vec3, vec3};
-/// use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, Surface};
+/// use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Surface};
 /// let wall = Surface {
 ///     name: "wall".into(),
-///     reflectance: Bands::splat(0.5),
 ///     emission: Bands::ONE,
-///     reflectance_texture: None,
-///     emission_texture: None,
-///     transmission: None,
-///     sides: Sides::Front,
-///     patch_size: None,
-///     solid: false,
+///     ..Surface::default()
 /// };
 /// let plate = Plate::parallelogram(Vec3::ZERO, vec3(3.0, 0.0, 0.0), vec3(0.0, 4.0, 0.0));
 /// let parts = SceneParts {

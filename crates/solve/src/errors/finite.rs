@@ -153,21 +153,11 @@ fn describe_zone(scene: &Scene, zones: &Zones, i: usize) -> String {
 mod tests {
     use super::*;
     use zonal_math::vec3;
-    use zonal_scene::{Band, Facet, Patch, Plate, SceneParts, Sides, Surface};
+    use zonal_scene::{Band, Facet, Patch, Plate, SceneParts, Surface};
 
     fn parts() -> (Scene, Zones, Fields, Report) {
         let plate = Plate::parallelogram(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
-        let surface = Surface {
-            name: "floor".into(),
-            reflectance: Bands::splat(0.5),
-            emission: Bands::ONE,
-            reflectance_texture: None,
-            emission_texture: None,
-            transmission: None,
-            sides: Sides::Front,
-            patch_size: None,
-            solid: false,
-        };
+        let surface = Surface { name: "floor".into(), emission: Bands::ONE, ..Surface::default() };
         let facet = Facet { surface: 0, plate, uv: [[0.0; 2]; 3] };
         let scene = SceneParts { surfaces: vec![surface], facets: vec![facet], ..SceneParts::default() };
         let patch = Patch {

@@ -7,8 +7,8 @@ use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_io::input::parse_scene;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::{
-    BandFractions, Bands, Facet, Fields, NoProgress, PerBand, Plate, Report, Scene, SceneParts, Sides,
-    Solution, Surface, Zones,
+    BandFractions, Bands, Facet, Fields, NoProgress, PerBand, Plate, Report, Scene, SceneParts, Solution,
+    Surface, Zones,
 };
 use zonal_solve::context::SolveContext;
 use zonal_solve::distribution::{Communicator, Execution};
@@ -150,12 +150,8 @@ pub(crate) fn surface(name: &str, rho: f64, emission: f64, solid: bool) -> Surfa
         name: name.into(),
         reflectance: Bands::splat(rho),
         emission: Bands::splat(emission),
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
-        sides: Sides::Front,
-        patch_size: None,
         solid,
+        ..Surface::default()
     }
 }
 

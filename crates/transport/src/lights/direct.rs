@@ -445,20 +445,10 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
     use zonal_math::vec3;
-    use zonal_scene::{Facet, Pane, Plate, SceneParts, Sides, Surface, VoxelGrid};
+    use zonal_scene::{Facet, Pane, Plate, SceneParts, Surface, VoxelGrid};
 
     fn surface(name: &str, emission: f64) -> Surface {
-        Surface {
-            name: name.into(),
-            reflectance: Bands::splat(0.5),
-            emission: Bands::splat(emission),
-            reflectance_texture: None,
-            emission_texture: None,
-            transmission: None,
-            sides: Sides::Front,
-            patch_size: None,
-            solid: false,
-        }
+        Surface { name: name.into(), emission: Bands::splat(emission), ..Surface::default() }
     }
 
     fn facet(surface: usize, plate: Plate) -> Facet {

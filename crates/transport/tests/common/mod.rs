@@ -2,7 +2,7 @@
 #![allow(dead_code, missing_docs)]
 
 use zonal_math::{Vec3, low_discrepancy::hash_to_unit, vec3};
-use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Sides, Surface, VoxelGrid};
+use zonal_scene::{Bands, Facet, Plate, Scene, SceneParts, Surface, VoxelGrid};
 
 /// Deterministic random numbers in [0, 1).
 pub(crate) struct TestRng(pub u64);
@@ -22,12 +22,7 @@ pub(crate) fn surface(name: &str) -> Surface {
         name: name.into(),
         reflectance: Bands::from_rgb([0.5, 0.4, 0.3]),
         emission: Bands::from_rgb([1.0, 2.0, 3.0]),
-        reflectance_texture: None,
-        emission_texture: None,
-        transmission: None,
-        sides: Sides::Front,
-        patch_size: None,
-        solid: false,
+        ..Surface::default()
     }
 }
 

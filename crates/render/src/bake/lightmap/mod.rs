@@ -46,19 +46,14 @@ use zonal_transport::Transport;
 /// use zonal_render::bake::lightmap::{LightmapOptions, bake_lightmap};
 /// # use zonal_math::{Vec3, vec3};
 /// # use zonal_scene::{
-/// #     Bands, Facet, Fields, NoProgress, Plate, Report, Scene, SceneParts, Sides, Solution, Surface,
+/// #     Bands, Facet, Fields, NoProgress, Plate, Report, Scene, SceneParts, Solution, Surface,
 /// # };
 /// # use zonal_transport::{Transport, build_zones};
 /// # let wall = Surface {
 /// #     name: "wall".into(),
 /// #     reflectance: Bands::ZERO,
 /// #     emission: Bands::ONE,
-/// #     reflectance_texture: None,
-/// #     emission_texture: None,
-/// #     transmission: None,
-/// #     sides: Sides::Front,
-/// #     patch_size: None,
-/// #     solid: false,
+/// #     ..Surface::default()
 /// # };
 /// # let plate = Plate::parallelogram(Vec3::ZERO, vec3(2.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
 /// # let scene = Scene::new(SceneParts {

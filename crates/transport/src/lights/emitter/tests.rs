@@ -10,14 +10,10 @@ const SAMPLE_COUNT: u32 = 1 << 12;
 fn emitting_scene(plates: &[Plate], sides: Sides, texture: Option<Texture>) -> Scene {
     let surface = Surface {
         name: "lamp".into(),
-        reflectance: Bands::splat(0.5),
         emission: Bands::splat(PI),
-        reflectance_texture: None,
         emission_texture: texture.as_ref().map(|_| 0),
-        transmission: None,
         sides,
-        patch_size: None,
-        solid: false,
+        ..Surface::default()
     };
     let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     let facets = plates.iter().map(|&plate| Facet { surface: 0, plate, uv }).collect();

@@ -228,15 +228,13 @@ impl MaterialPart<'_, '_> {
             _ => None,
         };
         Ok(Surface {
-            name: String::new(),
             transmission: self.transmission(properties, reader)?,
             reflectance: properties.reflectance.or(m.reflectance).unwrap_or(DEFAULT_REFLECTANCE),
             emission: properties.emission.unwrap_or(if light_mode { m.emission } else { Bands::ZERO }),
             reflectance_texture,
             emission_texture,
-            sides: Sides::Front,
             patch_size: properties.patch_size,
-            solid: false,
+            ..Surface::default()
         })
     }
 

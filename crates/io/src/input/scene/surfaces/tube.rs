@@ -13,7 +13,7 @@ use crate::input::toml::node::TomlTable;
 use std::f64::consts::PI;
 use zonal_math::Vec3;
 use zonal_math::direction_sampling::sin_cos_turns;
-use zonal_scene::{Facet, Light, Plate, Sides, Surface};
+use zonal_scene::{Facet, Light, Plate, Surface};
 
 /// Number of sides of the prism: odd, and few enough for the closed form of the light of a small emitter.
 const SIDES: usize = 15;
@@ -52,12 +52,7 @@ pub(crate) fn read_tube(
         name: name.clone(),
         reflectance,
         emission: power / (2.0 * PI * radius * length),
-        reflectance_texture: None,
-        emission_texture: None,
-        sides: Sides::Front,
-        patch_size: None,
-        solid: false,
-        transmission: None,
+        ..Surface::default()
     };
     t.record_place();
     reader.source.inherit_place(&format!("surface '{name}'"), &t.key);
