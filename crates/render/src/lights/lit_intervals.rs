@@ -89,7 +89,7 @@ impl EpipolarPlane {
         let ViewRay { origin, dir } = ray;
         let (e, w, own) = match *source {
             EmissionSample::Distant { direction: towards, .. } => (towards, 0.0, None),
-            EmissionSample::Point { position: at, facet, .. } => (at - origin, 1.0, Some(facet as u32)),
+            EmissionSample::Point { position: at, facet, .. } => (at - origin, 1.0, facet.map(|f| f as u32)),
             EmissionSample::Intensity { position: at, .. } => (at - origin, 1.0, None),
         };
         let length = e.length();

@@ -250,7 +250,7 @@ fn lit_intervals_agree_with_shadow_rays() {
             position: plate.at(0.3, 0.4),
             normal: plate.normal(),
             two_sided: true,
-            facet: lamp,
+            facet: Some(lamp),
             power: Bands::ONE,
         },
         EmissionSample::Intensity {

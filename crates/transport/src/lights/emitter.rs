@@ -171,7 +171,7 @@ impl<'a> Emitter<'a> {
             position: facet.plate.at(u, v),
             normal: facet.normal(),
             two_sided: self.two_sided,
-            facet: facet.id,
+            facet: Some(facet.id),
             power: self.scene.emission_at(facet.id, u, v) * total / PI,
         })
     }

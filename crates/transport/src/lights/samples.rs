@@ -32,8 +32,8 @@ pub enum EmissionSample<'a> {
         normal: Vec3,
         /// True when the back emits as well.
         two_sided: bool,
-        /// Index of the facet that holds the point.
-        facet: usize,
+        /// Index of the facet that holds the point, which casts no shadow of it; `None` without one.
+        facet: Option<usize>,
         /// A E/π, W/sr.
         power: Bands,
     },
