@@ -49,9 +49,11 @@ pub use base::diagnostic::{Diagnostic, Severity};
 pub use base::printable::{printable, printable_lines, printable_text};
 pub use base::progress::{NoProgress, Progress};
 pub use base::scene_error::{SceneError, SceneErrorKind};
-pub use builder::{
-    BandValues, GlassPane, Medium, Mesh, Planet, PointLight, SceneBuilder, Sky, Sun, VoxelValues,
-};
+pub use builder::SceneBuilder;
+pub use builder::lights::{GlassPane, Planet, PointLight, Sky, Sun};
+pub use builder::medium::Medium;
+pub use builder::mesh::Mesh;
+pub use builder::values::{BandValues, VoxelValues};
 pub use derived::even_extension::{EvenExtension, ZoneImages};
 pub use geometry::plate::{Plate, PlateKind};
 pub use medium::voxel_grid::VoxelGrid;

@@ -1,14 +1,9 @@
 //! Scenes from arrays: [`SceneBuilder`] collects surfaces, a medium, lights and cameras, and validates all of them once.
 
-mod lights;
-mod medium;
-mod mesh;
-mod values;
-
-pub use lights::{GlassPane, Planet, PointLight, Sky, Sun};
-pub use medium::Medium;
-pub use mesh::Mesh;
-pub use values::{BandValues, VoxelValues};
+pub(crate) mod lights;
+pub(crate) mod medium;
+pub(crate) mod mesh;
+pub(crate) mod values;
 
 use crate::derived::topology::{self, FaceCopy};
 use crate::geometry::shells::{ShellKind, Shells, WELD_TOLERANCE};
@@ -17,6 +12,10 @@ use crate::{
     NodeCondition, NodeLink, Plate, Scene, SceneError, SceneParts, SideEmissivity, Sides, SolveOptions,
     Surface, SurfaceEmissivity, Thermal, ThermalCondition, ThermalNetwork, ThermalNode,
 };
+use lights::GlassPane;
+use medium::Medium;
+use mesh::Mesh;
+use values::BandValues;
 use zonal_math::Vec3;
 
 /// Error message for properties of sunlight that nothing needs.
