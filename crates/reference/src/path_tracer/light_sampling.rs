@@ -116,25 +116,25 @@ impl<'a> LightSet<'a> {
         self.skies.iter().map(|(radiance, distribution)| *radiance * distribution.relative(direction)).sum()
     }
 
-    /// For each sun and each point light the unit direction towards a point of it, its distance, m, and its fluence at `at` without attenuation, W/m². A light
-    /// with an extent takes two numbers of [0, 1).
-    pub(super) fn sources(
+    /// Calls `each` for each sun and each point light with the unit direction towards a point of it, its distance, m, and its fluence at `at` without
+    /// attenuation, W/m². A sun takes two numbers of [0, 1).
+    pub(super) fn for_each_source(
         &self,
         at: Vec3,
         mut numbers: impl FnMut() -> [f64; 2],
-    ) -> impl Iterator<Item = (Vec3, f64, Bands)> {
-        let suns = self.suns.iter().map(move |s| {
+        mut each: impl FnMut(Vec3, f64, Bands),
+    ) {
+        for s in &self.suns {
             let u = numbers();
             let is_disc = s.cos != 1.0;
             let sampled = || direction_about(s.towards, 1.0 - u[0] * (1.0 - s.cos), u[1]);
-            (if is_disc { sampled() } else { s.towards }, f64::INFINITY, s.flux)
-        });
-        let points = self.points.iter().map(move |(position, intensity, distribution)| {
+            each(if is_disc { sampled() } else { s.towards }, f64::INFINITY, s.flux);
+        }
+        for (position, intensity, distribution) in &self.points {
             let r = (*position - at).length();
             let towards = (*position - at) / r;
-            (towards, r, *intensity * (distribution.relative(-towards) / (r * r)))
-        });
-        suns.chain(points)
+            each(towards, r, *intensity * (distribution.relative(-towards) / (r * r)));
+        }
     }
 
     /// A point of an emitter from three numbers of [0, 1); `None` without emitters.

@@ -252,14 +252,14 @@ impl PathSampler<'_> {
         let u: [f64; 3] = numbers.next_array();
         let (rng, mut first) = (&mut numbers.rng, Some([u[0], u[1]]));
         let pair = || first.take().unwrap_or_else(|| [rng.uniform(), rng.uniform()]);
-        for (towards, r, fluence) in self.lights.sources(s.vertex.at(), pair) {
+        self.lights.for_each_source(s.vertex.at(), pair, |towards, r, fluence| {
             let f = s.vertex.density(towards);
             if f > 0.0
                 && let Some(transmittance) = self.space.transmittance(&s.vertex, towards, r, None)
             {
                 s.radiance.add(s.throughput * transmittance * fluence * f, direct);
             }
-        }
+        });
         let u = if first.is_none() { [rng.uniform(), rng.uniform(), rng.uniform()] } else { u };
         let Some(point) = self.lights.sample_point(u) else { return };
         let offset = point.at - s.vertex.at();
