@@ -319,16 +319,13 @@ fn add_suns(pack: &mut Pack, suns: &[BakedSun]) {
 fn light_groups(s: &Solution, baked: &BakedSolution, scales: &[Value]) -> Value {
     let kind = |g: usize| s.groups.get(g).map_or(LightGroupKind::All, |x| x.kind);
     let background = |g: usize| {
-        let mut sum = match kind(g) {
+        let surroundings = match kind(g) {
             LightGroupKind::All | LightGroupKind::Surroundings => s.scene.surroundings().radiance,
             _ => Bands::ZERO,
         };
-        for (_, light) in s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l)) {
-            if let Some((radiance, distribution)) = light.sky() {
-                sum += radiance * distribution.mean();
-            }
-        }
-        sum.to_rgb()
+        let own = s.scene.lights().iter().enumerate().filter(|(l, _)| kind(g).has_light(*l));
+        let skies = own.filter_map(|(_, light)| light.sky());
+        skies.fold(surroundings, |sum, (radiance, d)| sum + radiance * d.mean()).to_rgb()
     };
     let one = |(g, name): (usize, &String)| json!({ "name": name, "background": background(g), "scales": scales[g] });
     baked.groups.iter().enumerate().map(one).collect()
