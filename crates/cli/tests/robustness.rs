@@ -86,11 +86,11 @@ fn file_size_limit_leaves_no_file_and_one_line() {
 fn temporary_files_of_killed_runs_are_removed() {
     let f = Folder::new();
     f.put("room.toml", ROOM);
-    f.put("out/.x.npz.999999-0.partial", "torn");
-    f.put("out/.y.npz.999999-0.partial", "another's");
+    f.put("out/.x.npz.999999-000000.partial", "torn");
+    f.put("out/.y.npz.999999-000000.partial", "another's");
     f.done(&["solve", "room.toml", "-o", "out/x.npz"]);
-    assert!(!f.path().join("out/.x.npz.999999-0.partial").exists());
-    assert!(f.path().join("out/.y.npz.999999-0.partial").exists());
+    assert!(!f.path().join("out/.x.npz.999999-000000.partial").exists());
+    assert!(f.path().join("out/.y.npz.999999-000000.partial").exists());
 }
 
 /// A linear basis in optically thick voxels can have negative radiosity.

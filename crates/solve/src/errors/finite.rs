@@ -190,7 +190,7 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let e = checked(&|f, _| f.incident[0][b] = bad).unwrap_err();
             assert!(
-                e.contains("the incident field on zone 0 of surface 'floor' is not a finite number"),
+                e.contains("the field 'incident' on zone 0 of surface 'floor' is not a finite number"),
                 "{e}"
             );
             assert!(checked(&|f, _| f.radiosity[0][b] = bad).is_err());
