@@ -8,6 +8,7 @@ mod coupled_bands;
 mod degenerate_scenes;
 mod diagnostics;
 mod direct_light;
+mod direct_light_errors;
 mod direct_solution;
 mod discretization_error;
 mod enclosures;

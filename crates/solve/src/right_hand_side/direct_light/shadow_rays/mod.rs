@@ -52,6 +52,4 @@ pub(crate) use gather::{GatheredLight, expected_rays, gather};
 pub(crate) use params::ERROR_SHARE;
 
 #[cfg(test)]
-mod coverage;
-#[cfg(test)]
 mod tests;

@@ -1,14 +1,14 @@
 //! Stated errors of direct light against the true ones, from many more samples.
 
-use super::params::{PANE_POINTS, STATED_OVER_MEAN_ERROR};
-use super::zone_sampler::ZoneLightSampler;
+use super::super::params::{PANE_POINTS, STATED_OVER_MEAN_ERROR};
+use super::super::zone_sampler::ZoneLightSampler;
 use crate::distribution::Execution;
 use crate::right_hand_side::direct_light::illumination::{PowerNormalization, illuminate_by};
 use crate::right_hand_side::direct_light::light_field::LightField;
 use zonal_math::parallel;
-use zonal_math::{Grade, Vec3, vec3};
+use zonal_math::{Vec3, vec3};
 use zonal_reference::test_cases::sampled_cases;
-use zonal_scene::{Bands, Light, NoProgress, Patch, Solution};
+use zonal_scene::{Bands, Light, NoProgress, Patch};
 use zonal_transport::{Transport, build_zones};
 
 const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = TOL\npatch_size = 0.25\n\
@@ -157,76 +157,6 @@ fn stated_errors_cover_true_errors_and_fall_with_the_tolerance() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
-fn solved(text: &str) -> Solution {
-    let scene = zonal_io::input::parse_scene(text, None, "room").unwrap();
-    crate::solve(scene, 1 << 30, &NoProgress).unwrap()
-}
-
-/// A symmetric room lit by its ceiling; mirror images of its walls once differed by 1 % with a stated error of 4e-13.
-const MIRROR: &str = "[solve]\ntolerance = TOL\npatch_size = 0.5\nengine = \"ENGINE\"\n[[surface]]\nname = \"room\"\n\
-    room = { min = [0, 0, 0], max = [2, 2, 2] }\nreflectance = 0.5\nfaces.z1 = { emission = 10 }\n\
-    [[light]]\nkind = \"emitter\"\nsurface = \"room.z1\"\n";
-
-// Guards (numbers): direct light of mirror images agrees within the stated errors.
-#[test]
-fn mirror_images_agree_within_the_stated_errors() {
-    for engine in ["dense", "rays"] {
-        for tolerance in ["0.1", "0.02", "0.004"] {
-            let s = solved(&MIRROR.replace("TOL", tolerance).replace("ENGINE", engine));
-            let p = &s.zones.patches;
-            let centre = |i: usize| p[i].plate.centre();
-            let (mut pairs, mut beyond, mut most) = (0, 0, 0.0f64);
-            for i in 0..p.len() {
-                let c = centre(i);
-                // Mirrored in x, in y, and in the plane x = y.
-                for image in [vec3(2.0 - c.x, c.y, c.z), vec3(c.x, 2.0 - c.y, c.z), vec3(c.y, c.x, c.z)] {
-                    let j = (0..p.len()).find(|&j| (centre(j) - image).length() < 1e-9).unwrap();
-                    for (field, e) in [
-                        (&s.fields.direct, (s.fields.direct_error[i] + s.fields.direct_error[j]).first()),
-                        (&s.fields.incident, (s.fields.error[i] + s.fields.error[j]).first()),
-                    ] {
-                        let d = (field[i] - field[j]).first().abs();
-                        pairs += 1;
-                        beyond += usize::from(d > e + 1e-12);
-                        most = most.max(d / field[i].first().max(1e-12));
-                    }
-                }
-            }
-            assert!(
-                beyond * 25 <= pairs,
-                "{engine} {tolerance}: {beyond} of {pairs} beyond, up to {most:.1e}"
-            );
-            let estimate = s.report.estimate.patches.first();
-            match engine {
-                "dense" => assert!(most < 1e-9 && estimate < 1e-9, "{most:e} {estimate:e}"),
-                _ => assert!(estimate > 0.0 && s.report.estimate.grade == Grade::Statistical, "{estimate:e}"),
-            }
-        }
-    }
-}
-
-// Guards (numbers): errors of direct light propagate to indirect light.
-#[test]
-fn errors_of_sunlight_propagate_to_reflected_light() {
-    let open = ROOM.replace("OMIT", "\"z1\"") + &lid() + SUN;
-    let truth = solved(&open.replace("TOL", "0.003"));
-    let mut last = f64::INFINITY;
-    for tolerance in ["0.2", "0.05", "0.01"] {
-        let s = solved(&open.replace("TOL", tolerance));
-        let (f, t) = (&s.fields, &truth.fields);
-        let n = f.incident.len();
-        let within = |i: &usize| {
-            let d = (f.incident[*i] - t.incident[*i]).first().abs();
-            d <= 2.0 * (f.error[*i] + t.error[*i]).first()
-        };
-        let (share, stated) =
-            ((0..n).filter(within).count() as f64 / n as f64, s.report.estimate.patches.first());
-        assert!(share >= 0.97 && stated <= last && stated > 1e-6, "{tolerance}: {share} {stated:e} {last:e}");
-        assert_eq!(s.report.estimate.grade, Grade::Statistical);
-        last = stated;
-    }
 }
 
 #[test]

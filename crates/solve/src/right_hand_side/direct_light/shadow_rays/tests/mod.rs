@@ -1,3 +1,7 @@
+//! Direct light by shadow rays.
+
+mod coverage;
+
 use super::params::MAX_SAMPLES_PER_ZONE;
 use super::zone_sampler::{ZoneLightSampler, largest};
 use super::{expected_rays, gather};
