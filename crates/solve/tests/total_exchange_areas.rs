@@ -18,7 +18,7 @@ const FURNACE: &str = "mode = \"thermal\"\n[solve]\npatch_rule = \"voxels\"\neng
 /// The factors of polygons by exact views from points.
 fn factors(walls: &[ConvexPolygon]) -> Vec<Vec<f64>> {
     let facets: Vec<Vec<Vec3>> = walls.iter().map(|w| w.corners().to_vec()).collect();
-    let rows = VisibleScene::new(&facets, &[]).rows(1e-7, 10_000);
+    let rows = VisibleScene::new(&facets, &[]).rows(1e-6, 10_000);
     rows.iter().map(|row| row.facets.iter().map(|f| f.value).collect()).collect()
 }
 
