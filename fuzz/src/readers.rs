@@ -4,6 +4,7 @@ use super::archive;
 use super::drawing::{Packing, use_solution};
 use super::files::{fixture_files, insert_file, read_mesh, read_scene, read_with_fixtures};
 use std::io::Cursor;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use zonal_app::pages::viewer::request;
 use zonal_app::pairs::pair_table::factors_from_bytes;
 use zonal_app::pictures::animation_frames;
@@ -31,7 +32,10 @@ const MESH_EXTENSIONS: [&str; 8] = ["obj", "stl", "ply", "glb", "gltf", "msh", "
 pub fn init(data: &[u8]) {
     let Some((kind, data)) = data.split_first() else { return };
     let extension = MESH_EXTENSIONS[usize::from(kind % 8)];
-    let folder = std::env::temp_dir().join(format!("zonal-fuzz-{}", std::process::id()));
+    // Several threads of one process may run the target at the same time.
+    static RUNS: AtomicUsize = AtomicUsize::new(0);
+    let run = RUNS.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("zonal-fuzz-{}-{run}", std::process::id()));
     let path = folder.join(format!("a.{extension}"));
     std::fs::create_dir_all(&folder).expect("a temporary folder");
     std::fs::write(&path, data).expect("a temporary file");
