@@ -52,6 +52,23 @@ fn syntax_and_types_are_checked() {
     );
 }
 
+#[test]
+fn renamed_words_are_refused_with_the_new_word() {
+    check(
+        &Folder::new(),
+        &[
+            (
+                "[solve]\nengine = 'hierarchical'",
+                &["solve.engine: 'hierarchical' has another name; write \"rays\""],
+            ),
+            (
+                "[boundary]\nx0 = 'mirror'\n[medium]\nmin=[0,0,0]\nmax=[1,1,1]\ncells=[1,1,1]\nextinction=1",
+                &["boundary.x0: 'mirror' has another name; write \"symmetry\""],
+            ),
+        ],
+    );
+}
+
 /// Invalid surfaces and panes; SQUARE stands for a rectangle.
 const INVALID_SURFACES: &[RefusedScene<'static>] = &[
     ("[[surface]]\nname='a'", &["test.toml:1:1: surface 'a'", "no shape; write one of rectangle"]),

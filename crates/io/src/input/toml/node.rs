@@ -34,6 +34,9 @@ pub(crate) struct TomlTable<'a> {
     pub(crate) key: String,
 }
 
+/// Words of earlier versions, and those that stand for them.
+const RENAMED_WORDS: [(&str, &str); 2] = [("hierarchical", "rays"), ("mirror", "symmetry")];
+
 impl<'a> TomlNode<'a> {
     pub(crate) fn offset(&self) -> usize {
         self.span.start
@@ -129,7 +132,11 @@ impl<'a> TomlNode<'a> {
         if let Some(i) = words.iter().position(|w| *w == word) {
             return Ok(i);
         }
-        Err(self.error(format!("'{word}' is not known; {}", suggest(word, words))))
+        let renamed = RENAMED_WORDS.iter().find(|(former, now)| *former == word && words.contains(now));
+        Err(self.error(match renamed {
+            Some((_, now)) => format!("'{word}' has another name; write \"{now}\""),
+            None => format!("'{word}' is not known; {}", suggest(word, words)),
+        }))
     }
     pub(crate) fn list(&self) -> Result<Vec<TomlNode<'a>>, InputError> {
         let DeValue::Array(array) = self.value else {
