@@ -44,6 +44,7 @@ pub use entry_points::facets::{FacetFile, read_facets};
 pub use entry_points::model_survey::{ModelSurvey, PartCounts, SurveyedMaterial, survey_model};
 pub use entry_points::scene_template::SceneTemplate;
 pub use entry_points::solve_settings::read_solve_settings;
+pub use mesh_files::load::mesh_extensions;
 pub use mesh_files::stl::{StlFacet, StlFile, read_stl};
 pub use reading::error::InputError;
 pub use reading::text::open_file;

@@ -10,6 +10,12 @@ use crate::input::reading::error::FileFault;
 use crate::input::toml::surface_keys::PLACED_MESH;
 use std::path::Path;
 
+/// The extensions of the mesh formats that are read, as a phrase.
+#[must_use]
+pub fn mesh_extensions() -> &'static str {
+    PLACED_MESH.file.spec.description
+}
+
 /// Largest OBJ file, bytes.
 const MAX_OBJ_FILE_BYTES: u64 = 1 << 30;
 
@@ -40,9 +46,7 @@ fn read_by_extension(files: FileSource<'_>, path: &Path, file: &str) -> Result<M
         }
         _ => {
             let known = converters::conversion_hint(path, FileContents::Mesh);
-            let other = || {
-                format!("this kind of mesh is not read; convert it to {}", PLACED_MESH.file.spec.description)
-            };
+            let other = || format!("this kind of mesh is not read; convert it to {}", mesh_extensions());
             Err(FileFault::new(file, "", known.unwrap_or_else(other)))
         }
     }

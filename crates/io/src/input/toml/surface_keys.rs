@@ -27,7 +27,7 @@ keys! {
         triangle: () = TABLE, "", "triangle; its front sees the corners counter-clockwise";
         r#box: () = TABLE, "", "solid box with outward normals";
         room: () = TABLE, "", "six walls with inward normals";
-        mesh: () = TABLE, "", "mesh file";
+        mesh: () = TABLE, "", "mesh file: OBJ, STL, PLY, GLB, glTF, MSH, VTU or VTP";
     }
     /// Properties of a surface, of a face or of a material.
     SURFACE_PROPERTIES: SurfaceProperties = [SurfaceProperties] {
@@ -88,7 +88,8 @@ keys! {
     }
     /// Every placed mesh: `mesh` of a region.
     PLACED_MESH: PlacedMesh = [PlacedMesh] {
-        file: () = FILE, "required", ".obj, .stl, .ply, .glb, .gltf, .msh, .vtu or .vtp", "\"mesh.obj\"";
+        file: () = FILE, "required", ".obj, .stl, .ply, .glb, .gltf, .msh, .vtu or .vtp",
+            "\"mesh.obj\" (or .stl, .ply, .glb, .gltf, .msh, .vtu, .vtp)";
         scale: f64 = POSITIVE.in_unit("m per unit of the file"), "1", "factor of lengths";
         translate: Vec3 = EDGE, "[0, 0, 0]", "translation after scale and rotation";
         rotate_degrees: Vec3 = ROTATIONS, "[0, 0, 0]", "rotations about x, then y, then z";

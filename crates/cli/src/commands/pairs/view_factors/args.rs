@@ -1,6 +1,7 @@
 //! Arguments of `zonal view-factors`.
 
 use std::path::PathBuf;
+use zonal_io::input::mesh_extensions;
 use zonal_io::output::ViewFactorFormat;
 
 /// Compute view factors of facets that hide each other, without a medium.
@@ -10,7 +11,8 @@ use zonal_io::output::ViewFactorFormat;
 /// radius in .npz and .csv files. Lengths in metres.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Facets: an input file of View3D (.vs3), or a mesh file of a format that scenes read, such as .stl.
+    /// The facets; the help takes the list of formats from the reader of meshes.
+    #[arg(help = format!("Facets: an input file of View3D (.vs3), or a mesh ({})", mesh_extensions()))]
     pub input: PathBuf,
     /// File to write: .npz (scipy.sparse.load_npz reads it; with radii, sky and areas), .csv, .mtx (MatrixMarket), .bin (View3D's binary format), or .txt and
     /// .out (View3D's text formats: see --format).
