@@ -2,7 +2,6 @@
 #![allow(missing_docs)]
 
 mod aligned_factors;
-mod ducts;
 mod estimated_factors;
 mod heterogeneous_scenes;
 mod plates_and_boxes_in_media;

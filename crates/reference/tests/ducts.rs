@@ -1,21 +1,11 @@
 //! The exact factors of ducts against View3D's cross-sections and printed matrices (G. Walton, NIST), which are right to a few units of their
 //! seventh digit.
 
-use std::path::PathBuf;
-use zonal_reference::crossed_strings;
+#[path = "support/view3d_files.rs"]
+mod view3d_files;
 
-/// The text of a file below View3D's folder, or None with a line on the standard output.
-fn text(name: &str) -> Option<String> {
-    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/thermal-view3d"));
-    let path = root.join(name);
-    match std::fs::read(&path) {
-        Ok(bytes) => Some(String::from_utf8_lossy(&bytes).into_owned()),
-        Err(_) => {
-            println!("skipped: {} is missing", path.display());
-            None
-        }
-    }
-}
+use view3d_files::text;
+use zonal_reference::crossed_strings;
 
 /// The walls of a cross-section (.vs2).
 fn walls(text: &str) -> Vec<crossed_strings::Wall> {

@@ -1,6 +1,9 @@
 //! View3D's files, as far as the tests need them: enclosures (.vs3), printed matrices.
 
-use std::path::PathBuf;
+#[path = "../../../reference/tests/support/view3d_files.rs"]
+mod view3d_files;
+
+pub(crate) use view3d_files::text;
 use zonal_exchange::polygon::visible::ConvexPolygon;
 use zonal_math::Vec3;
 
@@ -13,19 +16,6 @@ pub(crate) struct Surface {
     pub base: usize,
     /// Number (from one) of the surface that this one's factors are added to; zero for none.
     pub combine: usize,
-}
-
-/// The text of a file below View3D's folder, or None with a line on the standard output.
-pub(crate) fn text(name: &str) -> Option<String> {
-    let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/thermal-view3d"));
-    let path = root.join(name);
-    match std::fs::read(&path) {
-        Ok(bytes) => Some(String::from_utf8_lossy(&bytes).into_owned()),
-        Err(_) => {
-            println!("skipped: {} is missing", path.display());
-            None
-        }
-    }
 }
 
 /// Vertices and surfaces of an enclosure; v4 = 0: a triangle.
