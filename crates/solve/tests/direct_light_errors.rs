@@ -1,26 +1,11 @@
 //! Stated errors of direct light in the results of a solve.
 
+use crate::common::lit_rooms::{ROOM, SUN, lid};
 use crate::common::solved;
 use zonal_math::{Grade, vec3};
 
-const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = TOL\npatch_size = 0.25\n\
-    [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [2, 2, 2] }\nomit = [OMIT]\nreflectance = 0.5\n";
-const SUN: &str =
-    "[[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
-
-/// A lid with a square hole of 12 cm.
-fn lid() -> String {
-    let part = |name: &str, x: f64, y: f64, dx: f64, dy: f64| {
-        format!(
-            "[[surface]]\nname = \"{name}\"\nrectangle = {{ origin = [{x}, {y}, 2], edge1 = [{dx}, 0, 0], edge2 = [0, {dy}, 0] }}\nsides = \"both\"\n"
-        )
-    };
-    [part("a", 0.0, 0.0, 0.9, 2.0), part("b", 1.02, 0.0, 0.98, 2.0)].concat()
-        + &[part("c", 0.9, 0.0, 0.12, 0.9), part("d", 0.9, 1.02, 0.12, 0.98)].concat()
-}
-
 /// A symmetric room lit by its ceiling; mirror images of its walls once differed by 1 % with a stated error of 4e-13.
-const MIRROR: &str = "[solve]\ntolerance = TOL\npatch_size = 0.5\nengine = \"ENGINE\"\n[[surface]]\nname = \"room\"\n\
+const MIRROR: &str = "[solve]\ntolerance = TOLERANCE\npatch_size = 0.5\nengine = \"ENGINE\"\n[[surface]]\nname = \"room\"\n\
     room = { min = [0, 0, 0], max = [2, 2, 2] }\nreflectance = 0.5\nfaces.z1 = { emission = 10 }\n\
     [[light]]\nkind = \"emitter\"\nsurface = \"room.z1\"\n";
 
@@ -29,7 +14,7 @@ const MIRROR: &str = "[solve]\ntolerance = TOL\npatch_size = 0.5\nengine = \"ENG
 fn mirror_images_agree_within_the_stated_errors() {
     for engine in ["dense", "rays"] {
         for tolerance in ["0.1", "0.02", "0.004"] {
-            let s = solved(&MIRROR.replace("TOL", tolerance).replace("ENGINE", engine));
+            let s = solved(&MIRROR.replace("TOLERANCE", tolerance).replace("ENGINE", engine));
             let p = &s.zones.patches;
             let centre = |i: usize| p[i].plate.centre();
             let (mut pairs, mut beyond, mut most) = (0, 0, 0.0f64);
@@ -66,10 +51,10 @@ fn mirror_images_agree_within_the_stated_errors() {
 #[test]
 fn errors_of_sunlight_propagate_to_reflected_light() {
     let open = ROOM.replace("OMIT", "\"z1\"") + &lid() + SUN;
-    let truth = solved(&open.replace("TOL", "0.003"));
+    let truth = solved(&open.replace("TOLERANCE", "0.003"));
     let mut last = f64::INFINITY;
     for tolerance in ["0.2", "0.05", "0.01"] {
-        let s = solved(&open.replace("TOL", tolerance));
+        let s = solved(&open.replace("TOLERANCE", tolerance));
         let (f, t) = (&s.fields, &truth.fields);
         let n = f.incident.len();
         let within = |i: &usize| {

@@ -1,6 +1,7 @@
 //! Scenes and measures shared by several tests.
 #![allow(dead_code, missing_docs)]
 
+pub(crate) mod lit_rooms;
 pub(crate) mod thread_ranks;
 
 use zonal_exchange::pair::{Exchange, PairCounts};

@@ -2,6 +2,7 @@
 
 use super::super::params::{PANE_POINTS, STATED_OVER_MEAN_ERROR};
 use super::super::zone_sampler::ZoneLightSampler;
+use super::lit_rooms::{LAMP, ROOM, SKY, SUN, lid};
 use crate::distribution::Execution;
 use crate::right_hand_side::direct_light::illumination::{PowerNormalization, illuminate_by};
 use crate::right_hand_side::direct_light::light_field::LightField;
@@ -11,14 +12,7 @@ use zonal_reference::test_cases::sampled_cases;
 use zonal_scene::{Bands, Light, NoProgress, Patch};
 use zonal_transport::{Transport, build_zones};
 
-const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = TOL\npatch_size = 0.25\n\
-    [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [2, 2, 2] }\nomit = [OMIT]\nreflectance = 0.5\n";
 const BLOCK: &str = "[[surface]]\nname = \"block\"\nbox = { min = [0.7, 0.6, 0.5], max = [1.3, 1.4, 0.9], rotate_z_degrees = 20 }\n";
-const LAMP: &str = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.6, 0.7, 1.95], edge1 = [0, 0.6, 0], edge2 = [0.8, 0, 0] }\n\
-    emission = 10\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n";
-const SUN: &str =
-    "[[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
-const SKY: &str = "[[light]]\nkind = \"sky\"\nradiance = 1\n";
 const CLEAR_SKY: &str =
     "[[light]]\nkind = \"cie-sky\"\ntype = 13\nhorizontal_irradiance = 1\ndirection = [0.3, 0.2, -1]\n";
 const BULB: &str = "[[light]]\nkind = \"point\"\nposition = [0.52, 1.34, 1.42]\npower = 100\n";
@@ -30,17 +24,6 @@ const HAZE: &str =
     "[medium]\nmin = [0, 0, 0]\nmax = [2, 2, 2]\ncells = [8, 8, 8]\nextinction = 0.4\nalbedo = 0.5\n";
 const PANE: &str = "[[pane]]\nname = \"glass\"\npolygon = [[0.2, 0.1, 1.6], [1.6, 0.1, 1.6], [1.6, 1.6, 1.6], [0.2, 1.6, 1.6]]\n\
     thickness = 0.01\nextinction = [20, 40, 80]\nalbedo = 0\n";
-
-/// A lid with a square hole of 12 cm.
-fn lid() -> String {
-    let part = |name: &str, x: f64, y: f64, dx: f64, dy: f64| {
-        format!(
-            "[[surface]]\nname = \"{name}\"\nrectangle = {{ origin = [{x}, {y}, 2], edge1 = [{dx}, 0, 0], edge2 = [0, {dy}, 0] }}\nsides = \"both\"\n"
-        )
-    };
-    [part("a", 0.0, 0.0, 0.9, 2.0), part("b", 1.02, 0.0, 0.98, 2.0)].concat()
-        + &[part("c", 0.9, 0.0, 0.12, 0.9), part("d", 0.9, 1.02, 0.12, 0.98)].concat()
-}
 
 /// Approximate number of zones that are compared, samples of each, the first of these, behind all that a solve takes, and points of a pane.
 const COMPARED_ZONES: usize = 100;
@@ -59,7 +42,7 @@ struct ErrorCoverage {
 }
 
 fn check(text: &str, tolerance: f64) -> ErrorCoverage {
-    let text = text.replace("TOL", &tolerance.to_string());
+    let text = text.replace("TOLERANCE", &tolerance.to_string());
     let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
@@ -161,7 +144,7 @@ fn stated_errors_cover_true_errors_and_fall_with_the_tolerance() {
 
 #[test]
 fn direct_light_is_bit_identical_for_threads_and_checkpoints() {
-    let text = (ROOM.replace("OMIT", "\"z1\"") + BLOCK + HAZE + SUN).replace("TOL", "0.05");
+    let text = (ROOM.replace("OMIT", "\"z1\"") + BLOCK + HAZE + SUN).replace("TOLERANCE", "0.05");
     let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
     let transport = Transport::new(&scene);
     let zones = build_zones(&scene, &transport).unwrap();
@@ -189,7 +172,7 @@ fn stated_errors_hold_for_any_number_of_samples() {
     // No edge of a narrow beam lies across one of the zones compared here; the test of stated errors compares all zones.
     let cases = sampled_cases(scenes(), &[1, 8]);
     for (name, text) in cases.into_iter().filter(|(name, _)| !name.starts_with("narrow beam")) {
-        let scene = zonal_io::input::parse_scene(&text.replace("TOL", "0.1"), None, "room").unwrap();
+        let scene = zonal_io::input::parse_scene(&text.replace("TOLERANCE", "0.1"), None, "room").unwrap();
         // Shadows of a point are sharp: fewer zones lie across their edges.
         let least = if text.contains("kind = \"point\"") { 10 } else { 20 };
         let transport = Transport::new(&scene);
@@ -257,7 +240,7 @@ fn skies_through_a_small_hole_meet_a_small_tolerance() {
     const TOLERANCE: f64 = 0.002;
     for sky in [SKY, CLEAR_SKY] {
         let room = ROOM.replace("OMIT", "\"z1\"").replace("0.25", "0.5");
-        let text = (room + &inner_lid() + sky).replace("TOL", &TOLERANCE.to_string());
+        let text = (room + &inner_lid() + sky).replace("TOLERANCE", &TOLERANCE.to_string());
         let scene = zonal_io::input::parse_scene(&text, None, "room").unwrap();
         let Light::Sky { radiance, distribution, .. } = &scene.lights()[0] else { panic!("no sky") };
         let transport = Transport::new(&scene);

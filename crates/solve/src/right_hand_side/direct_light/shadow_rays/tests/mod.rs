@@ -1,6 +1,8 @@
 //! Direct light by shadow rays.
 
 mod coverage;
+#[path = "../../../../../tests/common/lit_rooms.rs"]
+mod lit_rooms;
 
 use super::params::MAX_SAMPLES_PER_ZONE;
 use super::zone_sampler::{ZoneLightSampler, largest};
@@ -9,6 +11,7 @@ use crate::distribution::Execution;
 use crate::right_hand_side::direct_light::illumination::{PowerNormalization, illuminate_by};
 use crate::right_hand_side::surroundings::zone_rays::voxel_point;
 use crate::settings::unobstructed_cells::UnobstructedCells;
+use lit_rooms::{LAMP, SKY, SUN};
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{low_discrepancy, vec3};
@@ -19,11 +22,6 @@ const ROOM: &str = "name = \"room\"\n[solve]\ntolerance = 0.03\npatch_size = 0.2
     [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [2, 2, 2] }\nOMIT\n\
     [[surface]]\nname = \"block\"\nbox = { min = [0.7, 0.6, 0.5], max = [1.3, 1.4, 0.9], rotate_z_degrees = 20 }\n\
     [medium]\nmin = [0, 0, 0]\nmax = [2, 2, 2]\ncells = [14, 14, 14]\nextinction = 0.2\nalbedo = 0.5\n";
-const LAMP: &str = "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.6, 0.7, 1.95], edge1 = [0, 0.6, 0], edge2 = [0.8, 0, 0] }\n\
-    emission = 10\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n";
-const SUN: &str =
-    "[[light]]\nkind = \"sun\"\ndirection = [0.3, 0.2, -1]\nirradiance = 100\nangular_diameter = 2\n";
-const SKY: &str = "[[light]]\nkind = \"sky\"\nradiance = 1\n";
 
 /// Gathered light against thousands of samples per zone.
 fn check(light: &str, omit: &str, limit: f64) {
