@@ -2,9 +2,9 @@
 //!
 //! Every step runs even when an earlier one fails; the result is a failure if any step fails. Each crate is compiled once for clippy and rustdoc
 //! and once for tests, with the features that the Python package needs; the demo and all later steps run the binary of the test build, which
-//! differs from a release by optimization and assertions alone. Steps that compile most run one after the other; the later ones are two lists that run beside
-//! each other. Steps that need tools beyond Rust are scripts below `.ci/`: they install what
-//! they need where they may, and skip with a message where a tool is missing, except on CI (`CI` set), where a missing tool is a failure.
+//! differs from a release by optimization and assertions alone. Steps that compile most run one after the other; the later ones are two lists that run
+//! beside each other. Steps that need tools beyond Rust are scripts below `.ci/`: they install what they need where they may, and skip with a message
+//! where a tool is missing, except on CI (`CI` set), where a missing tool is a failure.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};

@@ -177,7 +177,7 @@ impl Light {
         }
     }
 
-    /// True for a light from so many directions that its mean needs several times as many samples.
+    /// True for a light that arrives from all directions; a mean over them needs more samples.
     pub fn fills_sphere(&self) -> bool {
         match self {
             Light::Sky { .. } => true,
