@@ -19,17 +19,17 @@ const EDGE_PARAMETER_TOLERANCE: f64 = 1e-9;
 
 impl Transport<'_> {
     /// Calls `each` with the panes that the segment a–b crosses, by ascending t. A pane that holds an end is not crossed.
-    pub fn pane_crossings(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(PaneHit)) {
+    pub fn pane_crossings(&self, a: Vec3, b: Vec3, each: &mut dyn FnMut(PaneHit)) {
         self.crossings(self.panes(), a, b, each);
     }
 
-    fn crossings(&self, panes: &Bvh, a: Vec3, b: Vec3, each: &mut impl FnMut(PaneHit)) {
+    fn crossings(&self, panes: &Bvh, a: Vec3, b: Vec3, each: &mut dyn FnMut(PaneHit)) {
         if panes.len() == 0 {
             return;
         }
         let length = (b - a).length();
         let mut hits: Vec<(PaneHit, bool)> = Vec::new();
-        panes.all(a, b, self.tolerance(), |id, [t, u, v], along| {
+        panes.all(a, b, self.tolerance(), &mut |id, [t, u, v], along| {
             let (pane, plate) = self.pane_plate(id);
             let hit = PaneHit {
                 t: t * length,
@@ -60,28 +60,23 @@ impl Transport<'_> {
     }
 
     /// ∫ κ ds over medium and panes along a–b, per band. A pane adds κ t/|cosθ|, unless it holds a or b.
-    #[inline]
     pub fn optical_depth(&self, a: Vec3, b: Vec3) -> Bands {
         self.total_depth(self.panes(), a, b)
     }
     /// [`Transport::optical_depth`] for two points of the scene itself: tests only the panes that can lie between such points.
-    #[inline]
     pub fn optical_depth_inside(&self, a: Vec3, b: Vec3) -> Bands {
         self.total_depth(self.interior_panes(), a, b)
     }
 
     /// ∫ κ ds over the panes alone that lie between two points of the scene itself, per band.
-    #[inline]
     pub fn pane_depth_inside(&self, a: Vec3, b: Vec3) -> Bands {
         self.pane_depth(self.interior_panes(), a, b)
     }
 
-    #[inline]
     fn total_depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
         self.medium_depth(a, b) + self.pane_depth(panes, a, b)
     }
 
-    #[inline]
     fn pane_depth(&self, panes: &Bvh, a: Vec3, b: Vec3) -> Bands {
         let mut sum = Bands::ZERO;
         self.crossings(panes, a, b, &mut |h| {
@@ -98,7 +93,6 @@ impl Transport<'_> {
     }
 
     /// ∫ κ ds over the medium alone, per band.
-    #[inline]
     pub fn medium_depth(&self, a: Vec3, b: Vec3) -> Bands {
         let mut sum = Bands::ZERO;
         if self.scene().voxel_grid().is_none_or(|g| g.uniform_extinction() == Some(Bands::ZERO)) {
@@ -128,7 +122,6 @@ impl Transport<'_> {
     }
 
     /// Transmittance e^{−δ} along a–b, per band; `None` when a facet occludes.
-    #[inline]
     pub fn transmittance(&self, a: Vec3, b: Vec3) -> Option<Bands> {
         if self.occluded(a, b) {
             return None;
@@ -136,7 +129,6 @@ impl Transport<'_> {
         Some((-self.optical_depth(a, b)).exp())
     }
     /// [`Transport::transmittance`] for two points of the scene itself.
-    #[inline]
     pub fn transmittance_inside(&self, a: Vec3, b: Vec3) -> Option<Bands> {
         if self.occluded_inside(a, b) {
             return None;

@@ -164,7 +164,7 @@ impl Solids {
         if tree.len() == 0 {
             return hits;
         }
-        tree.all(p, p + VOTE_DIRECTIONS[k] * reach, &self.tol, |id, [t, ..], along| {
+        tree.all(p, p + VOTE_DIRECTIONS[k] * reach, &self.tol, &mut |id, [t, ..], along| {
             if wanted(id) {
                 hits.push((t, if along < 0.0 { 1 } else { -1 }, id));
             }

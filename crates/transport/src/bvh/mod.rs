@@ -58,11 +58,14 @@ impl Bvh {
     }
 
     /// True when any plate crosses the segment a → b.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn any(&self, a: Vec3, b: Vec3, tolerance: &Tolerance) -> bool {
-        if self.nodes.is_empty() {
-            return false;
-        }
+        !self.nodes.is_empty() && self.crosses(a, b, tolerance)
+    }
+
+    /// [`Bvh::any`] for a tree with plates. The traversal is compiled here, once, and not in every caller.
+    #[inline(never)]
+    fn crosses(&self, a: Vec3, b: Vec3, tolerance: &Tolerance) -> bool {
         let line = PreparedLine::new(a, b - a, tolerance);
         self.visit::<true>(&line, |slot| self.plates[slot].crosses(&line))
     }
@@ -74,7 +77,7 @@ impl Bvh {
         a: Vec3,
         b: Vec3,
         tolerance: &Tolerance,
-        mut each: impl FnMut(u32, [f64; 3], f64),
+        each: &mut dyn FnMut(u32, [f64; 3], f64),
     ) {
         let line = PreparedLine::new(a, b - a, tolerance);
         self.visit::<false>(&line, |slot| {
