@@ -77,7 +77,7 @@ impl<T> PerBand<T> {
     /// ```
     #[inline]
     pub fn from_fn(mut f: impl FnMut(Band) -> T) -> PerBand<T> {
-        PerBand { values: std::array::from_fn(|k| f(Band(k))) }
+        PerBand { values: [f(Band(0)), f(Band(1)), f(Band(2))] }
     }
     /// The same value in every band.
     ///
@@ -136,8 +136,9 @@ impl<T> PerBand<T> {
     /// assert!(positive.any(|p| p) && !positive.all(|p| p));
     /// ```
     #[inline]
-    pub fn map<U>(self, f: impl FnMut(T) -> U) -> PerBand<U> {
-        PerBand { values: self.values.map(f) }
+    pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> PerBand<U> {
+        let [a, b, c] = self.values;
+        PerBand { values: [f(a), f(b), f(c)] }
     }
     /// Combines the values of each band by `f`.
     ///
@@ -153,9 +154,8 @@ impl<T> PerBand<T> {
     /// ```
     #[inline]
     pub fn zip_map<U, V>(self, other: PerBand<U>, mut f: impl FnMut(T, U) -> V) -> PerBand<V> {
-        let mut others = other.values.into_iter();
-        // Both arrays have one value for each band.
-        PerBand { values: self.values.map(|a| others.next().map(|b| f(a, b)).expect("one value a band")) }
+        let ([a, b, c], [x, y, z]) = (self.values, other.values);
+        PerBand { values: [f(a, x), f(b, y), f(c, z)] }
     }
     /// The values, ascending by band.
     #[inline]
