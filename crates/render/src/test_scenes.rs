@@ -71,6 +71,11 @@ pub(crate) fn solution(
     h: impl Fn(Vec3, Vec3) -> f64,
     b: impl Fn(Vec3) -> f64,
 ) -> Solution {
+    solution_of(parts, &h, &b)
+}
+
+/// Compiled once, where [`solution`] has a copy for each pair of closures.
+fn solution_of(parts: SceneParts, h: &dyn Fn(Vec3, Vec3) -> f64, b: &dyn Fn(Vec3) -> f64) -> Solution {
     let parts = SceneParts {
         options: SolveOptions {
             patch_size: Some(parts.options.patch_size.unwrap_or(0.25)),

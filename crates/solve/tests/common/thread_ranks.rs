@@ -74,19 +74,28 @@ impl Communicator for ThreadRank<'_> {
 
 /// `f` on every rank of `size`, each with a pool of one thread; the results in the order of the ranks.
 pub(crate) fn on_ranks<T: Send>(size: usize, f: impl Fn(&dyn Communicator) -> T + Sync) -> Vec<T> {
+    let results: Vec<Mutex<Option<T>>> = (0..size).map(|_| Mutex::new(None)).collect();
+    run_ranks(size, &|c| {
+        let result = f(c);
+        *results[c.rank()].lock().unwrap() = Some(result);
+    });
+    results.into_iter().map(|result| result.into_inner().unwrap().expect("every rank has run")).collect()
+}
+
+/// Threads and pools are compiled here, once, whatever the ranks return.
+fn run_ranks(size: usize, f: &(dyn Fn(&dyn Communicator) + Sync)) {
     let shared = ThreadRanks {
         meeting: Mutex::default(),
         changed: Condvar::new(),
         mail: Mutex::new(vec![Vec::new(); size]),
     };
-    let (shared, f) = (&shared, &f);
     let one = |rank: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        pool.install(|| f(&ThreadRank { rank, size, shared }))
+        pool.install(|| f(&ThreadRank { rank, size, shared: &shared }));
     };
     let one = &one;
     std::thread::scope(|s| {
         let ranks: Vec<_> = (0..size).map(|rank| s.spawn(move || one(rank))).collect();
-        ranks.into_iter().map(|r| r.join().unwrap()).collect()
-    })
+        ranks.into_iter().for_each(|r| r.join().unwrap());
+    });
 }
