@@ -87,14 +87,8 @@ impl F32x8Dispatch {
         if let Some(v3) = self.avx2 {
             return v3.vectorize(Avx2Call { v3, kernel });
         }
-        run_scalar(kernel)
+        kernel.evaluate(ScalarF32x8)
     }
-}
-
-/// Runs a kernel on arrays: one copy for each kernel, not one in every caller.
-#[inline(never)]
-fn run_scalar<T: F32x8Kernel>(kernel: T) -> T::Output {
-    kernel.evaluate(ScalarF32x8)
 }
 
 #[cfg(target_arch = "x86_64")]
