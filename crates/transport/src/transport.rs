@@ -223,7 +223,7 @@ impl<'a> Transport<'a> {
     }
 
     /// Calls `each` with every facet that the segment a–b crosses, in no order. A facet that holds an end is not crossed.
-    pub fn facet_crossings(&self, a: Vec3, b: Vec3, each: &mut impl FnMut(Hit)) {
+    pub fn facet_crossings(&self, a: Vec3, b: Vec3, each: &mut dyn FnMut(Hit)) {
         let length = (b - a).length();
         self.geometry.facets.all(a, b, &self.geometry.tolerance, &mut |id, [t, u, v], along| {
             each(Hit { t: t * length, facet: id as usize, u, v, front: along < 0.0 });
