@@ -5,6 +5,8 @@ use rayon::prelude::*;
 
 /// Most tasks of a loop over single items.
 const MAX_TASKS: usize = 512;
+/// Items of a block of a reduction.
+const BLOCK_LENGTH: usize = 4096;
 
 /// The values of `of` at 0 … n − 1.
 ///
@@ -37,6 +39,48 @@ pub fn any(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
         (0..n).into_par_iter().any(holds)
     }
     erased(n, &holds)
+}
+
+/// The first index below n at which `holds` is true.
+///
+/// ```
+/// assert_eq!(zonal_math::parallel::first(9, |i| i * i > 20), Some(5));
+/// ```
+pub fn first(n: usize, holds: impl Fn(usize) -> bool + Sync) -> Option<usize> {
+    fn erased(n: usize, holds: &(dyn Fn(usize) -> bool + Sync)) -> Option<usize> {
+        (0..n).into_par_iter().find_first(|i| holds(*i))
+    }
+    erased(n, &holds)
+}
+
+/// `both` over `start` and the values of `of` at 0 … n − 1, block by block: the order does not depend on the number of threads. `start` counts once for each block,
+/// so that it must not change a value: 0 of a sum.
+///
+/// ```
+/// let largest = zonal_math::parallel::reduce(5000, 0.0, |i| (i as f64).sin(), f64::max);
+/// assert!(largest > 0.99 && largest <= 1.0);
+/// ```
+pub fn reduce<T: Clone + Send + Sync>(
+    n: usize,
+    start: T,
+    of: impl Fn(usize) -> T + Sync,
+    both: impl Fn(T, T) -> T + Sync,
+) -> T {
+    let block = |b: usize| {
+        let items = b * BLOCK_LENGTH..((b + 1) * BLOCK_LENGTH).min(n);
+        items.fold(start.clone(), |sum, i| both(sum, of(i)))
+    };
+    let blocks = collect(n.div_ceil(BLOCK_LENGTH), block);
+    blocks.into_iter().fold(start.clone(), &both)
+}
+
+/// Gives a vector `n` entries of any value, for a loop that writes all of them. Memory that is new is touched by the threads of that loop first.
+pub fn set_length(items: &mut Vec<f64>, n: usize) {
+    if n > items.capacity() {
+        // Zeros from the system take no time until they are written.
+        *items = vec![0.0; n];
+    }
+    items.resize(n, 0.0);
 }
 
 /// True if `holds` is true at all items of a slice.
@@ -82,6 +126,11 @@ pub fn chunks<T: Send>(items: &mut [T], length: usize, each: impl Fn(usize, &mut
     erased(items, length, &each);
 }
 
+/// The values of two functions, which may run at the same time.
+pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    rayon::join(a, b)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,6 +148,11 @@ mod tests {
             chunks(&mut out, 7, |c, chunk| chunk.iter_mut().enumerate().for_each(|(k, x)| *x -= 7 * c + k));
             assert_eq!(out, squares);
             assert_eq!(any(n, |i| i == 511), n > 511);
+            assert_eq!(first(n, |i| i == 511 || i == 3000), (n > 511).then_some(511));
+            assert_eq!(reduce(n, 0, |i| i, |a, b| a + b), (0..n).sum());
+            let mut sized = vec![1.0; 600];
+            set_length(&mut sized, n);
+            assert_eq!(sized.len(), n);
             assert_eq!(all(&squares, |s| *s != 1), n < 2);
         }
     }
