@@ -31,7 +31,7 @@ pub(crate) use chunk_evaluator::OneProcess;
 pub use grid_tables::GridTables;
 pub use offset_family::MethodCounts;
 pub use pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
-pub use table::FactorTable;
+pub use table::{FactorTable, TurnedTable};
 pub use voxel_block::{VoxelBlock, voxel_block};
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! the density. Offsets nearer than D/[`moment_series::MAX_SIZE_OVER_DISTANCE`], and entries whose radius exceeds the tolerance, are computed as
 //! single pairs (`method_selection.rs`).
 
+use super::offset_index::OffsetIndex;
 use crate::Method;
 use crate::aligned::cell_integration;
 use crate::aligned::cube_series::{self, CubeSeries};
@@ -130,16 +131,17 @@ impl OffsetFamily {
         }))
     }
 
-    /// All offsets on rayon's threads.
-    pub(super) fn fill_parallel(&self, offsets: &[[u16; 3]]) -> (Vec<f64>, Vec<f64>, MethodCounts) {
-        let (mut values, mut radii) = (vec![0.0; offsets.len()], vec![0.0; offsets.len()]);
-        let counts = (
-            offsets.par_chunks(OFFSETS_PER_CHUNK),
-            values.par_chunks_mut(OFFSETS_PER_CHUNK),
-            radii.par_chunks_mut(OFFSETS_PER_CHUNK),
-        )
-            .into_par_iter()
-            .map(|(o, v, r)| self.fill(o, v, r))
+    /// All offsets of an index on rayon's threads.
+    pub(super) fn fill_parallel(&self, index: &OffsetIndex) -> (Vec<f64>, Vec<f64>, MethodCounts) {
+        let (mut values, mut radii) = (vec![0.0; index.len()], vec![0.0; index.len()]);
+        let counts = values
+            .par_chunks_mut(OFFSETS_PER_CHUNK)
+            .zip(radii.par_chunks_mut(OFFSETS_PER_CHUNK))
+            .enumerate()
+            .map(|(k, (v, r))| {
+                let first = k * OFFSETS_PER_CHUNK;
+                self.fill(&index.offsets(first..first + v.len()), v, r)
+            })
             .reduce(MethodCounts::default, |mut sum, more| {
                 sum.merge(more);
                 sum

@@ -1,5 +1,7 @@
 //! The position of an offset in a table, up to the symmetries of the cell.
 
+use std::ops::Range;
+
 /// Offsets folded by the symmetries and numbered: place = plane[s₀] + line[s₁] + s₂ with s the stored offset, whose
 /// components are sorted where axes are alike.
 #[derive(Clone, Debug)]
@@ -67,19 +69,38 @@ impl OffsetIndex {
         if self.alike > 2 { self.counts[1].min(s0 + 1) } else { self.counts[1] }
     }
 
-    /// All stored offsets in the order of their positions, components by axis.
-    pub(super) fn offsets(&self) -> Vec<[u16; 3]> {
-        let mut out = Vec::with_capacity(self.len);
-        for s0 in 0..self.counts[0] {
-            for s1 in 0..self.middle(s0) {
-                for s2 in 0..self.last(s1) {
-                    let mut offset = [0; 3];
-                    for (k, s) in self.axes.into_iter().zip([s0, s1, s2]) {
-                        offset[k] = s as u16;
-                    }
-                    out.push(offset);
-                }
+    /// The index of the same places by offsets whose axis `k` is axis `turn[k]` of this index.
+    pub(super) fn turned(&self, turn: [usize; 3]) -> OffsetIndex {
+        let axis_of = |own: usize| turn.iter().position(|t| *t == own).unwrap_or(own);
+        OffsetIndex { axes: self.axes.map(axis_of), ..self.clone() }
+    }
+
+    /// Number of stored offsets.
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The stored offsets at some positions, components by axis.
+    pub(super) fn offsets(&self, places: Range<usize>) -> Vec<[u16; 3]> {
+        let mut out = Vec::with_capacity(places.len());
+        // The last plane and the last line that begin at or before the first place.
+        let mut s0 = self.plane.partition_point(|first| *first <= places.start).saturating_sub(1);
+        let rest = places.start - self.plane[s0];
+        let mut s1 = self.line.partition_point(|first| *first <= rest).saturating_sub(1);
+        let mut s2 = rest - self.line[s1];
+        while out.len() < places.len() {
+            if s2 == self.last(s1) {
+                (s1, s2) = (s1 + 1, 0);
             }
+            if s1 == self.middle(s0) {
+                (s0, s1) = (s0 + 1, 0);
+            }
+            let mut offset = [0; 3];
+            for (k, s) in self.axes.into_iter().zip([s0, s1, s2]) {
+                offset[k] = s as u16;
+            }
+            out.push(offset);
+            s2 += 1;
         }
         out
     }
@@ -88,20 +109,15 @@ impl OffsetIndex {
     ///
     /// # Panics
     /// On an offset outside the table.
+    #[inline]
     pub(super) fn place(&self, offset: [i64; 3]) -> usize {
-        let mut s = self.axes.map(|k| offset[k].unsigned_abs() as usize);
-        let swap = |s: &mut [usize; 3], i: usize, j: usize| {
-            if s[i] < s[j] {
-                s.swap(i, j);
-            }
+        let [a, b, c] = self.axes.map(|k| offset[k].unsigned_abs() as usize);
+        let (high, low) = (b.max(c), b.min(c));
+        let s = match self.alike {
+            1 => [a, b, c],
+            2 => [a, high, low],
+            _ => [a.max(high), low.max(a.min(high)), a.min(low)],
         };
-        if self.alike > 1 {
-            swap(&mut s, 1, 2);
-        }
-        if self.alike > 2 {
-            swap(&mut s, 0, 1);
-            swap(&mut s, 1, 2);
-        }
         assert!((0..3).all(|k| s[k] < self.counts[k]), "offset {offset:?} outside of the table");
         self.plane[s[0]] + self.line[s[1]] + s[2]
     }

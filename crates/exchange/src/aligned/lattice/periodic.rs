@@ -64,7 +64,7 @@ fn constant_basis_table(
         let r = (0..3).map(|k| (near(k, o[k] as usize) * grid.edges[k]).powi(2)).sum::<f64>().sqrt();
         grid.kappa * r
     };
-    let depths: Vec<f64> = index.offsets().iter().map(depth).collect();
+    let depths: Vec<f64> = index.offsets(0..index.len()).iter().map(depth).collect();
     let radii = values.iter().zip(&depths).map(|(v, d)| v * (RELATIVE_RADIUS + step_error(*d))).collect();
     // In a row sum a far entry weighs e^{−κr} or less.
     let worst =

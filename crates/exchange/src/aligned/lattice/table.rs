@@ -3,7 +3,7 @@
 use super::chunk_evaluator::ChunkEvaluator;
 use super::offset_family::{MethodCounts, OFFSETS_PER_CHUNK, OffsetFamily};
 use super::offset_index::OffsetIndex;
-use zonal_math::Bounded;
+use zonal_math::{Bounded, parallel};
 
 /// Factors of the cells of a grid by offset: of two voxels (m⁴), of voxels and wall patches (m³) or of patches of two walls (m²). Patches are the outer
 /// faces of cells, looking inwards.
@@ -36,25 +36,24 @@ impl FactorTable {
         family: &OffsetFamily,
         evaluator: &dyn ChunkEvaluator,
     ) -> FactorTable {
-        let offsets = index.offsets();
         if evaluator.is_alone() {
-            let (values, radii, counts) = family.fill_parallel(&offsets);
+            let (values, radii, counts) = family.fill_parallel(&index);
             return FactorTable { index, values, radii, counts, worst_relative: None };
         }
         // Values, the counts of the methods, and the largest relative radius of each chunk.
         let chunk = |k: usize| {
             let first = k * OFFSETS_PER_CHUNK;
-            let own = &offsets[first..(first + OFFSETS_PER_CHUNK).min(offsets.len())];
+            let own = index.offsets(first..(first + OFFSETS_PER_CHUNK).min(index.len()));
             let (mut values, mut radii) = (vec![0.0; own.len()], vec![0.0; own.len()]);
-            let counts = family.fill(own, &mut values, &mut radii);
+            let counts = family.fill(&own, &mut values, &mut radii);
             let worst = worst_relative_radius(&values, &radii);
             values.extend(counts.numbers().map(|n| n as f64));
             values.push(worst);
             values
         };
-        let chunks = offsets.len().div_ceil(OFFSETS_PER_CHUNK);
+        let chunks = index.len().div_ceil(OFFSETS_PER_CHUNK);
         let (mut all, mut counts, mut worst) =
-            (Vec::with_capacity(offsets.len()), MethodCounts::default(), 0.0f64);
+            (Vec::with_capacity(index.len()), MethodCounts::default(), 0.0f64);
         for mut values in evaluator.evaluate(chunks, &chunk) {
             worst = worst.max(values.pop().unwrap_or(f64::INFINITY));
             let of_methods = values.split_off(values.len() - MethodCounts::LEN);
@@ -71,6 +70,18 @@ impl FactorTable {
         let i = self.index.place(offset);
         let worst = || self.worst_relative.unwrap_or(f64::INFINITY) * self.values[i];
         Bounded::proved(self.values[i], self.radii.get(i).copied().unwrap_or_else(worst))
+    }
+    /// The value of the factor at an offset.
+    ///
+    /// # Panics
+    /// On an offset outside the table.
+    #[inline]
+    pub fn value(&self, offset: [i64; 3]) -> f64 {
+        self.values[self.index.place(offset)]
+    }
+    /// The values by offsets whose axis `k` is axis `turn[k]` of the table.
+    pub fn turned(&self, turn: [usize; 3]) -> TurnedTable<'_> {
+        TurnedTable { index: self.index.turned(turn), values: &self.values }
     }
     /// Number of distinct offsets.
     pub fn len(&self) -> usize {
@@ -93,8 +104,25 @@ impl FactorTable {
     }
 }
 
+/// The values of a table by offsets with permuted axes.
+pub struct TurnedTable<'a> {
+    index: OffsetIndex,
+    values: &'a [f64],
+}
+
+impl TurnedTable<'_> {
+    /// The value at an offset.
+    ///
+    /// # Panics
+    /// On an offset outside the table.
+    #[inline]
+    pub fn value(&self, offset: [i64; 3]) -> f64 {
+        self.values[self.index.place(offset)]
+    }
+}
+
 /// The largest radius over its value.
 fn worst_relative_radius(values: &[f64], radii: &[f64]) -> f64 {
-    let of = |(v, r): (&f64, &f64)| if *v > 0.0 { r / v } else { 0.0 };
-    values.iter().zip(radii).map(of).fold(0.0, f64::max)
+    let of = |i: usize| if values[i] > 0.0 { radii[i] / values[i] } else { 0.0 };
+    parallel::reduce(values.len().min(radii.len()), 0.0, of, f64::max)
 }
