@@ -63,7 +63,7 @@ fn group_by_label(n: usize, mut label: impl FnMut(usize) -> usize) -> Vec<Vec<us
         let l = label(s);
         if group_of[l] == usize::MAX {
             group_of[l] = groups.len();
-            groups.push(Vec::new());
+            groups.push(Vec::with_capacity(if groups.is_empty() { n } else { 0 }));
         }
         groups[group_of[l]].push(s);
     }
@@ -127,9 +127,8 @@ pub(super) fn resolve_cell(
 }
 
 /// The share of a sub-cell in a part.
-#[derive(Clone, Default)]
-struct SubcellShare {
-    nodes: Vec<usize>,
+struct SubcellShare<'a> {
+    nodes: &'a [usize],
     volume: f64,
     /// ∫ x dV, m⁴.
     moment: Vec3,
@@ -137,20 +136,31 @@ struct SubcellShare {
 
 /// The part of these nodes, with one sample per sub-cell.
 fn cell_part(lattice: &CellLattice, crossings: &LineCrossings, nodes: &[usize]) -> CellPart {
-    let mut shares = vec![SubcellShare::default(); SUBCELLS * SUBCELLS * SUBCELLS];
-    for &node in nodes {
-        let (w, middle) = lattice.node_volume(crossings, node);
-        let share = &mut shares[lattice.subcell_of(node)];
-        share.nodes.push(node);
-        share.volume += w;
-        share.moment += middle * w;
+    const COUNT: usize = SUBCELLS * SUBCELLS * SUBCELLS;
+    // Order the nodes by sub-cell.
+    let subcells: Vec<u8> = nodes.iter().map(|n| lattice.subcell_of(*n) as u8).collect();
+    let mut starts = [0; COUNT + 1];
+    subcells.iter().for_each(|k| starts[usize::from(*k) + 1] += 1);
+    (0..COUNT).for_each(|k| starts[k + 1] += starts[k]);
+    let (mut next, mut ordered) = (starts, vec![0; nodes.len()]);
+    for (node, k) in nodes.iter().zip(&subcells) {
+        let place = &mut next[usize::from(*k)];
+        ordered[*place] = *node;
+        *place += 1;
     }
     let (mut volume, mut moment) = (0.0, Vec3::ZERO);
-    let mut samples = Vec::with_capacity(shares.len());
-    for (k, share) in shares.iter().enumerate().filter(|x| !x.1.nodes.is_empty()) {
+    let mut samples = Vec::with_capacity(COUNT.min(nodes.len()));
+    for k in (0..COUNT).filter(|k| starts[*k] < starts[k + 1]) {
+        let mut share =
+            SubcellShare { nodes: &ordered[starts[k]..starts[k + 1]], volume: 0.0, moment: Vec3::ZERO };
+        for node in share.nodes {
+            let (w, middle) = lattice.node_volume(crossings, *node);
+            share.volume += w;
+            share.moment += middle * w;
+        }
         volume += share.volume;
         moment += share.moment;
-        let point = sample_point(lattice, crossings, k, share);
+        let point = sample_point(lattice, crossings, k, &share);
         samples.push(VolumeSample { point, volume: share.volume, subcell: k as u8 });
     }
     let centre = lattice.nearest_node(nodes, moment / volume);
@@ -171,7 +181,7 @@ fn sample_point(
     if is_full && share.nodes.iter().all(|s| is_unobstructed(crossings, *s)) {
         return centroid;
     }
-    let near = lattice.nearest_node(&share.nodes, centroid);
+    let near = lattice.nearest_node(share.nodes, centroid);
     // A facet through the centroid does not separate it, so test a point slightly beyond.
     let past_centroid = near + (centroid - near) * 1.001;
     if lattice.visible(near, past_centroid) { centroid } else { packed(near) }

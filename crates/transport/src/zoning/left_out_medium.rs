@@ -37,6 +37,10 @@ pub(super) fn left_out_media(scene: &Scene, transport: &Transport, zones: &Zones
         );
         out.push(Diagnostic::warning("inverted-room", text).at(format!("surface '{name}'")));
     }
+    // Where every cell is one whole zone, no medium is left out.
+    if zones.voxels.plane_size().is_some() && !zones.voxels.is_divided() {
+        return out;
+    }
     let volume = grid.cell().product();
     for group in groups(grid, zones) {
         let whole = group.cells.len() as f64 * volume;
