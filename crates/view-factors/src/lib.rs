@@ -6,6 +6,7 @@
 //!
 //! | module | content |
 //! |---|---|
+//! | `batches` | batches of tasks in one parallel loop |
 //! | `bounds` | boxes and their trees; occluders that may hide something between two boxes (`shaft`); cells of directions |
 //! | `geometry` | facets and occluders with their trees, cones of normals; coplanar facets merged to large convex occluders (`occluders`), one that hides everything (`blocking`), those that adjoin their images (`endless`) |
 //! | `facet_set` | surfaces of several polygons, surfaces cut out of others |
@@ -39,6 +40,7 @@
 //! assert!((f.sky(0).value + f.ground(0).value - 0.800_175_1).abs() < 1e-6);
 //! ```
 
+mod batches;
 mod bounds;
 pub(crate) mod facet_set;
 mod geometry;

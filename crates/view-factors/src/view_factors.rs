@@ -1,5 +1,6 @@
 //! The computation as a whole, and its result.
 
+use crate::batches;
 use crate::bounds::Bounds;
 use crate::geometry::Geometry;
 use crate::geometry::occluder_list;
@@ -12,7 +13,6 @@ use crate::settings::{ErrorGoal, Openness, RowClosing, ViewFactorSettings};
 use crate::sky::{SkyExchange, SkyTraversal, direction_cells};
 use crate::stages;
 use crate::strings;
-use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use zonal_exchange::polygon::visible::ConvexPolygon;
 use zonal_math::{Bounded, Grade, Vec3};
@@ -393,23 +393,29 @@ impl Computation<'_> {
         let (mut counts, tasks) = self.tasks();
         let n = self.geometry.facets.len();
         self.progress.begin("view factors", tasks.len() as u64);
-        let (found, mut total) = (AtomicU64::new(0), 0);
-        let mut pairs = Vec::new();
+        let found = AtomicU64::new(0);
         // Neighbouring tasks are alike: a batch takes every BATCHES-th one.
-        for batch in 0..BATCHES.min(tasks.len()) {
-            let stage = format!("view-factors-{batch}");
-            let mine: Vec<&NodePair> = tasks.iter().skip(batch).step_by(BATCHES).collect();
-            let loaded = self.checkpoints.load(&stage).and_then(|b| stages::decode_pairs(&b, n));
-            let (part, list) = if let Some(loaded) = loaded {
-                self.progress.advance(mine.len() as u64);
-                loaded
-            } else {
-                let made = self.batch(&mine, &found)?;
-                if self.checkpoints.keeps() {
-                    self.checkpoints.save(&stage, &stages::encode_pairs(&made.0, &made.1));
-                }
-                made
-            };
+        let mut batches: Vec<Vec<&NodePair>> =
+            (0..BATCHES.min(tasks.len())).map(|b| tasks.iter().skip(b).step_by(BATCHES).collect()).collect();
+        let stage = |batch: usize| format!("view-factors-{batch}");
+        let loaded = |b: usize| self.checkpoints.load(&stage(b)).and_then(|b| stages::decode_pairs(&b, n));
+        let known: Vec<_> = (0..batches.len()).map(loaded).collect();
+        for (batch, _) in batches.iter_mut().zip(&known).filter(|(_, known)| known.is_some()) {
+            self.progress.advance(batch.len() as u64);
+            batch.clear();
+        }
+        let finish = |batch: usize, results| {
+            let made = self.merged(results)?;
+            self.check_memory(found.load(Ordering::Relaxed))?;
+            if self.checkpoints.keeps() {
+                self.checkpoints.save(&stage(batch), &stages::encode_pairs(&made.0, &made.1));
+            }
+            Ok(made)
+        };
+        let made = batches::run(&batches, |task| self.pairs_of_task(task, &found), finish);
+        let (mut pairs, mut total) = (Vec::new(), 0);
+        for (known, made) in known.into_iter().zip(made) {
+            let Some((part, list)) = known.map(Ok).or(made).transpose()? else { continue };
             counts.merge(part);
             total += list.len() as u64;
             pairs.push(list);
@@ -419,32 +425,29 @@ impl Computation<'_> {
         Ok((counts, pairs))
     }
 
-    fn batch(
+    /// The pairs below two nodes; none once the computation is to stop. `found` counts those of all tasks.
+    fn pairs_of_task(&self, task: &NodePair, found: &AtomicU64) -> (TreatmentCounts, Vec<PairExchange>) {
+        let mut traversal = self.traversal();
+        let within = found.load(Ordering::Relaxed) * BYTES_PER_PAIR <= self.settings.memory_limit;
+        if within && !self.progress.is_interrupted() {
+            traversal.visit(task);
+            if self.images.any() {
+                merge_images(&mut traversal.found);
+            }
+            found.fetch_add(traversal.found.len() as u64, Ordering::Relaxed);
+        }
+        self.progress.advance(1);
+        (traversal.counts, traversal.found)
+    }
+
+    /// The pairs of all tasks of a batch.
+    fn merged(
         &self,
-        tasks: &[&NodePair],
-        found: &AtomicU64,
+        results: Vec<(TreatmentCounts, Vec<PairExchange>)>,
     ) -> Result<(TreatmentCounts, Vec<PairExchange>), SceneError> {
-        let results: Vec<(TreatmentCounts, Vec<PairExchange>)> = tasks
-            .par_iter()
-            .with_max_len(1)
-            .map(|task| {
-                let mut traversal = self.traversal();
-                let within = found.load(Ordering::Relaxed) * BYTES_PER_PAIR <= self.settings.memory_limit;
-                if within && !self.progress.is_interrupted() {
-                    traversal.visit(task);
-                    if self.images.any() {
-                        merge_images(&mut traversal.found);
-                    }
-                    found.fetch_add(traversal.found.len() as u64, Ordering::Relaxed);
-                }
-                self.progress.advance(1);
-                (traversal.counts, traversal.found)
-            })
-            .collect();
         if self.progress.is_interrupted() {
             return Err(SceneError::interrupted());
         }
-        self.check_memory(found.load(Ordering::Relaxed))?;
         let mut counts = TreatmentCounts::default();
         let mut pairs = Vec::with_capacity(results.iter().map(|r| r.1.len()).sum());
         for (part, list) in results {
@@ -519,33 +522,38 @@ impl Computation<'_> {
         }
         let n = self.geometry.facets.len();
         self.progress.begin("surroundings", nodes.len() as u64);
+        let mut batches: Vec<Vec<u32>> = (0..BATCHES.min(nodes.len()))
+            .map(|b| nodes.iter().skip(b).step_by(BATCHES).copied().collect())
+            .collect();
+        let stage = |batch: usize| format!("surroundings-{batch}");
+        let loaded =
+            |b: usize| self.checkpoints.load(&stage(b)).and_then(|b| stages::decode_surroundings(&b, n));
+        let known: Vec<_> = (0..batches.len()).map(loaded).collect();
+        for (batch, _) in batches.iter_mut().zip(&known).filter(|(_, known)| known.is_some()) {
+            self.progress.advance(batch.len() as u64);
+            batch.clear();
+        }
+        let run = |node: &u32| {
+            let idle = self.progress.is_interrupted();
+            let traversal = SkyTraversal::new(self.geometry, self.images, self.goal(), self.settings.up);
+            let made = if idle { Vec::new() } else { traversal.run(*node, &cells) };
+            self.progress.advance(1);
+            made
+        };
+        let finish = |batch: usize, results: Vec<Vec<(u32, SkyExchange)>>| {
+            if self.progress.is_interrupted() {
+                return Err(SceneError::interrupted());
+            }
+            let made = results.concat();
+            if self.checkpoints.keeps() {
+                self.checkpoints.save(&stage(batch), &stages::encode_surroundings(&made));
+            }
+            Ok(made)
+        };
+        let made = batches::run(&batches, run, finish);
         let mut all = Vec::with_capacity(n);
-        for batch in 0..BATCHES.min(nodes.len()) {
-            let stage = format!("surroundings-{batch}");
-            let mine: Vec<u32> = nodes.iter().skip(batch).step_by(BATCHES).copied().collect();
-            let loaded = self.checkpoints.load(&stage).and_then(|b| stages::decode_surroundings(&b, n));
-            let part = if let Some(loaded) = loaded {
-                self.progress.advance(mine.len() as u64);
-                loaded
-            } else {
-                let run = |node: &u32| {
-                    let idle = self.progress.is_interrupted();
-                    let traversal =
-                        SkyTraversal::new(self.geometry, self.images, self.goal(), self.settings.up);
-                    let made = if idle { Vec::new() } else { traversal.run(*node, &cells) };
-                    self.progress.advance(1);
-                    made
-                };
-                let made: Vec<_> = mine.par_iter().with_max_len(1).map(run).collect::<Vec<_>>().concat();
-                if self.progress.is_interrupted() {
-                    return Err(SceneError::interrupted());
-                }
-                if self.checkpoints.keeps() {
-                    self.checkpoints.save(&stage, &stages::encode_surroundings(&made));
-                }
-                made
-            };
-            all.extend(part);
+        for (known, made) in known.into_iter().zip(made) {
+            all.extend(known.map(Ok).or(made).transpose()?.unwrap_or_default());
         }
         self.progress.end();
         Ok(all)
