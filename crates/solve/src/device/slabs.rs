@@ -14,7 +14,7 @@ use crate::distribution::{Communicator, SingleProcess};
 use std::ops::Range;
 
 /// Frequencies along y of a block.
-pub(crate) const FREQUENCIES_PER_BLOCK: usize = 16;
+pub(crate) const FREQUENCIES_PER_BLOCK: usize = 8;
 
 /// The parts of a grid that the ranks have.
 #[derive(Clone, Copy)]

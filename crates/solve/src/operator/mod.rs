@@ -10,7 +10,7 @@ use zonal_math::Grade;
 use zonal_scene::Bands;
 
 /// The product of strengths with the exchange areas of all zones.
-pub trait ExchangeOperator {
+pub trait ExchangeOperator: Sync {
     /// Number of unknowns: the zones, followed by the higher-order unknowns of [`ExchangeOperator::slope_zones`].
     fn len(&self) -> usize;
     /// True if the operator has no unknowns.

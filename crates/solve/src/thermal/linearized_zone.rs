@@ -51,7 +51,7 @@ impl Linearization {
         let blocks = balances.blocks();
         let all: Vec<Vec<LinearizedZone>> =
             parallel::collect(balances.len(), |i| linearize(balances, i, emissive(i)));
-        let blocks = (0..blocks).map(|t| all.iter().map(|z| z[t]).collect()).collect();
+        let blocks = (0..blocks).map(|t| parallel::map(&all, |z| z[t])).collect();
         Linearization { blocks, nodes: None }
     }
     /// With the balances of the nodes about their black emissive powers `e`, W/m².
@@ -201,8 +201,12 @@ impl PowerScaling {
         let mut p: Vec<Bands> = if self.one_band {
             let first: Vec<[f64; 1]> = parallel::map(&s, |s| [s.first()]);
             parallel::map(&operator.apply_band(&first), |p| Bands::splat(p[0]))
-        } else {
+        } else if s.len() < operator.len() {
             operator.apply(&s)
+        } else {
+            let mut columns = vec![s];
+            operator.replace_many(&mut columns);
+            columns.pop().unwrap_or_default()
         };
         parallel::for_each_pair(&mut p, &self.flux_over_power, |p, o| *p *= *o);
         p
@@ -213,6 +217,8 @@ impl PowerScaling {
 pub(super) struct CoupledOperator<'a> {
     /// The operator of each block. The zones are common to all; each has higher-order unknowns or none.
     pub operators: Vec<&'a dyn ExchangeOperator>,
+    /// True if processes share the products: all make them in one order.
+    pub is_shared: bool,
     /// Their scaling.
     pub scaling: CoupledScaling,
 }
@@ -220,11 +226,20 @@ pub(super) struct CoupledOperator<'a> {
 impl CoupledOperator<'_> {
     /// h of every unknown by the exchange between the zones, W/m².
     pub(super) fn incident_flux(&self, u: &[Bands]) -> Vec<Bands> {
-        let of_block = |(t, o): (usize, &&dyn ExchangeOperator)| {
-            self.scaling.blocks[t].incident_flux(*o, &u[self.scaling.range(t)])
+        let of_block =
+            |t: usize| self.scaling.blocks[t].incident_flux(self.operators[t], &u[self.scaling.range(t)]);
+        let blocks = self.operators.len();
+        let mut parts: Vec<Vec<Bands>> = if self.is_shared {
+            (0..blocks).map(of_block).collect()
+        } else {
+            parallel::collect_tasks(blocks, of_block)
         };
-        let mut parts: Vec<Vec<Bands>> = self.operators.iter().enumerate().map(of_block).collect();
-        if parts.len() == 1 { parts.pop().unwrap_or_default() } else { parts.concat() }
+        if blocks == 1 {
+            return parts.pop().unwrap_or_default();
+        }
+        let mut out = Vec::with_capacity(self.scaling.len());
+        parts.iter().for_each(|part| out.extend_from_slice(part));
+        out
     }
 }
 

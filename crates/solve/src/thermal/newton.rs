@@ -262,7 +262,8 @@ pub(super) fn coupled_operator<'a>(
         PowerScaling::new(operators[t], blocks[t].context.zones, &balances.zones[t], coupling, &slopes)
     };
     let scaling = CoupledScaling::new((0..blocks.len()).map(scaling).collect());
-    CoupledOperator { operators, scaling }
+    let is_shared = blocks[0].context.settings.communicator.size() > 1;
+    CoupledOperator { operators, is_shared, scaling }
 }
 
 /// State of the iteration between two steps.

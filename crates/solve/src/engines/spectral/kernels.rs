@@ -19,6 +19,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use zonal_exchange::aligned::lattice::{
     AxisRelation, ChunkEvaluator, FactorTable, GridTables, LinearBasisPairs, MethodCounts, PeriodicGrid,
+    TurnedTable,
 };
 use zonal_math::parallel;
 
@@ -155,10 +156,8 @@ struct PermutedTable {
 }
 
 impl PermutedTable {
-    fn value(&self, offset: [i64; 3]) -> f64 {
-        let mut at = [0; 3];
-        (0..3).for_each(|k| at[self.permutation[k]] = offset[k]);
-        self.table.get(at).value
+    fn values(&self) -> TurnedTable<'_> {
+        self.table.turned(self.permutation)
     }
 }
 
@@ -207,12 +206,17 @@ impl TableSummary {
     }
 }
 
+/// Offsets along an edge of a tile.
+const TILE: usize = 8;
+
 impl KernelBuilder<'_> {
     /// A buffer of any length with the capacity of a spectrum.
     fn buffer(&mut self) -> Vec<f64> {
         let mut out = std::mem::take(&mut self.spare);
-        out.clear();
-        out.reserve_exact(self.grid.halves().iter().product::<usize>() / self.slabs.ranks());
+        let least = self.grid.halves().iter().product::<usize>() / self.slabs.ranks();
+        if out.capacity() < least {
+            parallel::set_length(&mut out, least);
+        }
         out
     }
 
@@ -233,11 +237,21 @@ impl KernelBuilder<'_> {
     ) -> Vec<f64> {
         let mut out = self.buffer();
         let (first, [n0, n1, n2]) = ([rows.start, m1.start, m2.start], [rows, m1, m2].map(|r| r.len()));
-        out.resize(n0 * n1 * n2, 0.0);
-        parallel::chunks(&mut out, n1 * n2, |i, plane| {
-            for (jk, x) in plane.iter_mut().enumerate() {
-                let at = [i + first[0], jk / n2 + first[1], jk % n2 + first[2]];
-                *x = value(at.map(|d| d as i64));
+        parallel::set_length(&mut out, n0 * n1 * n2);
+        // Tiles with near offsets: a table folds the axes, and the values of a row lie far apart in it.
+        let tile = |from: usize, all: usize| from..(from + TILE).min(all);
+        parallel::chunks(&mut out, TILE * n1 * n2, |t, planes| {
+            let near = t * TILE;
+            for (j0, k0) in (0..n1).step_by(TILE).flat_map(|j| (0..n2).step_by(TILE).map(move |k| (j, k))) {
+                for (i, plane) in planes.chunks_mut(n1 * n2).enumerate() {
+                    for j in tile(j0, n1) {
+                        let line = &mut plane[j * n2..][tile(k0, n2)];
+                        for (x, k) in line.iter_mut().zip(k0..) {
+                            let at = [near + i + first[0], j + first[1], k + first[2]];
+                            *x = value(at.map(|d| d as i64));
+                        }
+                    }
+                }
             }
         });
         out
@@ -325,7 +339,7 @@ impl KernelBuilder<'_> {
             GridTables::new(edges, self.counts, self.kappa, TOLERANCE).by(&chunks).voxels()
         };
         self.tables.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
-        let data = self.array(self.own_offsets(), |d| table.get(d).value);
+        let data = self.array(self.own_offsets(), |d| table.value(d));
         drop(table);
         let data = self.spectrum(data, true, [false; 3]);
         self.constant_kernel(layout, data)
@@ -366,7 +380,8 @@ impl KernelBuilder<'_> {
             });
         }
         let table = self.table(WHAT, &[a]);
-        let data = self.array(self.own_offsets(), |d| table.value(d));
+        let values = table.values();
+        let data = self.array(self.own_offsets(), |d| values.value(d));
         let data = self.spectrum(data, a != 0, [false; 3]);
         self.constant_kernel(layout, data)
     }
@@ -434,11 +449,12 @@ impl KernelBuilder<'_> {
                 .linear_kernels(WHAT, &[a, a], layout, |m, data, odd| m.opposite_spectrum(a, data, odd));
         }
         let table = self.table(WHAT, &[a, a]);
+        let values = table.values();
         let [b, c] = OTHER_AXES[a];
         let data = self.array([0..1, 0..self.counts[b], 0..self.counts[c]], |d| {
             let mut at = [0; 3];
             (at[b], at[c]) = (d[1], d[2]);
-            table.value(at)
+            values.value(at)
         });
         let data = self.opposite_spectrum(a, data, [false; 3]);
         self.constant_kernel(layout, data)
@@ -483,12 +499,13 @@ impl KernelBuilder<'_> {
             });
         }
         let table = self.table(WHAT, &[a, b]);
+        let values = table.values();
         // The transform along the edge is of single lines: every rank has all of its frequencies, and keeps its part.
         let rows = self.slabs.own_part(self.counts[a]);
         let data = self.array([rows, 0..self.counts[b], 0..self.counts[c]], |d| {
             let mut at = [0; 3];
             (at[a], at[b], at[c]) = (d[0], d[1], d[2]);
-            table.value(at)
+            values.value(at)
         });
         let data = self.edge_spectrum([a, b], data, [false; 3]);
         self.constant_kernel(layout, data)

@@ -91,6 +91,14 @@ pub(crate) fn sent_bytes_of_product(grid: &BoxGrid, order: BasisOrder, rank: usi
     (16 * complex + 8 * real) as u64
 }
 
+/// Most voxels of a grid whose bands have their products at the same time: a product of a small grid has too few parts for many threads.
+const MAX_VOXELS_OF_BANDS_TOGETHER: usize = 1 << 17;
+
+/// True if all bands have their products at the same time, each with buffers of its own. Processes exchange messages band by band.
+pub(super) fn runs_bands_together(grid: &BoxGrid, ranks: usize) -> bool {
+    ranks == 1 && grid.count() <= MAX_VOXELS_OF_BANDS_TOGETHER
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -11,6 +11,7 @@
 //! | `real_symmetric_fft` | transforms of even and odd sequences: kernels to real spectra |
 //! | `spectral_operator` | the operator: bands, unknowns and errors; products on a [`crate::device::Device`] |
 //! | [`cpu`] | the processor as this device: transforms, product in frequency space, planes of each process, walls |
+//! | `buffer_pool` | buffers of products at the same time |
 //! | `memory` | memory of the spectra and of a product, bytes of messages |
 //!
 //! Grid, basis, spectra and division among processes stand in [`crate::device`], with the convolution theorem and the cost of a product.
@@ -26,6 +27,7 @@
 //! incident power. Rounding of the transforms: about ε √log₂N times the root mean square over all zones, which is large only compared with
 //! zones that receive almost nothing. The grade of the whole is therefore estimated.
 
+pub(crate) mod buffer_pool;
 pub mod cpu;
 pub mod enclosure;
 pub(crate) mod kernels;

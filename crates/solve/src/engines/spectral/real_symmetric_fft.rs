@@ -42,7 +42,7 @@ impl RealSymmetricFft {
         let odd = parity == Parity::Odd;
         let other = if odd { -1.0 } else { 1.0 };
         assert!(m <= n && data.len().is_multiple_of(m), "lines of {m} for a length of {n}");
-        out.resize(data.len() / m * h, 0.0);
+        parallel::set_length(out, data.len() / m * h);
         let work = || (vec![0.0; n], vec![Complex64::default(); h], self.plan.make_scratch_vec());
         out.par_chunks_mut(h).zip(data.par_chunks(m)).for_each_init(
             work,
@@ -69,7 +69,7 @@ impl RealSymmetricFft {
 pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3], out: &mut Vec<f64>) {
     let stride = [dims[1] * dims[2], dims[2], 1];
     let [p, q, r] = order.map(|k| (dims[k], stride[k]));
-    out.resize(data.len(), 0.0);
+    parallel::set_length(out, data.len());
     // A rank of many may have no rows.
     parallel::chunks(out, (q.0 * r.0).max(1), |i, plane| {
         // Square tiles, so that reads and writes stay in the cache.

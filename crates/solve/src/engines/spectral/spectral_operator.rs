@@ -10,11 +10,11 @@ use crate::device::{Device, GridConvolution, GridPart, WallValues};
 use crate::distribution::multivector::{times_scaling, total};
 use crate::distribution::sum_order::SumOrder;
 use crate::distribution::{Execution, Message};
+use crate::engines::spectral::buffer_pool::BufferPool;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slopes};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::Mutex;
 use zonal_exchange::aligned::lattice::MethodCounts;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_math::Grade;
@@ -42,7 +42,7 @@ pub struct SpectralOperator<'a> {
     /// The tables of each distinct extinction.
     tables: Vec<TableSummary>,
     /// A buffer for the values of the voxels of this rank, reused by every product.
-    values: Mutex<Vec<f64>>,
+    values: BufferPool<Vec<f64>>,
     /// The extinction group of each band.
     group: PerBand<usize>,
     /// d of g'_ij = d_i g_ij d_j, where closure was restored.
@@ -77,6 +77,8 @@ impl<'a> SpectralOperator<'a> {
             })
             .collect();
         progress.end();
+        let values = BufferPool::default();
+        values.give(spare);
         SpectralOperator {
             enclosure,
             part,
@@ -86,7 +88,7 @@ impl<'a> SpectralOperator<'a> {
             sums: SumOrder::of_zones(zones, execution.communicator),
             convolution,
             tables,
-            values: Mutex::new(spare),
+            values,
             group,
             scaling: None,
             defect: Bands::ZERO,
@@ -217,7 +219,7 @@ impl<'a> SpectralOperator<'a> {
             let all = self.all_voxels(&voxels);
             self.scatter(&all, &met, &mut out, |o, x| of.iter().for_each(|&b| o[b] = x));
         }
-        self.return_values(voxels);
+        self.values.give(voxels);
         // Negative rounding errors of the transforms are cut off.
         out[..self.zones()].iter_mut().flatten().for_each(|x| *x = x.max(0.0));
         out
@@ -278,19 +280,14 @@ impl<'a> SpectralOperator<'a> {
 
     /// A buffer for the values of the voxels of this rank by component and cell, with any content.
     fn take_values(&self) -> Vec<f64> {
-        let mut values = std::mem::take(&mut *self.values.lock().unwrap_or_else(|e| e.into_inner()));
-        values.resize(self.part.order.voxel_components() * self.part.own_voxels(), 0.0);
+        let mut values = self.values.take();
+        parallel::set_length(&mut values, self.part.order.voxel_components() * self.part.own_voxels());
         values
-    }
-
-    /// Keeps a buffer for [`SpectralOperator::take_values`] of the next product.
-    fn return_values(&self, values: Vec<f64>) {
-        *self.values.lock().unwrap_or_else(|e| e.into_inner()) = values;
     }
 
     /// Frees the buffers of products; the next product allocates them again.
     fn free_buffers(&self) {
-        self.return_values(Vec::new());
+        self.values.clear();
         self.convolution.free_buffers();
     }
 
@@ -311,7 +308,7 @@ impl<'a> SpectralOperator<'a> {
     /// Replaces strengths by their product without scaling, band by band.
     fn replace_unscaled(&self, s: &mut [Bands]) {
         assert_eq!(s.len(), self.len(), "one strength for each unknown");
-        let mut voxels = self.take_values();
+        let mut products: Vec<Vec<Band>> = Vec::new();
         let mut done = PerBand::splat(false);
         for b in Band::all() {
             if done[b] {
@@ -329,11 +326,27 @@ impl<'a> SpectralOperator<'a> {
                 parallel::for_each(s, |_, x| of.iter().for_each(|&b| x[b] = 0.0));
                 continue;
             }
+            products.push(of);
+        }
+        let product = |of: &Vec<Band>, s: &[Bands]| {
+            let (b, mut voxels) = (of[0], self.take_values());
             self.copy_voxels(&mut voxels, |i| s[i][b]);
             let walls = self.convolution.exchange(self.group[b], &mut voxels, &self.wall_values(|i| s[i][b]));
+            (voxels, walls)
+        };
+        let scatter = |of: &Vec<Band>, (voxels, walls): (Vec<f64>, WallValues), s: &mut [Bands]| {
             self.scatter(&self.all_voxels(&voxels), &walls, s, |o, x| of.iter().for_each(|&b| o[b] = x));
+            self.values.give(voxels);
+        };
+        if memory::runs_bands_together(self.grid(), self.part.slabs.ranks()) {
+            let made = parallel::collect_tasks(products.len(), |k| product(&products[k], s));
+            products.iter().zip(made).for_each(|(of, made)| scatter(of, made, s));
+        } else {
+            for of in &products {
+                let made = product(of, s);
+                scatter(of, made, s);
+            }
         }
-        self.return_values(voxels);
     }
 
     /// Replaces strengths of all unknowns by their product.
@@ -405,7 +418,7 @@ impl ExchangeOperator for SpectralOperator<'_> {
                 self.copy_voxels(&mut voxels, |i| s[i][0]);
                 let walls = self.convolution.exchange(0, &mut voxels, &faces);
                 self.scatter(&self.all_voxels(&voxels), &walls, s, |o, x| o[0] = x);
-                self.return_values(voxels);
+                self.values.give(voxels);
             }
         }
     }

@@ -25,8 +25,8 @@
 //! 32 n³ for the walls across x. Each of V̂, Ŝ₀, Ŝ₁, Ŝ₂ is read twice, 16 n³ B; all blocks are read and written once, 64 n³ B.
 
 use super::line_exchange::{
-    FrequencyAcross, WallPairLines, ZERO, add_product, exchange, receive, send, times_i, times_minus_i,
-    unfold,
+    FrequencyAcross, NUMBERS_PER_CACHE_LINE, WallPairLines, ZERO, add_product, exchange, receive, send,
+    times_i, times_minus_i, unfold,
 };
 use super::voxel_transforms::VoxelTransforms;
 use super::wall_sums::{WallSums, half_weight};
@@ -34,6 +34,7 @@ use crate::device::basis::BasisOrder;
 use crate::device::grid::BoxGrid;
 use crate::device::slabs::FREQUENCIES_PER_BLOCK;
 use crate::device::spectra::{GridSpectra, KernelSpectrum, KernelTerm, SpectrumHalf};
+use std::ops::Range;
 use zonal_fourier::Complex64;
 use zonal_math::simd;
 
@@ -72,10 +73,14 @@ impl FrequencyProduct {
     }
 }
 
+/// Frequencies f₂ whose lines are copied at a time.
+const LOADED_FREQUENCIES: usize = 4;
 /// Buffers for the lines of a block.
 pub(super) struct BlockLines {
-    /// By component.
+    /// Lines of one frequency f₂, by component.
     lines: Vec<Vec<Complex64>>,
+    /// Those of the frequencies f₂ that are copied at a time: their numbers adjoin in the block.
+    loaded: Vec<Vec<Vec<Complex64>>>,
     scratch: Vec<Complex64>,
     /// Incident power of a line, by component.
     added: Vec<Vec<Complex64>>,
@@ -90,7 +95,8 @@ impl BlockLines {
         let (l0, order) = (product.grid.lengths()[0], product.order);
         let parts = order.voxel_components();
         BlockLines {
-            lines: vec![vec![ZERO; FREQUENCIES_PER_BLOCK * l0]; parts],
+            lines: Vec::new(),
+            loaded: vec![vec![vec![ZERO; FREQUENCIES_PER_BLOCK * l0]; parts]; LOADED_FREQUENCIES],
             scratch: vec![ZERO; product.transforms.line_scratch()],
             added: vec![vec![ZERO; l0]; parts],
             full: vec![0.0; 2 * l0],
@@ -119,16 +125,22 @@ impl simd::SimdKernel for FrequencyBlock<'_> {
     fn evaluate(mut self) {
         let count = self.count();
         self.found.clear();
-        for f2 in 0..self.product.grid.halves()[2] {
-            self.load_lines(f2);
-            self.receive_x_walls(f2);
-            self.transform_lines();
-            for j in 0..count {
-                self.exchange_line(f2, j);
+        let h2 = self.product.grid.halves()[2];
+        for first in (0..h2).step_by(LOADED_FREQUENCIES) {
+            let all = first..(first + LOADED_FREQUENCIES).min(h2);
+            self.load_lines(all.clone());
+            for (k, f2) in all.clone().enumerate() {
+                std::mem::swap(&mut self.lines.lines, &mut self.lines.loaded[k]);
+                self.receive_x_walls(f2);
+                self.transform_lines();
+                for j in 0..count {
+                    self.exchange_line(f2, j);
+                }
+                self.inverse_transform_lines();
+                self.send_x_walls(f2);
+                std::mem::swap(&mut self.lines.lines, &mut self.lines.loaded[k]);
             }
-            self.inverse_transform_lines();
-            self.send_x_walls(f2);
-            self.store_lines(f2);
+            self.store_lines(all);
         }
     }
 }
@@ -153,39 +165,57 @@ impl FrequencyBlock<'_> {
         SpectrumHalf::of(f1, self.product.grid.lengths()[1])
     }
 
-    /// Copies the lines along x of frequency f₂ out of the block.
+    /// Copies the lines along x of some frequencies f₂ out of the block.
     #[inline(always)]
-    fn load_lines(&mut self, f2: usize) {
+    fn load_lines(&mut self, all: Range<usize>) {
         let (n0, l0) = (self.product.grid.cells[0], self.product.grid.lengths()[0]);
         let (count, size, h2) = (self.count(), self.product.component_size(), self.product.grid.halves()[2]);
-        for (p, lines) in self.lines.lines.iter_mut().enumerate() {
-            let rows =
-                self.block[p * size..(p + 1) * size].chunks(FREQUENCIES_PER_BLOCK).skip(f2).step_by(h2);
-            for (x, row) in rows.enumerate() {
-                (0..count).for_each(|j| lines[j * l0 + x] = row[j]);
-            }
-            lines[..count * l0].chunks_mut(l0).for_each(|line| {
-                line[n0..].fill(ZERO);
-                if p > 1 {
-                    times_i(&mut line[..n0]);
+        for p in 0..self.product.order.voxel_components() {
+            let block = &self.block[p * size..(p + 1) * size];
+            for x0 in (0..n0).step_by(NUMBERS_PER_CACHE_LINE) {
+                let places = x0..(x0 + NUMBERS_PER_CACHE_LINE).min(n0);
+                for (f2, lines) in all.clone().zip(&mut self.lines.loaded) {
+                    for j in 0..count {
+                        let line = &mut lines[p][j * l0..][places.clone()];
+                        line.iter_mut().zip(places.clone()).for_each(|(to, x)| {
+                            *to = block[(x * h2 + f2) * FREQUENCIES_PER_BLOCK + j];
+                        });
+                    }
                 }
-            });
+            }
+            for lines in &mut self.lines.loaded[..all.len()] {
+                lines[p][..count * l0].chunks_mut(l0).for_each(|line| {
+                    line[n0..].fill(ZERO);
+                    if p > 1 {
+                        times_i(&mut line[..n0]);
+                    }
+                });
+            }
         }
     }
 
-    /// Copies the lines along x of frequency f₂ back into the block.
+    /// Copies the lines along x of some frequencies f₂ back into the block.
     #[inline(always)]
-    fn store_lines(&mut self, f2: usize) {
+    fn store_lines(&mut self, all: Range<usize>) {
         let (n0, l0) = (self.product.grid.cells[0], self.product.grid.lengths()[0]);
         let (count, size, h2) = (self.count(), self.product.component_size(), self.product.grid.halves()[2]);
-        for (p, lines) in self.lines.lines.iter_mut().enumerate() {
+        for p in 0..self.product.order.voxel_components() {
+            let block = &mut self.block[p * size..(p + 1) * size];
             if p > 1 {
-                lines[..count * l0].chunks_mut(l0).for_each(|line| times_minus_i(&mut line[..n0]));
+                for lines in &mut self.lines.loaded[..all.len()] {
+                    lines[p][..count * l0].chunks_mut(l0).for_each(|line| times_minus_i(&mut line[..n0]));
+                }
             }
-            let rows =
-                self.block[p * size..(p + 1) * size].chunks_mut(FREQUENCIES_PER_BLOCK).skip(f2).step_by(h2);
-            for (x, row) in rows.enumerate() {
-                (0..count).for_each(|j| row[j] = lines[j * l0 + x]);
+            for x0 in (0..n0).step_by(NUMBERS_PER_CACHE_LINE) {
+                let places = x0..(x0 + NUMBERS_PER_CACHE_LINE).min(n0);
+                for (f2, lines) in all.clone().zip(&self.lines.loaded) {
+                    for j in 0..count {
+                        let line = &lines[p][j * l0..][places.clone()];
+                        line.iter().zip(places.clone()).for_each(|(from, x)| {
+                            block[(x * h2 + f2) * FREQUENCIES_PER_BLOCK + j] = *from;
+                        });
+                    }
+                }
             }
         }
     }

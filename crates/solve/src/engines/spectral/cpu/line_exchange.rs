@@ -12,6 +12,8 @@ use zonal_fourier::Complex64;
 use zonal_math::simd::{complex_parts, complex_parts_mut};
 
 pub(super) const ZERO: Complex64 = Complex64 { re: 0.0, im: 0.0 };
+/// Complex numbers in a line of the cache.
+pub(super) const NUMBERS_PER_CACHE_LINE: usize = 4;
 
 /// A frequency along the axis between a pair of walls.
 #[derive(Clone, Copy)]

@@ -23,6 +23,7 @@ use crate::device::spectra::GridSpectra;
 use crate::device::{Device, GridConvolution, GridPart, WallValues};
 use volume::VolumeConvolution;
 use walls::WallConvolution;
+use zonal_math::parallel;
 
 /// The processor.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +35,7 @@ impl Device for Processor {
             volume: VolumeConvolution::new(part),
             walls: WallConvolution::new(part),
             spectra: Vec::new(),
+            ranks: part.slabs.ranks(),
         })
     }
 }
@@ -44,6 +46,17 @@ struct ProcessorConvolution<'a> {
     walls: WallConvolution<'a>,
     /// The spectra of each extinction.
     spectra: Vec<GridSpectra>,
+    /// Number of processes.
+    ranks: usize,
+}
+
+/// Two computations, at the same time or the first before the second.
+fn run_both<A: Send, B: Send>(
+    together: bool,
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    if together { parallel::join(a, b) } else { (a(), b()) }
 }
 
 impl GridConvolution for ProcessorConvolution<'_> {
@@ -52,10 +65,19 @@ impl GridConvolution for ProcessorConvolution<'_> {
     }
 
     fn exchange(&self, extinction: usize, voxels: &mut [f64], walls: &WallValues) -> WallValues {
-        let kernels = &self.spectra[extinction];
-        let sent = self.walls.spectra(walls);
-        let from_voxels = self.volume.apply(kernels, voxels, &sent);
-        self.walls.incident(kernels, walls, &sent, from_voxels)
+        let (kernels, mut buffers) = (&self.spectra[extinction], self.volume.buffers());
+        // Walls have few transforms: in one process they run beside those of the voxels. Several exchange messages in one order.
+        let together = self.ranks == 1;
+        let transform_walls = || self.walls.spectra(walls);
+        let strengths = &*voxels;
+        let transform_voxels = || self.volume.transform(&mut buffers, strengths);
+        let (sent, ()) = run_both(together, transform_walls, transform_voxels);
+        let from_voxels = self.volume.multiply(&mut buffers, kernels, &sent);
+        let of_voxels = || self.volume.transform_back(&mut buffers, voxels);
+        let of_walls = || self.walls.incident(kernels, walls, &sent, from_voxels);
+        let ((), met) = run_both(together, of_voxels, of_walls);
+        self.volume.give(buffers);
+        met
     }
 
     fn free_buffers(&self) {

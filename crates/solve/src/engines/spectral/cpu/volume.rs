@@ -15,10 +15,10 @@ use crate::device::GridPart;
 use crate::device::slabs::{FREQUENCIES_PER_BLOCK, Slabs};
 use crate::device::spectra::GridSpectra;
 use crate::distribution::ExchangeBuffers;
+use crate::engines::spectral::buffer_pool::BufferPool;
 use rayon::prelude::*;
-use std::sync::Mutex;
 use zonal_fourier::Complex64;
-use zonal_math::simd;
+use zonal_math::{parallel, simd};
 
 /// The product of the voxels with voxels and walls.
 pub(super) struct VolumeConvolution<'a> {
@@ -26,12 +26,12 @@ pub(super) struct VolumeConvolution<'a> {
     sums: WallSumLayout<'a>,
     product: FrequencyProduct,
     /// Buffers, reused by every product.
-    buffers: Mutex<ProductBuffers>,
+    buffers: BufferPool<ProductBuffers>,
 }
 
 /// Buffers of a product.
 #[derive(Default)]
-struct ProductBuffers {
+pub(super) struct ProductBuffers {
     /// The spectrum of the voxels: `[own block][component][x][f₂][f₁ of the block]`.
     spectrum: Vec<Complex64>,
     /// Spectra of some planes on their way to other ranks or back; empty in one process.
@@ -47,36 +47,68 @@ impl<'a> VolumeConvolution<'a> {
             slabs: part.slabs,
             sums: WallSumLayout { part },
             product: FrequencyProduct::new(part.grid, part.order),
-            buffers: Mutex::default(),
+            buffers: BufferPool::default(),
         }
     }
 
-    /// Replaces the strengths of the voxels of this rank, `values` by component and cell, by their incident power, with that from wall spectra `walls`.
-    /// Returns the spectra of the incident power of the walls that this rank completes ([`WallSumLayout::complete`]).
-    pub(super) fn apply(
-        &self,
-        kernels: &GridSpectra,
-        values: &mut [f64],
-        walls: &[Option<WallSpectra>; 3],
-    ) -> Vec<(BoxWall, Vec<Complex64>)> {
-        let FrequencyProduct { grid, order, transforms, .. } = &self.product;
-        let ([_, n1, n2], parts) = (grid.cells, order.voxel_components());
-        let (blocks, planes): (Vec<usize>, _) = (self.slabs.blocks().collect(), self.slabs.planes());
-        let size = self.product.component_size();
-        let mut buffers = std::mem::take(&mut *self.buffers.lock().unwrap_or_else(|e| e.into_inner()));
-        let ProductBuffers { spectrum, messages, sums } = &mut buffers;
-        spectrum.resize(blocks.len() * parts * size, ZERO);
+    /// Buffers of a product.
+    pub(super) fn buffers(&self) -> ProductBuffers {
+        let mut buffers = self.buffers.take();
+        let blocks: Vec<usize> = self.slabs.blocks().collect();
+        let parts = self.product.order.voxel_components();
+        let length = blocks.len() * parts * self.product.component_size();
+        if length > buffers.spectrum.capacity() {
+            // All threads write the new memory first.
+            buffers.spectrum = parallel::collect(length, |_| ZERO);
+        }
+        buffers.spectrum.resize(length, ZERO);
+        let sums = &mut buffers.sums;
         sums.extend((sums.len()..blocks.len()).map(|i| self.sums.zeros(blocks[i])));
-        let transposition = Transposition { slabs: self.slabs, piece: self.product.piece_size(), parts };
+        buffers
+    }
+
+    /// Gives the buffers of a product back.
+    pub(super) fn give(&self, buffers: ProductBuffers) {
+        self.buffers.give(buffers);
+    }
+
+    fn transposition(&self) -> Transposition<'a> {
+        let (piece, parts) = (self.product.piece_size(), self.product.order.voxel_components());
+        Transposition { slabs: self.slabs, piece, parts }
+    }
+
+    /// Voxels of a plane, and voxels of this rank.
+    fn voxels(&self) -> [usize; 2] {
+        let [_, n1, n2] = self.product.grid.cells;
         // A rank without planes has values of no component.
-        let count = (planes.len() * n1 * n2).max(1);
-        for p in 0..parts {
+        [n1 * n2, (self.slabs.planes().len() * n1 * n2).max(1)]
+    }
+
+    /// Transforms the strengths of the voxels of this rank, `values` by component and cell, along z and y.
+    pub(super) fn transform(&self, buffers: &mut ProductBuffers, values: &[f64]) {
+        let (transposition, [plane, count]) = (self.transposition(), self.voxels());
+        let ProductBuffers { spectrum, messages, .. } = buffers;
+        for p in 0..transposition.parts {
             let own = values.chunks(count).nth(p).unwrap_or_default();
             transposition.bring_to_frequencies(p, messages, spectrum, |planes, slots| {
-                transforms.transform_planes(&own[planes.start * n1 * n2..planes.end * n1 * n2], slots);
+                let cells = &own[planes.start * plane..planes.end * plane];
+                self.product.transforms.transform_planes(cells, slots);
             });
         }
-        let chunks = spectrum.par_chunks_mut(parts * size).zip(&mut *sums).enumerate().with_max_len(1);
+    }
+
+    /// Multiplies the spectra by those of the kernels, with the radiation of wall spectra `walls`. Returns the spectra of the incident power of the walls that
+    /// this rank completes ([`WallSumLayout::complete`]).
+    pub(super) fn multiply(
+        &self,
+        buffers: &mut ProductBuffers,
+        kernels: &GridSpectra,
+        walls: &[Option<WallSpectra>; 3],
+    ) -> Vec<(BoxWall, Vec<Complex64>)> {
+        let ProductBuffers { spectrum, sums, .. } = buffers;
+        let blocks: Vec<usize> = self.slabs.blocks().collect();
+        let size = self.product.order.voxel_components() * self.product.component_size();
+        let chunks = spectrum.par_chunks_mut(size).zip(&mut *sums).enumerate().with_max_len(1);
         chunks.for_each_init(
             || BlockLines::new(&self.product),
             |lines, (i, (block, found))| {
@@ -85,20 +117,24 @@ impl<'a> VolumeConvolution<'a> {
                 simd::run(FrequencyBlock { product, kernels, walls, first, lines, block, found });
             },
         );
-        for p in 0..parts {
+        self.sums.complete(sums)
+    }
+
+    /// Transforms the spectra back along y and z: the incident power of the voxels.
+    pub(super) fn transform_back(&self, buffers: &mut ProductBuffers, values: &mut [f64]) {
+        let (transposition, [plane, count]) = (self.transposition(), self.voxels());
+        let ProductBuffers { spectrum, messages, .. } = buffers;
+        for p in 0..transposition.parts {
             let own = values.chunks_mut(count).nth(p).unwrap_or_default();
             transposition.bring_to_planes(p, messages, spectrum, |planes, blocks| {
-                let out = &mut own[planes.start * n1 * n2..planes.end * n1 * n2];
-                transforms.inverse_transform_planes(blocks, out);
+                let out = &mut own[planes.start * plane..planes.end * plane];
+                self.product.transforms.inverse_transform_planes(blocks, out);
             });
         }
-        let walls = self.sums.complete(sums);
-        *self.buffers.lock().unwrap_or_else(|e| e.into_inner()) = buffers;
-        walls
     }
 
     /// Frees the buffers; the next product allocates them again.
     pub(super) fn free_buffers(&self) {
-        *self.buffers.lock().unwrap_or_else(|e| e.into_inner()) = ProductBuffers::default();
+        self.buffers.clear();
     }
 }

@@ -13,7 +13,7 @@
 //!
 //! Plans have no scale: the spectra of the kernels contain it.
 
-use super::line_exchange::ZERO;
+use super::line_exchange::{NUMBERS_PER_CACHE_LINE, ZERO};
 use super::transposition::PlaneSlots;
 use crate::device::grid::BoxGrid;
 use crate::device::slabs::FREQUENCIES_PER_BLOCK;
@@ -70,17 +70,25 @@ impl VoxelTransforms {
         let plan = &self.forward[1];
         let work = || {
             let scratch = vec![ZERO; plan.get_inplace_scratch_len()];
-            (vec![0.0; l2], vec![ZERO; h2], vec![ZERO; h2 * l1], self.real.make_scratch_vec(), scratch)
+            let spectra = vec![ZERO; NUMBERS_PER_CACHE_LINE * h2];
+            (vec![0.0; l2], spectra, vec![ZERO; h2 * l1], self.real.make_scratch_vec(), scratch)
         };
         slots.into_par_iter().zip(s.par_chunks(n1 * n2)).with_max_len(1).for_each_init(
             work,
-            |(line, spectrum, plane, scratch_z, scratch_y), (mut slot, cells)| {
-                for (y, cells) in cells.chunks(n2).enumerate() {
-                    line[..n2].copy_from_slice(cells);
-                    line[n2..].fill(0.0);
-                    let done = self.real.process_with_scratch(line, spectrum, scratch_z);
-                    assert!(done.is_ok(), "buffers of the plan's lengths");
-                    spectrum.iter().enumerate().for_each(|(f, x)| plane[f * l1 + y] = *x);
+            |(line, spectra, plane, scratch_z, scratch_y), (mut slot, cells)| {
+                // Lines y go to the plane together, so that each line of the cache is written once.
+                for (g, cells) in cells.chunks(NUMBERS_PER_CACHE_LINE * n2).enumerate() {
+                    for (spectrum, cells) in spectra.chunks_mut(h2).zip(cells.chunks(n2)) {
+                        line[..n2].copy_from_slice(cells);
+                        line[n2..].fill(0.0);
+                        let done = self.real.process_with_scratch(line, spectrum, scratch_z);
+                        assert!(done.is_ok(), "buffers of the plan's lengths");
+                    }
+                    let (first, lines) = (g * NUMBERS_PER_CACHE_LINE, cells.len() / n2);
+                    for f in 0..h2 {
+                        let to = &mut plane[f * l1 + first..][..lines];
+                        to.iter_mut().enumerate().for_each(|(k, x)| *x = spectra[k * h2 + f]);
+                    }
                 }
                 plane.chunks_mut(l1).for_each(|line| line[n1..].fill(ZERO));
                 plan.process_with_scratch(plane, scratch_y);
@@ -100,11 +108,12 @@ impl VoxelTransforms {
         let plan = &self.back[1];
         let work = || {
             let scratch = vec![ZERO; plan.get_inplace_scratch_len()];
-            (vec![0.0; l2], vec![ZERO; h2], vec![ZERO; h2 * l1], self.unreal.make_scratch_vec(), scratch)
+            let spectra = vec![ZERO; NUMBERS_PER_CACHE_LINE * h2];
+            (vec![0.0; l2], spectra, vec![ZERO; h2 * l1], self.unreal.make_scratch_vec(), scratch)
         };
         out.par_chunks_mut(n1 * n2).enumerate().with_max_len(1).for_each_init(
             work,
-            |(line, spectrum, plane, scratch_z, scratch_y), (x, cells)| {
+            |(line, spectra, plane, scratch_z, scratch_y), (x, cells)| {
                 for (b, block) in blocks.iter().enumerate() {
                     let piece = &block[x * h2 * FREQUENCIES_PER_BLOCK..(x + 1) * h2 * FREQUENCIES_PER_BLOCK];
                     let (from, to) = (b * FREQUENCIES_PER_BLOCK, ((b + 1) * FREQUENCIES_PER_BLOCK).min(l1));
@@ -113,16 +122,22 @@ impl VoxelTransforms {
                     }
                 }
                 plan.process_with_scratch(plane, scratch_y);
-                for (y, cells) in cells.chunks_mut(n2).enumerate() {
-                    spectrum.iter_mut().enumerate().for_each(|(f, x)| *x = plane[f * l1 + y]);
-                    // Real by symmetry; imaginary rounding errors are dropped.
-                    spectrum[0].im = 0.0;
-                    if l2.is_multiple_of(2) {
-                        spectrum[h2 - 1].im = 0.0;
+                for (g, cells) in cells.chunks_mut(NUMBERS_PER_CACHE_LINE * n2).enumerate() {
+                    let (first, lines) = (g * NUMBERS_PER_CACHE_LINE, cells.len() / n2);
+                    for f in 0..h2 {
+                        let from = &plane[f * l1 + first..][..lines];
+                        from.iter().enumerate().for_each(|(k, x)| spectra[k * h2 + f] = *x);
                     }
-                    let done = self.unreal.process_with_scratch(spectrum, line, scratch_z);
-                    assert!(done.is_ok(), "buffers of the plan's lengths");
-                    cells.copy_from_slice(&line[..n2]);
+                    for (spectrum, cells) in spectra.chunks_mut(h2).zip(cells.chunks_mut(n2)) {
+                        // Real by symmetry; imaginary rounding errors are dropped.
+                        spectrum[0].im = 0.0;
+                        if l2.is_multiple_of(2) {
+                            spectrum[h2 - 1].im = 0.0;
+                        }
+                        let done = self.unreal.process_with_scratch(spectrum, line, scratch_z);
+                        assert!(done.is_ok(), "buffers of the plan's lengths");
+                        cells.copy_from_slice(&line[..n2]);
+                    }
                 }
             },
         );
