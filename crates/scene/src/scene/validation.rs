@@ -9,6 +9,7 @@ use crate::scene::scene_parts::SceneParts;
 use crate::scene::symmetry_validation::check_boundary;
 use crate::scene::thermal_validation::check_thermal;
 use std::collections::HashSet;
+use zonal_math::parallel;
 
 /// Validates all parts of a scene.
 pub(crate) fn check_parts(parts: &SceneParts) -> Result<(), SceneError> {
@@ -118,7 +119,7 @@ fn check_textures(parts: &SceneParts) -> Result<(), SceneError> {
         if t.width == 0 || t.height == 0 || t.pixels.len() != t.width * t.height {
             return invalid("texture", "a texture has no pixels");
         }
-        if t.pixels.iter().flatten().any(|x| !(x.is_finite() && *x >= 0.0)) {
+        if !parallel::all(&t.pixels, |p| p.iter().all(|x| x.is_finite() && *x >= 0.0)) {
             return invalid("texture", "a texture has a pixel that is negative or not a number");
         }
     }

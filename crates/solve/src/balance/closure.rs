@@ -50,7 +50,8 @@ fn row_defects(mut rows: Vec<Bands>, zones: &Zones, surroundings: &SurroundingsE
 }
 
 fn max_abs(d: &[Bands], order: SumOrder) -> Bands {
-    order.over_processes(d.iter().fold(Bands::ZERO, |w, d| w.max(d.abs())), Bands::max)
+    let own = parallel::reduce(d.len(), Bands::ZERO, |i| d[i].abs(), Bands::max);
+    order.over_processes(own, Bands::max)
 }
 
 fn root_mean_square(d: &[Bands], zones: SharedZones) -> Bands {

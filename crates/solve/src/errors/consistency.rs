@@ -19,6 +19,7 @@
 use super::closure_error::error_of_fraction;
 use crate::distribution::sum_order::SharedZones;
 use crate::settings::zone_power::{absorbed_power, absorption_area, interception_area};
+use zonal_math::parallel;
 use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, SolveStatus};
 
 /// Assumed number of reflections of undistributed power at one zone, for the errors of a solve that has not converged.
@@ -32,9 +33,10 @@ const ROUNDING_OF_BALANCE: f64 = 1e-12;
 
 /// Raises every error to at least the error of the missing fraction of the row.
 pub(crate) fn widen_by_closure(fractions: &[Bands], fields: &mut Fields) {
-    for ((e, h), d) in fields.error.iter_mut().zip(&fields.incident).zip(fractions) {
-        *e = e.zip_map(d.abs().zip_map(*h, error_of_fraction), widest);
-    }
+    let incident = &fields.incident;
+    parallel::for_each(&mut fields.error, |i, e| {
+        *e = e.zip_map(fractions[i].abs().zip_map(incident[i], error_of_fraction), widest);
+    });
 }
 
 /// The larger of two errors; infinite if one is not a number.
@@ -59,19 +61,16 @@ pub(crate) fn widen_by_residual(zones: SharedZones, groups: &[LightGroup], field
         let means: [Bands; 2] = zones.sum(|i| {
             if i < patches { [h(i) / sizes[0], Bands::ZERO] } else { [Bands::ZERO, h(i) / sizes[1]] }
         });
-        for (kind, mean) in [0..patches, patches..zones.len()].into_iter().zip(means) {
-            for i in kind {
-                fields.error[i] = (fields.error[i] + factors * (h(i) + mean)).map(|e| widest(e, 0.0));
-            }
-        }
+        parallel::for_each(&mut fields.error, |i, e| {
+            let mean = means[usize::from(i >= patches)];
+            *e = (*e + factors * (h(i) + mean)).map(|e| widest(e, 0.0));
+        });
     }
 }
 
 /// Raises every error to at least the amount by which a flux is negative.
 pub(crate) fn widen_by_negative_flux(fields: &mut Fields) {
-    for (e, h) in fields.error.iter_mut().zip(&fields.incident) {
-        *e = e.zip_map(-*h, widest);
-    }
+    parallel::for_each_pair(&mut fields.error, &fields.incident, |e, h| *e = e.zip_map(-*h, widest));
 }
 
 /// Distributes the part of the balance's residual that neither the stated errors nor the error `lost` of the escaping power (W per band) explain.

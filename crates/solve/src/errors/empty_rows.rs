@@ -16,6 +16,7 @@ use crate::context::SolveContext;
 use crate::distribution::sum_order::SharedZones;
 use crate::errors::propagation::errors_like;
 use crate::settings::zone_power::{fluence_factor, reflected_fraction};
+use zonal_math::parallel;
 use zonal_scene::{Bands, Fields, LightGroup, Zones};
 
 /// Missing fraction of the power that a row holds, above which the brightest zone bounds the error.
@@ -38,6 +39,9 @@ impl EmptyRows {
             return EmptyRows::default();
         }
         let mostly = |d: &Bands| d.map(|d| if d > MOSTLY_EMPTY { 1.0 } else { 0.0 });
+        if parallel::all(fractions, |d| mostly(d) == Bands::ZERO) {
+            return EmptyRows::default();
+        }
         let rows = fractions.iter().map(mostly).enumerate();
         EmptyRows { zones: rows.filter(|(_, m)| *m != Bands::ZERO).collect(), brightest: Bands::ZERO }
     }

@@ -5,6 +5,7 @@
 //! an unknown error.
 
 use crate::distribution::Communicator;
+use zonal_math::parallel;
 use zonal_scene::{
     Bands, EnergyBalance, Fields, LightGroup, Report, Scene, SceneError, ThermalFields, ZoneRef, ZoneValues,
     Zones,
@@ -21,8 +22,8 @@ pub(crate) fn check_finite(
     for list in Fields::LISTS {
         let values = (list.of_mut)(fields);
         if list.is_error {
-            values.iter_mut().for_each(nan_to_infinity);
-        } else if let Some(i) = values.iter().position(|x| !x.is_finite()) {
+            parallel::for_each(values, |_, e| nan_to_infinity(e));
+        } else if let Some(i) = parallel::first(values.len(), |i| !values[i].is_finite()) {
             return Err(not_finite(&format!("the field '{}' {}", list.name, describe_zone(scene, zones, i))));
         }
     }
@@ -35,11 +36,10 @@ pub(crate) fn check_finite(
         }
         for errors in [&mut g.error, &mut g.direct_error] {
             match errors {
-                ZoneValues::Double(v) => v.iter_mut().for_each(nan_to_infinity),
-                ZoneValues::Single(v) => {
-                    let unknown = |e: &mut f32| *e = if e.is_nan() { f32::INFINITY } else { *e };
-                    v.iter_mut().flatten().for_each(unknown);
-                }
+                ZoneValues::Double(v) => parallel::for_each(v, |_, e| nan_to_infinity(e)),
+                ZoneValues::Single(v) => parallel::for_each(v, |_, e| {
+                    e.iter_mut().filter(|e| e.is_nan()).for_each(|e| *e = f32::INFINITY);
+                }),
             }
         }
     }
@@ -115,8 +115,8 @@ fn nan_to_infinity(e: &mut Bands) {
 
 fn is_finite(v: &ZoneValues) -> bool {
     match v {
-        ZoneValues::Double(v) => v.iter().flatten().all(|x| x.is_finite()),
-        ZoneValues::Single(v) => v.iter().flatten().all(|x| x.is_finite()),
+        ZoneValues::Double(v) => parallel::all(v, |x| x.is_finite()),
+        ZoneValues::Single(v) => parallel::all(v, |x| x.iter().all(|x| x.is_finite())),
     }
 }
 

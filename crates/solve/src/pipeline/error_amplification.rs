@@ -29,6 +29,7 @@ use crate::errors::random_signs::ErrorReflection;
 use crate::operator::ErrorModel;
 use crate::pipeline::group_solve;
 use crate::settings::zone_power::reflected_fraction;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Fields, LightGroup};
 
 /// Defect of a row up to which amplification does not matter.
@@ -43,12 +44,14 @@ pub(crate) fn unclosed_fractions(
     closure: &mut RowClosure,
     fractions: &[Bands],
 ) -> Option<Vec<Bands>> {
-    let left = match closure.residuals.take() {
-        Some(left) => left.into_iter().map(|d| d.map(missing_fraction)).collect(),
-        None => fractions.to_vec(),
+    let residuals = closure.residuals.take();
+    let left = |i: usize| match &residuals {
+        Some(left) => left.get(i).map_or(Bands::ZERO, |d| d.map(missing_fraction)),
+        None => fractions[i],
     };
-    let matters = |i: usize| left.get(i).is_some_and(|d| d.abs().any(|d| d > NEGLIGIBLE_DEFECT));
-    (context.scene.thermal().is_none() && context.shared_zones().any(matters)).then_some(left)
+    let matters = |i: usize| left(i).abs().any(|d| d > NEGLIGIBLE_DEFECT);
+    let matter = context.scene.thermal().is_none() && context.shared_zones().any(matters);
+    matter.then(|| parallel::collect(fractions.len(), left))
 }
 
 /// Reflected errors, over the largest field, up to which their bound for equal signs is stated.
@@ -69,12 +72,11 @@ pub(crate) fn widen_by_defects(
         let h = fields.incident[i];
         finite(empty_rows.limited(zones, i, h, fractions[i].abs().zip_map(h, error_of_fraction)))
     };
-    let errors: Vec<Bands> = (0..n).map(own).collect();
+    let errors: Vec<Bands> = parallel::collect(n, own);
     let reflect = |sources: Vec<Bands>| all_reflections(context, operator, sources);
     let reflection = ErrorReflection { zones, unknowns: operator.len(), error: &errors, reflect: &reflect };
-    for (e, more) in fields.error.iter_mut().zip(reflection.of_draw(0)) {
-        *e += or_unknown(more);
-    }
+    let more = reflection.of_draw(0);
+    parallel::for_each_pair(&mut fields.error, &more, |e, more| *e += or_unknown(*more));
 }
 
 /// Adds to the errors of the incident field of every group, and of all light, what reflection and scattering make of them; of all light at once where the
@@ -90,17 +92,15 @@ pub(crate) fn widen_by_reflection(
     }
     if groups.iter().any(|g| g.error.is_empty()) {
         let more = reflected(context, operator, &fields.error, &|i| fields.incident[i]);
-        fields.error.iter_mut().enumerate().for_each(|(i, e)| *e += more.of(i));
+        parallel::for_each(&mut fields.error, |i, e| *e += more.of(i));
         return;
     }
     for group in groups {
         let mut own = group.errors(context.zones.len());
         let incident = |i: usize| group.incident_at(i);
         let more = reflected(context, operator, &own, &incident);
-        for (i, (all, own)) in fields.error.iter_mut().zip(&mut own).enumerate() {
-            *all += more.of(i);
-            *own += more.of(i);
-        }
+        parallel::for_each(&mut fields.error, |i, all| *all += more.of(i));
+        parallel::for_each(&mut own, |i, own| *own += more.of(i));
         group.error = errors_like(&group.incident, &own, group.incident_scale);
     }
 }
@@ -129,8 +129,8 @@ fn reflected(
     incident: &(dyn Fn(usize) -> Bands + Sync),
 ) -> ReflectedErrors {
     let (zones, n, sums) = (context.zones, own.len(), context.shared_zones().order());
-    let largest = |of: &dyn Fn(usize) -> Bands| {
-        let all = (0..n).fold(Bands::ZERO, |m, i| m.zip_map(of(i), f64::max));
+    let largest = |of: &(dyn Fn(usize) -> Bands + Sync)| {
+        let all = parallel::reduce(n, Bands::ZERO, of, |m, x| m.zip_map(x, f64::max));
         sums.over_processes(all, |a: Bands, b: Bands| a.zip_map(b, f64::max))
     };
     let [most, field] = [largest(&|i| finite(own[i])), largest(&|i| incident(i).abs())];
@@ -144,7 +144,7 @@ fn reflected(
         return ReflectedErrors::Everywhere(bound);
     }
     // An unknown error of a zone stays there: it has no amount that others could receive.
-    let errors: Vec<Bands> = own.iter().map(|e| finite(*e)).collect();
+    let errors: Vec<Bands> = parallel::map(own, |e| finite(*e));
     // Reflect the errors with equal signs, and with random ones where they matter.
     let reflect = |sources: Vec<Bands>| all_reflections(context, operator, sources);
     let reflection = ErrorReflection { zones, unknowns: operator.len(), error: &errors, reflect: &reflect };
@@ -154,7 +154,7 @@ fn reflected(
     if !is_negligible && !sums.is_divided() {
         reflection.limit_by_random_signs(&mut more);
     }
-    ReflectedErrors::OfZone(more.into_iter().map(or_unknown).collect())
+    ReflectedErrors::OfZone(parallel::map(&more, |e| or_unknown(*e)))
 }
 
 /// Incident powers for the strengths `sources` after all reflections.

@@ -9,6 +9,7 @@
 
 use crate::distribution::sum_order::SumOrder;
 use crate::engines::tolerance_advice;
+use zonal_math::parallel;
 use zonal_scene::{
     Band, Bands, Diagnostic, EnergyBalance, Engine, ErrorEstimate, Fields, Report, Scene, SolveOptions,
     SolveStatus, Zones,
@@ -155,16 +156,20 @@ pub(crate) fn missed_tolerance(
 /// flux was widened to it.
 pub(crate) fn negative_flux(fields: &Fields, order: SumOrder) -> Option<Diagnostic> {
     let incident = &fields.incident;
-    let most = incident.iter().flatten().fold(0.0f64, |m, x| m.max(*x));
+    let most = parallel::reduce(incident.len(), 0.0, |i| incident[i].max_element(), f64::max);
     let most = order.over_processes(most, f64::max);
     if most <= 0.0 {
         return None;
     }
     let is_below = |h: Bands, e: Bands| Band::all().any(|b| h[b] < -MAX_UNDERSHOOT * most && e[b] <= -h[b]);
-    let both = || incident.iter().zip(&fields.error);
-    let below = || both().filter(|(h, e)| is_below(**h, **e)).map(|x| x.0);
-    let least = order.over_processes(below().flatten().fold(0.0f64, |m, x| m.min(*x)), f64::min);
-    let count = order.over_processes(below().count() as u64, |a, b| a + b);
+    let below = |i: usize| {
+        let h = incident[i];
+        if is_below(h, fields.error[i]) { (h.iter().fold(0.0f64, |m, x| m.min(*x)), 1) } else { (0.0, 0) }
+    };
+    let both = |a: (f64, u64), b: (f64, u64)| (a.0.min(b.0), a.1 + b.1);
+    let (least, count) = parallel::reduce(incident.len(), (0.0, 0), below, both);
+    let least = order.over_processes(least, f64::min);
+    let count = order.over_processes(count, |a, b| a + b);
     (least < 0.0).then(|| {
         let text = format!(
             "negative incident flux in {} zone(s), down to {:.1e} of the largest flux: the light decays too steeply for these voxels; use more cells",

@@ -1,6 +1,7 @@
 //! Groups of bands with equal extinctions, which share their exchange areas, and the memory of the dense engine.
 
 use super::row_blocks::packed_length;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, PerBand, Scene};
 use zonal_transport::Transport;
 
@@ -48,7 +49,7 @@ impl BandGroups {
     pub fn of_scene(scene: &Scene, panes: InteriorPanes) -> BandGroups {
         BandGroups::of(|a, b| {
             let same = |extinction: Bands| extinction[a] == extinction[b];
-            scene.voxel_grid().is_none_or(|v| (0..v.len()).all(|c| same(v.extinction(c))))
+            scene.voxel_grid().is_none_or(|v| !parallel::any(v.len(), |c| !same(v.extinction(c))))
                 && (panes == InteriorPanes::Absent || scene.panes().iter().all(|p| same(p.extinction)))
         })
     }

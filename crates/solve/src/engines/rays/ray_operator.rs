@@ -213,8 +213,9 @@ impl<'a> RayOperator<'a> {
     }
 
     /// Multiplies H by areas and G by volumes.
-    fn times_measure(&self, v: Vec<Bands>) -> Vec<Bands> {
-        parallel::collect(v.len(), |i| v[i] * self.zones.response(i).1)
+    fn times_measure(&self, mut v: Vec<Bands>) -> Vec<Bands> {
+        parallel::for_each(&mut v, |i, x| *x *= self.zones.response(i).1);
+        v
     }
 }
 

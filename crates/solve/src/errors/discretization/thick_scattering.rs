@@ -22,6 +22,7 @@
 use super::near_surface_scattering;
 use crate::distribution::sum_order::SharedZones;
 use zonal_math::exponential_integral::e3;
+use zonal_math::parallel;
 use zonal_scene::{
     Band, Bands, Diagnostic, DiscretizationError, EnergyBalance, Fields, Report, Scene, VoxelGrid,
 };
@@ -39,11 +40,11 @@ pub(super) fn estimate(
     report: &Report,
 ) -> Option<DiscretizationError> {
     let grid = scene.voxel_grid()?;
-    let thick: Vec<bool> =
-        (0..grid.len()).map(|cell| scattering_depth(grid, cell) > MIN_SCATTERING_DEPTH).collect();
-    if !thick.contains(&true) {
+    let is_thick = |cell: usize| scattering_depth(grid, cell) > MIN_SCATTERING_DEPTH;
+    if !parallel::any(grid.len(), is_thick) {
         return None;
     }
+    let thick: Vec<bool> = parallel::collect(grid.len(), is_thick);
     let excess = largest_excess(grid, zones, &thick);
     let (leaving, contrast) = (leaving_power(grid, zones, fields, &thick), contrast(zones, fields, &thick));
     let share = (1.0 - 1.0 / excess) * contrast;

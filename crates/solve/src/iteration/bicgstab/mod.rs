@@ -216,8 +216,8 @@ impl<'a> BicgstabColumn<'a> {
         let over = |i: usize, x: Bands| x.zip_map(weights[i], |x, w| if w > 0.0 { x / w } else { 0.0 });
         let product =
             |x: &[Bands], y: &[Bands]| -> Bands { multivector::sum(x.len(), |i| over(i, x[i] * y[i])) };
-        let shadow = self.residual.clone();
-        let mut direction = shadow.clone();
+        let copy = || parallel::map(&self.residual, |r| *r);
+        let (shadow, mut direction) = (copy(), copy());
         let mut rho = product(&shadow, &shadow);
         let mut open = rho.map(|x| x > 0.0 && x.is_finite());
         while open.any(|open| open) && !self.is_spent(PRODUCTS_OF_ITERATION) {

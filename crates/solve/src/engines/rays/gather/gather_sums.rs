@@ -4,6 +4,7 @@ use super::escape_rays::EscapeRays;
 use super::zone_gather::SampleSums;
 use crate::distribution::{Blocks, Communicator, Message};
 use crate::settings::stage_codec::{Decoder, Encoder};
+use zonal_math::parallel;
 use zonal_scene::{Bands, CheckpointStore};
 
 /// The stage of the checkpoint.
@@ -35,7 +36,7 @@ impl GatherSums {
             quantities,
             round: 0,
             counts: vec![0; n],
-            sums: vec![SampleSums::default(); 2 * n * quantities],
+            sums: parallel::collect(2 * n * quantities, |_| SampleSums::default()),
             escape,
         };
         if let Some(bytes) = checkpoints.load(STAGE)

@@ -6,7 +6,7 @@ use super::params::{
     ERROR_SHARE, EXPECTED_CLUSTER_SHARE, FINE_TOLERANCE, FOUR_DIMENSIONAL_RATE, MAX_DEVIATION_FROM_MEAN,
     MAX_ERROR_EXCESS, MAX_OPENING_RAYS, MAX_RATIO_CHANGE, MAX_RAYS, MAX_SAMPLES, MAX_SAMPLES_PER_ZONE,
     MIN_RELATIVE_LEVEL, PANE_POINTS, PILOT_SAMPLES, SAMPLE_QUANTUM, SAMPLES_PER_PANE_POINT,
-    STATED_OVER_AGREEMENT_ERROR, STATED_OVER_MEAN_ERROR,
+    STATED_OVER_AGREEMENT_ERROR, STATED_OVER_MEAN_ERROR, ZONES_PER_TASK,
 };
 use super::patch_clusters::{ClusterAgreement, PatchClusters};
 use super::zone_sampler::{DirectLightEstimate, ZoneLightSampler, largest};
@@ -215,7 +215,7 @@ pub(crate) fn gather(
     // Average or resample the voxels whose error is still too large.
     let settle = |i: usize| gathering.average_or_resample(i, &second);
     let settled: Vec<(Bands, (Bands, u64))> =
-        execution.blocks(n, CHUNK_ZONES).map(execution.communicator, settle);
+        execution.blocks(n, ZONES_PER_TASK).map(execution.communicator, settle);
     // Add the panes.
     let (panes, pane_rays) = sampler.panes(scene.options().tolerance, execution);
     progress.end();

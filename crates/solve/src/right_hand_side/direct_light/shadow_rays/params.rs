@@ -63,5 +63,7 @@ pub(super) const MAX_PATCHES_PER_CLUSTER: usize = 256;
 pub(super) const DISAGREEING_NEIGHBOURS: f64 = 0.5;
 /// Samples of a patch whose cluster agrees over those that it needs alone; for the expected number of rays.
 pub(super) const EXPECTED_CLUSTER_SHARE: f64 = 0.3;
-/// Zones of a parallel chunk.
+/// Zones of a part of a sum.
 pub(super) const CHUNK_ZONES: usize = 256;
+/// Zones of a task: zones differ by their number of samples.
+pub(super) const ZONES_PER_TASK: usize = 32;

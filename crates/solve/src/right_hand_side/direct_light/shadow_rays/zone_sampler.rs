@@ -1,8 +1,8 @@
 //! Samples of one light at the points of one zone, and their statistics.
 
 use super::params::{
-    CHUNK_ZONES, FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, MIN_VISIBLE_FRACTION,
-    SAMPLE_QUANTUM, SMALL_OPENING_RATE, SMALL_VISIBLE_FRACTION,
+    FIRST_FRESH_SAMPLE, FOUR_DIMENSIONAL_RATE, FOUR_DIMENSIONAL_SAMPLES, MIN_VISIBLE_FRACTION,
+    SAMPLE_QUANTUM, SMALL_OPENING_RATE, SMALL_VISIBLE_FRACTION, ZONES_PER_TASK,
 };
 use super::point_light::{LitZones, PointLightOnZone};
 use crate::distribution::{Execution, Message};
@@ -333,7 +333,7 @@ impl<'a> ZoneLightSampler<'a> {
         execution: Execution,
         f: impl Fn(usize) -> DirectLightEstimate + Sync,
     ) -> Vec<DirectLightEstimate> {
-        let blocks = execution.blocks(n, CHUNK_ZONES);
+        let blocks = execution.blocks(n, ZONES_PER_TASK);
         let of_block = |b: usize| {
             let list: Vec<DirectLightEstimate> = blocks.range(b).map(&f).collect();
             execution.progress.advance(list.len() as u64);
