@@ -12,7 +12,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 run, surfaces, volume, medium, harmonics = sys.argv[1:]
 z = np.load(run)
 header = json.loads(bytes(z["header.json"]))
-patches, voxels, panes = len(z["patch_area"]), len(z["voxel_volume"]), len(z["pane_zone_area"])
+patches, voxels, panes = len(z["patch_area"]), len(z["voxel_cell"]), len(z["pane_zone_area"])
 P, V, S = slice(0, patches), slice(patches, patches + voxels), slice(patches + voxels, None)
 
 
@@ -91,9 +91,9 @@ same("areas of cells", vtk_to_numpy(sizes.GetOutput().GetCellData().GetArray("Ar
 # The medium.
 grid, a, names = read(volume, vtk.vtkXMLImageDataReader())
 free = a["volume [m3]"][:, None]
-same("free volume", a["volume [m3]"].sum(), z["voxel_volume"].sum())
+own = np.broadcast_to(z["voxel_volume"], voxels)[:, None]
+same("free volume", a["volume [m3]"].sum(), own.sum())
 assert a["zones"].sum() == voxels
-own = z["voxel_volume"][:, None]
 kappa, omega = z["voxel_extinction"], z["voxel_albedo"]
 B, G = z["radiosity"][V], z["incident"][V]
 H = G + z["direct"][V]

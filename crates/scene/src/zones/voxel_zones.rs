@@ -308,6 +308,16 @@ impl VoxelZones {
     pub fn cut_count(&self) -> usize {
         self.list.as_ref().map_or(0, |l| l.parts.iter().filter(|p| !p.2.is_empty()).count())
     }
+    /// For each zone the number of samples of the zones before it, and last their total; empty if no zone is cut.
+    #[must_use]
+    pub fn first_samples(&self) -> Vec<usize> {
+        if self.cut_count() == 0 {
+            return Vec::new();
+        }
+        let mut first = vec![0];
+        self.iter().for_each(|z| first.push(first[first.len() - 1] + z.samples.len()));
+        first
+    }
     /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         self.list.as_ref().map_or(0, |l| l.bytes()) + self.media.bytes()

@@ -102,7 +102,7 @@ pub fn write_arrays(path: &Path, about: Option<&str>, arrays: &[NamedArray]) -> 
             npz.bytes("about", text.as_bytes())?;
         }
         for a in arrays {
-            npz.grid(a.name, &a.shape, a.values.iter().copied())?;
+            npz.grid(a.name, &a.shape, |i| a.values[i])?;
         }
         npz.finish()
     })
@@ -114,7 +114,7 @@ pub struct NamedSingleArray<'a> {
     pub name: &'a str,
     /// Its shape.
     pub shape: Vec<usize>,
-    /// Its values in C order, in consecutive pieces.
+    /// Its values in C order, in consecutive pieces of one length.
     pub values: Vec<&'a [f32]>,
 }
 
@@ -128,7 +128,8 @@ pub fn write_single_arrays(path: &Path, about: &str, arrays: &[NamedSingleArray]
         let mut npz = NpzWriter::new(out, &BandSet::default());
         npz.bytes("about", about.as_bytes())?;
         for a in arrays {
-            npz.singles(a.name, &a.shape, a.values.iter().copied().flatten().copied())?;
+            let length = a.values.first().map_or(0, |piece| piece.len());
+            npz.singles(a.name, &a.shape, |i| a.values[i / length][i % length])?;
         }
         npz.finish()
     })

@@ -137,12 +137,19 @@ impl<'a> NpzReader<'a> {
         data: Vec<T>,
     ) -> Result<Vec<[T; 3]>, FileError> {
         let (bands, block) = &self.bands;
-        if shape.last() != Some(&bands.count()) {
-            let message =
-                format!("has shape {shape:?} where rows of {} bands were expected; {DAMAGED}", bands.count());
-            return Err(self.error(name, message));
+        match shape.last() {
+            // One column stands for all bands.
+            Some(1) => Ok(data.into_iter().map(|x| [x; 3]).collect()),
+            Some(columns) if *columns == bands.count() => {
+                Ok(data.chunks_exact(*columns).filter_map(|row| bands.of_block(*block, row)).collect())
+            }
+            _ => {
+                let count = bands.count();
+                let message =
+                    format!("has shape {shape:?} where rows of {count} bands were expected; {DAMAGED}");
+                Err(self.error(name, message))
+            }
         }
-        Ok(data.chunks_exact(bands.count()).filter_map(|row| bands.of_block(*block, row)).collect())
     }
 
     /// An error at an entry of this file.
@@ -222,6 +229,14 @@ impl<'a> NpzReader<'a> {
             return Ok(());
         }
         Err(self.error(name, format!("has shape {shape:?} where {wanted:?} was expected; {DAMAGED}")))
+    }
+
+    /// Refuses an array of bands whose shape is neither `[..wanted, bands]` nor `[..wanted, 1]`.
+    fn check_band_shape(&self, name: &str, shape: &[usize], wanted: &[usize]) -> Result<(), FileError> {
+        if shape == [wanted, &[1]].concat() {
+            return Ok(());
+        }
+        self.check_shape(name, shape, &[wanted, &[self.band_count()]].concat())
     }
 
     /// Refuses an array of which some value is not valid.
@@ -330,6 +345,17 @@ impl<'a> NpzReader<'a> {
         Ok(data)
     }
 
+    /// As [`NpzReader::positive`], or one number for all.
+    pub(crate) fn positive_or_one(&mut self, name: &str, count: usize) -> Result<ZoneRows<f64>, FileError> {
+        let (shape, data) = self.grid(name)?;
+        self.check_values(name, data.iter().all(|x| *x > 0.0), "a value is not positive")?;
+        if shape == [1] {
+            return Ok(ZoneRows::Same(data[0]));
+        }
+        self.check_shape(name, &shape, &[count])?;
+        Ok(ZoneRows::Each(data))
+    }
+
     /// Finite numbers of shape `[..shape, 3]`.
     fn triples(&mut self, name: &str, shape: &[usize]) -> Result<Vec<[f64; 3]>, FileError> {
         let (found, data) = self.rows(name)?;
@@ -346,7 +372,7 @@ impl<'a> NpzReader<'a> {
         };
         let bands = self.band_count();
         if !(field.is_optional && shape == [0, bands]) {
-            self.check_shape(field.name, &shape, &[count, bands])?;
+            self.check_band_shape(field.name, &shape, &[count])?;
         }
         Ok(to_bands(data))
     }
@@ -358,10 +384,9 @@ impl<'a> NpzReader<'a> {
         is_valid: fn(f64) -> bool,
         message: &str,
     ) -> Result<(Vec<usize>, Vec<[f64; 3]>), FileError> {
-        if self.band_count() == 3 {
-            return self.rows_of(name, is_valid, message);
-        }
         let (shape, data) = self.array(name, ElementType::F64, f64::from_le_bytes)?;
+        // Rows of equal bands take thrice the memory of their file.
+        self.charge(name, 16 * data.len() as u64)?;
         self.check_values(name, data.iter().all(|x| is_valid(*x)), message)?;
         let rows = self.block_of_rows(name, &shape, data)?;
         Ok((shape, rows))
@@ -421,7 +446,8 @@ impl<'a> NpzReader<'a> {
     /// As [`NpzReader::same_or_each`], of bands.
     pub(crate) fn band_rows(&mut self, name: &str, shape: &[usize]) -> Result<ZoneRows<Bands>, FileError> {
         let (found, data) = self.band_rows_of(name, f64::is_finite, NOT_FINITE)?;
-        Ok(match self.one_or_all(name, shape, self.band_count(), &found, data)? {
+        let columns = if found.last() == Some(&1) { 1 } else { self.band_count() };
+        Ok(match self.one_or_all(name, shape, columns, &found, data)? {
             ZoneRows::Same(x) => ZoneRows::Same(Bands::from_rgb(x)),
             ZoneRows::Each(list) => ZoneRows::Each(to_bands(list)),
         })
@@ -474,7 +500,11 @@ impl<'a> NpzReader<'a> {
         };
         self.check_values(name, valid, "a value is not a finite number, or an error below 0")?;
         let rows = if values.is_empty() { 0 } else { count };
-        self.check_shape(name, &shape, &[rows, self.band_count()])?;
+        if rows > 0 {
+            self.check_band_shape(name, &shape, &[rows])?;
+        } else {
+            self.check_shape(name, &shape, &[rows, self.band_count()])?;
+        }
         Ok(values)
     }
 

@@ -1,14 +1,18 @@
 //! Writing of arrays into an npz: a zip of npy files, stored uncompressed, so that files are read and written at the speed of memory.
+//!
+//! Large arrays are gathered by all threads, in pieces of a few megabytes, while one thread writes the piece before: bytes keep their order.
 
 use super::npy::{self, ElementType};
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
-use zonal_math::Vec3;
+use zonal_math::{Vec3, parallel};
 use zonal_scene::{BandSet, Bands, Plate, PlateKind, ZoneValues};
 
-/// Bytes of a block that is gathered before it is written.
-const BLOCK_BYTES: usize = 1 << 16;
+/// Bytes of a piece that is gathered before it is written.
+const PIECE_BYTES: usize = 1 << 22;
+/// Bytes of a piece that one thread gathers at a time.
+const TASK_BYTES: usize = 1 << 16;
 
 /// A file that reports its first error, and after it takes and drops all bytes: the crate zip completes an archive when it is dropped, and would print another error
 /// where that fails.
@@ -65,7 +69,7 @@ impl<W: Seek> Seek for FailsOnce<W> {
 }
 
 /// Destination of named arrays, one after the other.
-pub(crate) trait ArraySink {
+pub(crate) trait ArraySink: Send {
     /// Begins an array whose values take `bytes` bytes.
     fn begin(&mut self, name: &str, bytes: usize) -> io::Result<()>;
     /// Adds bytes to the array.
@@ -77,7 +81,7 @@ pub(crate) struct Archive<W: Write + Seek> {
     zip: ZipWriter<FailsOnce<W>>,
 }
 
-impl<W: Write + Seek> ArraySink for Archive<W> {
+impl<W: Write + Seek + Send> ArraySink for Archive<W> {
     fn begin(&mut self, name: &str, bytes: usize) -> io::Result<()> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
@@ -96,7 +100,7 @@ impl ArraySink for blake3::Hasher {
         Ok(())
     }
     fn add(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.update(bytes);
+        self.update_rayon(bytes);
         Ok(())
     }
 }
@@ -111,7 +115,7 @@ pub(crate) struct ArrayWriter<S> {
     bands_of_blocks: Vec<usize>,
 }
 
-impl<W: Write + Seek> NpzWriter<W> {
+impl<W: Write + Seek + Send> NpzWriter<W> {
     /// For arrays of the bands of a scene.
     pub(crate) fn new(out: W, bands: &BandSet) -> NpzWriter<W> {
         ArrayWriter::into_sink(Archive { zip: ZipWriter::new(FailsOnce::new(out)) }, bands)
@@ -134,41 +138,63 @@ impl<S: ArraySink> ArrayWriter<S> {
         self.sink.add(&npy::header(kind, shape))
     }
 
-    /// Streams elements of `N` bytes, a block at a time.
-    fn stream<const N: usize>(&mut self, items: impl Iterator<Item = [u8; N]>) -> io::Result<()> {
-        let mut block = vec![[0; N]; BLOCK_BYTES / N];
-        let mut filled = 0;
-        for item in items {
-            block[filled] = item;
-            filled += 1;
-            if filled == block.len() {
-                self.sink.add(block.as_flattened())?;
-                filled = 0;
-            }
-        }
-        self.sink.add(block[..filled].as_flattened())
-    }
-
-    /// Streams the bands of each row, a block at a time; `value` gives those of block t in row i.
-    fn stream_bands<const N: usize>(
+    /// Adds rows of `row_bytes` bytes, which `fill` writes by their number.
+    fn rows_of_bytes(
         &mut self,
         rows: usize,
-        value: impl Fn(usize, usize) -> Bands,
-        to_bytes: impl Fn(f64) -> [u8; N],
+        row_bytes: usize,
+        fill: impl Fn(usize, &mut [u8]) + Sync,
     ) -> io::Result<()> {
-        let row_bytes = N * self.band_count();
-        let mut block = Vec::with_capacity(BLOCK_BYTES + row_bytes);
-        for i in 0..rows {
-            for (t, count) in self.bands_of_blocks.iter().enumerate() {
-                let bytes = value(t, i).map(&to_bytes);
-                bytes.iter().take(*count).for_each(|b| block.extend_from_slice(b));
-            }
-            if block.len() >= BLOCK_BYTES {
-                self.sink.add(&block)?;
-                block.clear();
-            }
+        if row_bytes == 0 || rows == 0 {
+            return Ok(());
         }
-        self.sink.add(&block)
+        let (rows_of_task, rows_of_piece) =
+            ((TASK_BYTES / row_bytes).max(1), (PIECE_BYTES / row_bytes).max(1));
+        let gather = |first: usize, mut piece: Vec<u8>| {
+            piece.resize(row_bytes * rows_of_piece.min(rows - first), 0);
+            parallel::chunks(&mut piece, rows_of_task * row_bytes, |task, chunk| {
+                for (k, row) in chunk.chunks_exact_mut(row_bytes).enumerate() {
+                    fill(first + task * rows_of_task + k, row);
+                }
+            });
+            piece
+        };
+        let (mut piece, mut spare) = (gather(0, Vec::new()), Vec::new());
+        for next in (rows_of_piece..rows).step_by(rows_of_piece) {
+            let sink = &mut self.sink;
+            let (written, following) = parallel::join(|| sink.add(&piece), || gather(next, spare));
+            written?;
+            (spare, piece) = (piece, following);
+        }
+        self.sink.add(&piece)
+    }
+
+    /// Adds elements of `N` bytes by their number.
+    fn elements<const N: usize>(
+        &mut self,
+        count: usize,
+        element: impl Fn(usize) -> [u8; N] + Sync,
+    ) -> io::Result<()> {
+        self.rows_of_bytes(count, N, |i, out| out.copy_from_slice(&element(i)))
+    }
+
+    /// Adds the first bands of each row, as many as each block has columns; `value` gives those of block t in row i.
+    fn rows_of_bands<const N: usize>(
+        &mut self,
+        rows: usize,
+        columns_of_blocks: &[usize],
+        value: impl Fn(usize, usize) -> Bands + Sync,
+        to_bytes: impl Fn(f64) -> [u8; N] + Sync,
+    ) -> io::Result<()> {
+        let columns: usize = columns_of_blocks.iter().sum();
+        self.rows_of_bytes(rows, N * columns, |i, mut row| {
+            for (t, count) in columns_of_blocks.iter().enumerate() {
+                let (own, rest) = row.split_at_mut(N * count);
+                let bytes = value(t, i).map(&to_bytes);
+                own.as_chunks_mut::<N>().0.iter_mut().zip(&bytes).for_each(|(out, b)| *out = *b);
+                row = rest;
+            }
+        })
     }
 
     pub(crate) fn bytes(&mut self, name: &str, data: &[u8]) -> io::Result<()> {
@@ -176,19 +202,26 @@ impl<S: ArraySink> ArrayWriter<S> {
         self.sink.add(data)
     }
 
-    pub(crate) fn ints(&mut self, name: &str, data: impl ExactSizeIterator<Item = usize>) -> io::Result<()> {
-        self.begin(name, ElementType::I64, &[data.len()])?;
-        self.stream(data.map(|n| (n as i64).to_le_bytes()))
+    /// Whole numbers by their index.
+    pub(crate) fn ints(
+        &mut self,
+        name: &str,
+        count: usize,
+        value: impl Fn(usize) -> usize + Sync,
+    ) -> io::Result<()> {
+        self.begin(name, ElementType::I64, &[count])?;
+        self.elements(count, |i| (value(i) as i64).to_le_bytes())
     }
 
-    /// Whole numbers of 32 bits.
+    /// Whole numbers of 32 bits by their index.
     pub(crate) fn short_ints(
         &mut self,
         name: &str,
-        data: impl ExactSizeIterator<Item = i32>,
+        count: usize,
+        value: impl Fn(usize) -> i32 + Sync,
     ) -> io::Result<()> {
-        self.begin(name, ElementType::I32, &[data.len()])?;
-        self.stream(data.map(i32::to_le_bytes))
+        self.begin(name, ElementType::I32, &[count])?;
+        self.elements(count, |i| value(i).to_le_bytes())
     }
 
     /// One text of ASCII characters, an array without dimensions.
@@ -203,42 +236,62 @@ impl<S: ArraySink> ArrayWriter<S> {
         name: &str,
         data: &[String],
         max_chars: usize,
-        escape: impl Fn(&str) -> Cow<'_, str>,
+        escape: impl Fn(&str) -> Cow<'_, str> + Sync,
     ) -> io::Result<()> {
         let chars = data.iter().map(|text| escape(text).chars().take(max_chars).count()).max();
         let chars = chars.unwrap_or(1).max(1);
         self.begin(name, ElementType::Text(chars), &[data.len()])?;
-        let padded = |text: &String| {
-            let mut codes: Vec<u32> = escape(text).chars().take(chars).map(u32::from).collect();
-            codes.resize(chars, 0);
-            codes
-        };
-        self.stream(data.iter().flat_map(padded).map(u32::to_le_bytes))
+        self.rows_of_bytes(data.len(), 4 * chars, |i, row| {
+            let text = escape(&data[i]);
+            let codes = text.chars().map(u32::from).chain(std::iter::repeat(0));
+            row.as_chunks_mut::<4>().0.iter_mut().zip(codes).for_each(|(out, c)| *out = c.to_le_bytes());
+        })
     }
 
-    pub(crate) fn reals(&mut self, name: &str, data: impl ExactSizeIterator<Item = f64>) -> io::Result<()> {
-        self.grid(name, &[data.len()], data)
+    /// As [`ArrayWriter::reals`], of shape `[1]` if all are equal.
+    pub(crate) fn reals_or_one(
+        &mut self,
+        name: &str,
+        count: usize,
+        value: impl Fn(usize) -> f64 + Sync,
+    ) -> io::Result<()> {
+        let shape = broadcast_shape(&[count], |i| value(i).to_bits());
+        self.grid(name, &shape, value)
     }
 
-    /// An array of single precision.
+    /// Real numbers by their index.
+    pub(crate) fn reals(
+        &mut self,
+        name: &str,
+        count: usize,
+        value: impl Fn(usize) -> f64 + Sync,
+    ) -> io::Result<()> {
+        self.grid(name, &[count], value)
+    }
+
+    /// An array of single precision, by the index in C order.
     pub(crate) fn singles(
         &mut self,
         name: &str,
         shape: &[usize],
-        data: impl Iterator<Item = f32>,
+        value: impl Fn(usize) -> f32 + Sync,
     ) -> io::Result<()> {
         self.begin(name, ElementType::F32, shape)?;
-        self.stream(data.map(f32::to_le_bytes))
+        self.elements(shape.iter().product(), |i| value(i).to_le_bytes())
     }
 
-    /// An array of shape `[..shape, 3]`.
+    /// An array of shape `[..shape, 3]`, by the index of the row.
     pub(crate) fn triples(
         &mut self,
         name: &str,
         shape: &[usize],
-        data: impl Iterator<Item = [f64; 3]>,
+        row: impl Fn(usize) -> [f64; 3] + Sync,
     ) -> io::Result<()> {
-        self.grid(name, &[shape, &[3]].concat(), data.flatten())
+        self.begin(name, ElementType::F64, &[shape, &[3]].concat())?;
+        self.rows_of_bytes(shape.iter().product(), 24, |i, out| {
+            let bytes = row(i).map(f64::to_le_bytes);
+            out.copy_from_slice(bytes.as_flattened());
+        })
     }
 
     /// Number of bands.
@@ -246,12 +299,35 @@ impl<S: ArraySink> ArrayWriter<S> {
         self.bands_of_blocks.iter().sum()
     }
 
-    /// Bands of zones, an array of shape `[zones, bands]` with at least `least` rows, from those of each block; an empty block stands for zeros.
+    /// Bands of zones, an array of shape `[zones, bands]` with at least `least` rows, from those of each block; an empty block stands for zeros. One column if
+    /// all bands are equal.
     pub(crate) fn bands(&mut self, name: &str, blocks: &[&[Bands]], least: usize) -> io::Result<()> {
         let zones = blocks.iter().map(|t| t.len()).fold(least, usize::max);
-        self.begin(name, ElementType::F64, &[zones, self.band_count()])?;
         let value = |t: usize, i: usize| if blocks[t].is_empty() { Bands::ZERO } else { blocks[t][i] };
-        self.stream_bands(zones, value, f64::to_le_bytes)
+        self.band_array(name, ElementType::F64, &[zones], value)
+    }
+
+    /// An array of shape `[..shape, bands]`, or `[..shape, 1]` if the bands of each row are equal: numpy broadcasts it.
+    fn band_array(
+        &mut self,
+        name: &str,
+        kind: ElementType,
+        shape: &[usize],
+        value: impl Fn(usize, usize) -> Bands + Sync,
+    ) -> io::Result<()> {
+        let rows: usize = shape.iter().product();
+        let is_grey = self.bands_of_blocks == [3]
+            && rows > 0
+            && !parallel::any(rows, |i| value(0, i).any(|x| x.to_bits() != value(0, i).first().to_bits()));
+        let columns = if is_grey { 1 } else { self.band_count() };
+        self.begin(name, kind, &[shape, &[columns]].concat())?;
+        let columns_of_blocks = if is_grey { vec![1] } else { self.bands_of_blocks.clone() };
+        match kind {
+            ElementType::F32 => {
+                self.rows_of_bands(rows, &columns_of_blocks, value, |x| (x as f32).to_le_bytes())
+            }
+            _ => self.rows_of_bands(rows, &columns_of_blocks, value, f64::to_le_bytes),
+        }
     }
 
     /// As [`ArrayWriter::triples`], in one row of shape `[1, …, 3]` if all rows are equal: numpy broadcasts it.
@@ -259,15 +335,10 @@ impl<S: ArraySink> ArrayWriter<S> {
         &mut self,
         name: &str,
         shape: &[usize],
-        data: impl Iterator<Item = [f64; 3]> + Clone,
+        row: impl Fn(usize) -> [f64; 3] + Sync,
     ) -> io::Result<()> {
-        let mut all = data.clone();
-        match all.next() {
-            Some(first) if all.all(|x| x.map(f64::to_bits) == first.map(f64::to_bits)) => {
-                self.triples(name, &vec![1; shape.len()], std::iter::once(first))
-            }
-            _ => self.triples(name, shape, data),
-        }
+        let shape = broadcast_shape(shape, |i| row(i).map(f64::to_bits));
+        self.triples(name, &shape, row)
     }
 
     /// As [`ArrayWriter::rows`], of the bands of row `i` of block `t`, which `value` gives.
@@ -275,18 +346,13 @@ impl<S: ArraySink> ArrayWriter<S> {
         &mut self,
         name: &str,
         shape: &[usize],
-        value: impl Fn(usize, usize) -> Bands,
+        value: impl Fn(usize, usize) -> Bands + Sync,
     ) -> io::Result<()> {
-        let rows: usize = shape.iter().product();
-        let bits = |t: usize, i: usize| value(t, i).map(f64::to_bits);
-        let is_constant = |t: usize| {
-            let first = bits(t, 0);
-            (1..rows).all(|i| bits(t, i) == first)
-        };
-        let is_uniform = rows > 0 && (0..self.bands_of_blocks.len()).all(is_constant);
-        let (shape, rows) = if is_uniform { (vec![1; shape.len()], 1) } else { (shape.to_vec(), rows) };
-        self.begin(name, ElementType::F64, &[shape, vec![self.band_count()]].concat())?;
-        self.stream_bands(rows, value, f64::to_le_bytes)
+        let blocks = self.bands_of_blocks.len();
+        let shape = (0..blocks).fold(vec![1; shape.len()], |found, t| {
+            if found == shape { found } else { broadcast_shape(shape, |i| value(t, i).map(f64::to_bits)) }
+        });
+        self.band_array(name, ElementType::F64, &shape, value)
     }
 
     /// The values of a light group, `[zones, bands]` of f64, or of f32 if every block has single precision; no rows for zeros.
@@ -294,32 +360,28 @@ impl<S: ArraySink> ArrayWriter<S> {
         let zones = blocks.iter().map(|v| v.len()).max().unwrap_or(0);
         let is_single = blocks.iter().all(|v| matches!(v, ZoneValues::Single(_)));
         let kind = if is_single { ElementType::F32 } else { ElementType::F64 };
-        self.begin(name, kind, &[zones, self.band_count()])?;
-        let value = |t: usize, i: usize| blocks[t].at(i);
-        if is_single {
-            self.stream_bands(zones, value, |x| (x as f32).to_le_bytes())
-        } else {
-            self.stream_bands(zones, value, f64::to_le_bytes)
-        }
+        self.band_array(name, kind, &[zones], |t, i| blocks[t].at(i))
     }
 
+    /// Vectors by their index.
     pub(crate) fn vectors(
         &mut self,
         name: &str,
-        data: impl ExactSizeIterator<Item = Vec3>,
+        count: usize,
+        vector: impl Fn(usize) -> Vec3 + Sync,
     ) -> io::Result<()> {
-        self.triples(name, &[data.len()], data.map(Vec3::array))
+        self.triples(name, &[count], |i| vector(i).array())
     }
 
-    /// An array of shape `[..shape]` of f64.
+    /// An array of f64, by the index in C order.
     pub(crate) fn grid(
         &mut self,
         name: &str,
         shape: &[usize],
-        data: impl Iterator<Item = f64>,
+        value: impl Fn(usize) -> f64 + Sync,
     ) -> io::Result<()> {
         self.begin(name, ElementType::F64, shape)?;
-        self.stream(data.map(f64::to_le_bytes))
+        self.elements(shape.iter().product(), |i| value(i).to_le_bytes())
     }
 
     /// An array of shape `[height, width, 3]` of f32.
@@ -330,20 +392,35 @@ impl<S: ArraySink> ArrayWriter<S> {
         height: usize,
         data: &[[f32; 3]],
     ) -> io::Result<()> {
-        self.singles(name, &[height, width, 3], data.iter().flatten().copied())
+        let data = data.as_flattened();
+        self.singles(name, &[height, width, 3], |i| data[i])
     }
 
     /// `<name>_origin`, `<name>_e1`, `<name>_e2` and `<name>_kind` (0 triangle, 1 parallelogram).
-    pub(crate) fn plates<'a, I>(&mut self, name: &str, plates: I) -> io::Result<()>
-    where
-        I: ExactSizeIterator<Item = &'a Plate> + Clone,
-    {
-        self.vectors(&format!("{name}_origin"), plates.clone().map(|p| p.origin))?;
-        self.vectors(&format!("{name}_e1"), plates.clone().map(|p| p.e1))?;
-        self.vectors(&format!("{name}_e2"), plates.clone().map(|p| p.e2))?;
-        let kinds: Vec<u8> = plates.map(|p| (p.kind == PlateKind::Parallelogram) as u8).collect();
-        self.bytes(&format!("{name}_kind"), &kinds)
+    pub(crate) fn plates<'a>(
+        &mut self,
+        name: &str,
+        count: usize,
+        plate: impl Fn(usize) -> &'a Plate + Sync,
+    ) -> io::Result<()> {
+        self.vectors(&format!("{name}_origin"), count, |i| plate(i).origin)?;
+        self.vectors(&format!("{name}_e1"), count, |i| plate(i).e1)?;
+        self.vectors(&format!("{name}_e2"), count, |i| plate(i).e2)?;
+        self.begin(&format!("{name}_kind"), ElementType::U8, &[count])?;
+        self.elements(count, |i| [u8::from(plate(i).kind == PlateKind::Parallelogram)])
     }
+}
+
+/// The shape of an array, or `[1, …]` if it has rows and all of them are equal.
+fn broadcast_shape<T: PartialEq + Sync>(shape: &[usize], row: impl Fn(usize) -> T + Sync) -> Vec<usize> {
+    let rows: usize = shape.iter().product();
+    if rows == 0 {
+        return shape.to_vec();
+    }
+    let first = row(0);
+    // Rows that differ do so early, as a rule.
+    let differs = row(rows - 1) != first || parallel::any(rows, |i| row(i) != first);
+    if differs { shape.to_vec() } else { vec![1; shape.len()] }
 }
 
 #[cfg(test)]
@@ -375,7 +452,7 @@ mod tests {
     #[test]
     fn an_archive_that_failed_completes_without_another_error() {
         let write = |npz: &mut NpzWriter<FullDisk>| {
-            npz.reals("a", [1.0; 40].into_iter())?;
+            npz.reals("a", 40, |_| 1.0)?;
             npz.bytes("b", &[7; 90])
         };
         let (mut failures, mut complete) = (0, 0);

@@ -26,10 +26,10 @@ pub(super) fn write_faces<S: ArraySink>(
     facets: usize,
 ) -> io::Result<()> {
     if !table.meshes.is_empty() {
-        npz.ints("facet_face", (0..facets).map(|k| table.face_of(k).map_or(0, |f| f + 1)))?;
+        npz.ints("facet_face", facets, |k| table.face_of(k).map_or(0, |f| f + 1))?;
     }
     let has = |of: fn(&FacetValues) -> bool| table.values.iter().any(of);
-    let rows = |of: fn(FacetValues) -> [f64; 3]| (0..facets).map(move |k| of(table.values_of(k)));
+    let rows = |of: fn(FacetValues) -> [f64; 3]| move |k| of(table.values_of(k));
     if has(|v| v.condition.is_some()) {
         npz.rows("facet_condition", &[facets], rows(condition_row))?;
     }

@@ -13,7 +13,7 @@ use zonal_scene::{
 };
 
 /// The version of the format.
-pub(super) const FORMAT_VERSION: u64 = 7;
+pub(super) const FORMAT_VERSION: u64 = 8;
 /// The name of the format.
 pub(super) const FORMAT: &str = "zonal solution";
 

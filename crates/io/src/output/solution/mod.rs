@@ -16,7 +16,7 @@
 //! | `group_0_direct_error`, … | [zones, bands] | its part of `direct_error`, times `direct_scale`, if it has direct light |
 //! | `patch_origin`, `_e1`, `_e2`, `_kind`, `_normal`, `_area`, `_facet`, `_surface`, `_reflectance`, `_emission` | [patches, …] | surface zones; kind 0 triangle, 1 parallelogram |
 //! | `voxel_cell`, `_centre`, `_volume`, `_extinction`, `_albedo`, `_emission`, `_source` | [voxels, …] | volume zones |
-//! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the position in the sub-cell and the fraction of the volume, in 2⁻¹⁶ |
+//! | `voxel_part_first`, `part_subcell`, `part_packed` | CSR | samples of cut voxels, if there are any: zone i has the rows `first[i]` to `first[i+1]`; `part_packed.view("<u2").reshape(-1, 4)` is the position in the sub-cell and the fraction of the volume, in 2⁻¹⁶ |
 //! | `pane_zone_*` | [pane zones, …] | pane zones |
 //! | `facet_origin`, `_e1`, `_e2`, `_kind`, `_surface`, `_uv` | [facets, …] | the scene's surfaces |
 //! | `pane_plate_*`, `pane_plate_pane` | [plates, …] | the scene's panes |
@@ -31,7 +31,7 @@
 //! `texture_0_block_1` and so on.
 //!
 //! A quantity of patches, voxels, pane zones or cells whose rows are all equal is one row, of shape [1, …] or [1, 1, 1, …], which numpy
-//! broadcasts. Nothing is compressed. Files of other versions of the format (`header.rs`) are refused.
+//! broadcasts. An array whose three bands are equal everywhere has one column, of shape [zones, 1], in scenes without colours. Nothing is compressed. Files of other versions of the format (`header.rs`) are refused.
 //!
 //! Reals are `<f8`, indices `<i8`, kinds and sub-cells `|u1`.
 

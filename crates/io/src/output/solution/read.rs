@@ -338,19 +338,25 @@ fn read_voxels(npz: &mut NpzReader<'_>, scene: &Scene) -> Result<VoxelZones, Fil
         return Err(npz.error("voxel_cell", "the cells are not in ascending order; solve the scene again"));
     }
     let centre = npz.vectors("voxel_centre", n)?;
-    let volume = npz.positive("voxel_volume", n)?;
+    let volume = npz.positive_or_one("voxel_volume", n)?;
     let extinction = npz.bands_up_to("voxel_extinction", n, f64::MAX)?;
     let albedo = npz.bands_up_to("voxel_albedo", n, 1.0)?;
     let emission = npz.bands_up_to("voxel_emission", n, f64::MAX)?;
     let source = npz.bands_up_to("voxel_source", n, f64::MAX)?;
     let subcell = npz.bytes("part_subcell", None)?;
     let packed = npz.bytes("part_packed", Some(8 * subcell.len()))?;
-    let first = npz.ints("voxel_part_first", Some(n + 1), subcell.len() + 1)?;
-    if !first.is_sorted() || first[0] != 0 || first[n] != subcell.len() {
+    let first = npz.ints("voxel_part_first", None, subcell.len() + 1)?;
+    // No numbers where no voxel is cut.
+    let covers = match first[..] {
+        [] => subcell.is_empty(),
+        [0, .., last] => last == subcell.len() && first.len() == n + 1 && first.is_sorted(),
+        _ => n == 0 && first == [0] && subcell.is_empty(),
+    };
+    if !covers {
         return Err(npz.error("voxel_part_first", "does not cover the samples; solve the scene again"));
     }
     let part = |i: usize| {
-        let rows = first[i]..first[i + 1];
+        let rows = if first.is_empty() { 0..0 } else { first[i]..first[i + 1] };
         let (mut mask, map) = (0u64, scene.voxel_grid()?);
         for &k in &subcell[rows.clone()] {
             // Indices ascend, so that each bit is set once, above the others.

@@ -12,7 +12,7 @@ use crate::output::error::FileError;
 use crate::output::npz::reader::NpzReader;
 use crate::output::npz::writer::{ArraySink, ArrayWriter};
 use std::io;
-use zonal_scene::{NormalMap, ShadingNormals};
+use zonal_scene::{CornerNormals, NormalMap, ShadingNormals};
 
 /// Writes the normals.
 pub(super) fn write_shading<S: ArraySink>(
@@ -21,13 +21,15 @@ pub(super) fn write_shading<S: ArraySink>(
 ) -> io::Result<()> {
     let n = shading.facets().len();
     if n > 0 {
-        npz.ints("shading_facet", shading.facets().map(|(f, _)| f))?;
-        npz.singles("shading_normal", &[n, 4, 3], shading.facets().flat_map(|(_, c)| *c).flatten())?;
+        let (facets, corners): (Vec<usize>, Vec<&CornerNormals>) = shading.facets().unzip();
+        npz.ints("shading_facet", n, |i| facets[i])?;
+        npz.singles("shading_normal", &[n, 4, 3], |i| corners[i / 12][i / 3 % 4][i % 3])?;
     }
     if !shading.maps.is_empty() {
-        npz.ints("normal_map_surface", shading.maps.iter().map(|m| m.surface))?;
-        npz.ints("normal_map_texture", shading.maps.iter().map(|m| m.texture))?;
-        npz.reals("normal_map_scale", shading.maps.iter().map(|m| m.scale))?;
+        let (maps, n) = (&shading.maps, shading.maps.len());
+        npz.ints("normal_map_surface", n, |i| maps[i].surface)?;
+        npz.ints("normal_map_texture", n, |i| maps[i].texture)?;
+        npz.reals("normal_map_scale", n, |i| maps[i].scale)?;
     }
     Ok(())
 }

@@ -106,7 +106,7 @@ pub fn solution_bytes(s: &Solution) -> io::Result<Vec<u8>> {
     Ok(out.into_inner())
 }
 
-fn write<W: Write + Seek>(out: W, s: &Solution, collect: &CollectZones) -> io::Result<()> {
+fn write<W: Write + Seek + Send>(out: W, s: &Solution, collect: &CollectZones) -> io::Result<()> {
     let mut npz = NpzWriter::new(out, s.scene.bands());
     let blocks: Vec<&Solution> = s.blocks().collect();
     npz.bytes("header.json", encode_header(s).to_string().as_bytes())?;
@@ -126,7 +126,7 @@ fn write<W: Write + Seek>(out: W, s: &Solution, collect: &CollectZones) -> io::R
     npz.finish()
 }
 
-fn write_fields<W: Write + Seek>(
+fn write_fields<W: Write + Seek + Send>(
     npz: &mut NpzWriter<W>,
     blocks: &[&Solution],
     collect: &CollectZones,
@@ -141,21 +141,21 @@ fn write_fields<W: Write + Seek>(
     for (name, list) in
         THERMAL_ARRAYS.into_iter().zip([&h.temperature, &h.temperature_error, &h.net, &h.net_error])
     {
-        npz.reals(name, list.iter().copied())?;
+        npz.reals(name, list.len(), |i| list[i])?;
     }
     Ok(())
 }
 
-fn write_patches<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
+fn write_patches<W: Write + Seek + Send>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
     let patches = &blocks[0].zones.patches;
-    let n = [patches.len()];
-    npz.plates("patch", patches.iter().map(|p| &p.plate))?;
-    npz.vectors("patch_normal", patches.iter().map(|p| p.normal))?;
-    npz.reals("patch_area", patches.iter().map(|p| p.area))?;
-    npz.ints("patch_facet", patches.iter().map(|p| p.facet))?;
-    npz.ints("patch_surface", patches.iter().map(|p| p.surface))?;
-    npz.band_rows("patch_reflectance", &n, |t, i| blocks[t].zones.patches[i].reflectance)?;
-    npz.band_rows("patch_emission", &n, |t, i| blocks[t].zones.patches[i].emission)
+    let n = patches.len();
+    npz.plates("patch", n, |i| &patches[i].plate)?;
+    npz.vectors("patch_normal", n, |i| patches[i].normal)?;
+    npz.reals("patch_area", n, |i| patches[i].area)?;
+    npz.ints("patch_facet", n, |i| patches[i].facet)?;
+    npz.ints("patch_surface", n, |i| patches[i].surface)?;
+    npz.band_rows("patch_reflectance", &[n], |t, i| blocks[t].zones.patches[i].reflectance)?;
+    npz.band_rows("patch_emission", &[n], |t, i| blocks[t].zones.patches[i].emission)
 }
 
 /// The voxel zones of all processes; those of divided zones are the cells of the grid.
@@ -166,26 +166,22 @@ fn all_voxels(s: &Solution) -> Cow<'_, VoxelZones> {
     }
 }
 
-fn write_voxels<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
+fn write_voxels<W: Write + Seek + Send>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
     let all: Vec<Cow<VoxelZones>> = blocks.iter().map(|t| all_voxels(t)).collect();
     let voxels = &all[0];
-    let n = [voxels.len()];
-    npz.ints("voxel_cell", voxels.iter().map(|v| v.cell))?;
-    npz.vectors("voxel_centre", voxels.iter().map(|v| v.centre))?;
-    npz.reals("voxel_volume", voxels.iter().map(|v| v.volume))?;
-    npz.band_rows("voxel_extinction", &n, |t, i| all[t].at(i).extinction)?;
-    npz.band_rows("voxel_albedo", &n, |t, i| all[t].at(i).albedo)?;
-    npz.band_rows("voxel_emission", &n, |t, i| all[t].at(i).emission)?;
-    npz.band_rows("voxel_source", &n, |t, i| all[t].at(i).source)?;
-    let mut parts = 0;
-    let first = (0..voxels.len() + 1).map(|i| {
-        let first = parts;
-        parts += if i < voxels.len() { voxels.at(i).samples.len() } else { 0 };
-        first
-    });
-    npz.ints("voxel_part_first", first)?;
+    let n = voxels.len();
+    npz.ints("voxel_cell", n, |i| voxels.at(i).cell)?;
+    npz.vectors("voxel_centre", n, |i| voxels.at(i).centre)?;
+    npz.reals_or_one("voxel_volume", n, |i| voxels.at(i).volume)?;
+    npz.band_rows("voxel_extinction", &[n], |t, i| all[t].at(i).extinction)?;
+    npz.band_rows("voxel_albedo", &[n], |t, i| all[t].at(i).albedo)?;
+    npz.band_rows("voxel_emission", &[n], |t, i| all[t].at(i).emission)?;
+    npz.band_rows("voxel_source", &[n], |t, i| all[t].at(i).source)?;
+    let first = voxels.first_samples();
+    npz.ints("voxel_part_first", first.len(), |i| first[i])?;
     let (mut packed, mut cells) = (Vec::new(), Vec::new());
-    for (mask, samples) in voxels.iter().filter(|v| !v.samples.is_empty()).map(|v| v.samples.packed()) {
+    let cut = (0..if first.is_empty() { 0 } else { n }).map(|i| voxels.at(i).samples);
+    for (mask, samples) in cut.filter(|s| !s.is_empty()).map(|s| s.packed()) {
         samples.iter().flatten().for_each(|w| packed.extend_from_slice(&w.to_le_bytes()));
         cells.extend(subcells(mask));
     }
@@ -198,17 +194,17 @@ fn subcells(mask: u64) -> impl Iterator<Item = u8> {
     (0..64u8).filter(move |k| mask >> k & 1 == 1)
 }
 
-fn write_pane_zones<W: Write + Seek>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
+fn write_pane_zones<W: Write + Seek + Send>(npz: &mut NpzWriter<W>, blocks: &[&Solution]) -> io::Result<()> {
     let panes = &blocks[0].zones.panes;
-    let n = [panes.len()];
-    npz.plates("pane_zone", panes.iter().map(|p| &p.plate))?;
-    npz.vectors("pane_zone_normal", panes.iter().map(|p| p.normal))?;
-    npz.ints("pane_zone_pane", panes.iter().map(|p| p.pane))?;
-    npz.reals("pane_zone_area", panes.iter().map(|p| p.area))?;
-    npz.reals("pane_zone_thickness", panes.iter().map(|p| p.thickness))?;
-    npz.band_rows("pane_zone_extinction", &n, |t, i| blocks[t].zones.panes[i].extinction)?;
-    npz.band_rows("pane_zone_albedo", &n, |t, i| blocks[t].zones.panes[i].albedo)?;
-    npz.band_rows("pane_zone_emission", &n, |t, i| blocks[t].zones.panes[i].emission)
+    let n = panes.len();
+    npz.plates("pane_zone", n, |i| &panes[i].plate)?;
+    npz.vectors("pane_zone_normal", n, |i| panes[i].normal)?;
+    npz.ints("pane_zone_pane", n, |i| panes[i].pane)?;
+    npz.reals("pane_zone_area", n, |i| panes[i].area)?;
+    npz.reals("pane_zone_thickness", n, |i| panes[i].thickness)?;
+    npz.band_rows("pane_zone_extinction", &[n], |t, i| blocks[t].zones.panes[i].extinction)?;
+    npz.band_rows("pane_zone_albedo", &[n], |t, i| blocks[t].zones.panes[i].albedo)?;
+    npz.band_rows("pane_zone_emission", &[n], |t, i| blocks[t].zones.panes[i].emission)
 }
 
 /// Writes all arrays of a scene.
@@ -218,15 +214,15 @@ pub(in crate::output) fn write_scene<S: ArraySink>(
 ) -> io::Result<()> {
     let blocks: Vec<Scene> = scene.blocks().collect();
     let facets = scene.facets();
-    npz.plates("facet", facets.iter().map(|f| &f.plate))?;
-    npz.ints("facet_surface", facets.iter().map(|f| f.surface))?;
-    npz.grid("facet_uv", &[facets.len(), 3, 2], facets.iter().flat_map(|f| f.uv).flatten())?;
+    npz.plates("facet", facets.len(), |i| &facets[i].plate)?;
+    npz.ints("facet_surface", facets.len(), |i| facets[i].surface)?;
+    npz.grid("facet_uv", &[facets.len(), 3, 2], |i| facets[i / 6].uv[i / 2 % 3][i % 2])?;
     write_faces(npz, scene.faces(), facets.len())?;
     write_shading(npz, scene.shading())?;
     let owned: Vec<(usize, &Plate)> =
         scene.panes().iter().enumerate().flat_map(|(i, p)| p.plates.iter().map(move |q| (i, q))).collect();
-    npz.plates("pane_plate", owned.iter().map(|o| o.1))?;
-    npz.ints("pane_plate_pane", owned.iter().map(|o| o.0))?;
+    npz.plates("pane_plate", owned.len(), |i| owned[i].1)?;
+    npz.ints("pane_plate_pane", owned.len(), |i| owned[i].0)?;
     for (t, block) in blocks.iter().enumerate() {
         for (i, texture) in block.textures().iter().enumerate() {
             npz.picture(&texture_name(t, i), texture.width, texture.height, &texture.pixels)?;
@@ -247,7 +243,7 @@ pub(in crate::output) fn write_scene<S: ArraySink>(
         if v.has_interpolated_cells() {
             let all = (0..v.len()).all(|i| v.is_interpolated(i));
             let rows = if all { 1 } else { v.len() };
-            npz.ints("voxmap_interpolated", (0..rows).map(|i| usize::from(v.is_interpolated(i))))?;
+            npz.ints("voxmap_interpolated", rows, |i| usize::from(v.is_interpolated(i)))?;
         }
         if v.is_thermal() {
             let known = |i| match v.heat(i) {
@@ -255,7 +251,7 @@ pub(in crate::output) fn write_scene<S: ArraySink>(
                 Some(ThermalCondition::Flux(q) | ThermalCondition::Power(q)) => [0.0, 0.0, q],
                 None => [0.0; 3],
             };
-            npz.rows("voxmap_heat", &dims, (0..v.len()).map(known))?;
+            npz.rows("voxmap_heat", &dims, known)?;
         }
     }
     write_cell_fractions(npz, &blocks)
@@ -276,7 +272,7 @@ fn write_cell_fractions<S: ArraySink>(npz: &mut ArrayWriter<S>, blocks: &[Scene]
     let of = |s: &Scene| s.thermal().and_then(|t| t.cell_fractions.clone());
     let all: Vec<CellFractions> = blocks.iter().filter_map(of).collect();
     let Some(first) = all.first() else { return Ok(()) };
-    npz.ints("cell_fraction_kind", first.kind_of_cell.iter().map(|k| *k as usize))?;
+    npz.ints("cell_fraction_kind", first.kind_of_cell.len(), |i| first.kind_of_cell[i] as usize)?;
     let polynomials = |kind: usize| -> Vec<Vec<f64>> {
         let own = all.iter().zip(blocks).flat_map(|(f, s)| {
             let coefficients = f.kinds[kind].coefficients();
@@ -287,6 +283,7 @@ fn write_cell_fractions<S: ArraySink>(npz: &mut ArrayWriter<S>, blocks: &[Scene]
     let kinds: Vec<Vec<Vec<f64>>> = (0..first.kinds.len()).map(polynomials).collect();
     let powers = kinds.iter().flatten().map(Vec::len).max().unwrap_or(0);
     let bands = kinds.first().map_or(0, Vec::len);
-    let padded = kinds.iter().flatten().flat_map(|p| (0..powers).map(|k| p.get(k).copied().unwrap_or(0.0)));
-    npz.grid("cell_fraction_polynomials", &[kinds.len(), bands, powers], padded)
+    let rows: Vec<&Vec<f64>> = kinds.iter().flatten().collect();
+    let coefficient = |i: usize| rows[i / powers].get(i % powers).copied().unwrap_or(0.0);
+    npz.grid("cell_fraction_polynomials", &[kinds.len(), bands, powers], coefficient)
 }

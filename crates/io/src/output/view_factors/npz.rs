@@ -27,11 +27,11 @@ pub(super) fn write(path: &Path, table: &ViewFactorTable<'_>) -> Result<(), File
     write_atomic(path, |out| {
         let mut npz = NpzWriter::new(out, &BandSet::default());
         npz.ascii("format", "csr")?;
-        npz.ints("shape", [n, n].into_iter())?;
-        npz.reals("data", table.values.iter().copied())?;
-        npz.short_ints("indices", table.columns.iter().map(|j| *j as i32))?;
-        npz.ints("indptr", table.row_starts.iter().map(|k| *k as usize))?;
-        npz.singles("radii", &[table.radii.len()], table.radii.iter().copied())?;
+        npz.ints("shape", 2, |_| n)?;
+        npz.reals("data", table.values.len(), |k| table.values[k])?;
+        npz.short_ints("indices", table.columns.len(), |k| table.columns[k] as i32)?;
+        npz.ints("indptr", table.row_starts.len(), |i| table.row_starts[i] as usize)?;
+        npz.singles("radii", &[table.radii.len()], |k| table.radii[k])?;
         let columns = [
             ("areas", table.areas),
             ("emissivities", table.emissivities),
@@ -42,7 +42,7 @@ pub(super) fn write(path: &Path, table: &ViewFactorTable<'_>) -> Result<(), File
             ("defects", table.defects),
         ];
         for (name, values) in columns {
-            npz.reals(name, values.iter().copied())?;
+            npz.reals(name, values.len(), |i| values[i])?;
         }
         npz.texts("names", table.names, MAX_NAME_CHARS, printable)?;
         npz.finish()
