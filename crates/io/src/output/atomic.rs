@@ -9,6 +9,8 @@
 //!
 //! A lock ends with its process in every case, so that neither a reused process number nor another machine misleads step 4.
 //!
+//! The bytes of large files go to the disk while further ones are written ([`FlushedFile`]), so that the synchronisation in step 3 has little left to do.
+//!
 //! Devices, pipes and sockets (`/dev/stdout`, `/dev/null`, a FIFO) hold no old file: they get the bytes directly, all at once.
 
 use super::error::FileError;
@@ -16,6 +18,7 @@ use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Cursor, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
 use tempfile::NamedTempFile;
 
 /// Largest number of symbolic links that are followed.
@@ -27,10 +30,68 @@ const RANDOM_CHARS: usize = 6;
 /// End of the name of a temporary file.
 const SUFFIX: &str = ".partial";
 
+/// Bytes after which a large file is flushed to the disk.
+const FLUSH_INTERVAL: u64 = 1 << 26;
+
+/// A temporary file whose bytes go to the disk while it is written.
+pub(super) struct FlushedFile {
+    file: NamedTempFile,
+    /// Bytes since the last flush began.
+    since_flush: u64,
+    flush: Option<JoinHandle<()>>,
+}
+
+impl FlushedFile {
+    fn new(file: NamedTempFile) -> FlushedFile {
+        FlushedFile { file, since_flush: 0, flush: None }
+    }
+    /// Flushes what was written so far on a thread of its own, unless an earlier flush still runs.
+    fn flush_behind(&mut self) {
+        if self.flush.as_ref().is_some_and(|f| !f.is_finished()) {
+            return;
+        }
+        self.since_flush = 0;
+        // The synchronisation of the complete file reports errors.
+        self.flush = self.file.as_file().try_clone().ok().map(|file| {
+            std::thread::spawn(move || {
+                let _ = file.sync_data();
+            })
+        });
+    }
+    /// The file, when no flush runs any more.
+    fn into_file(self) -> NamedTempFile {
+        if let Some(flush) = self.flush {
+            // A flush does not panic.
+            let _ = flush.join();
+        }
+        self.file
+    }
+}
+
+impl Write for FlushedFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.since_flush += written as u64;
+        if self.since_flush >= FLUSH_INTERVAL {
+            self.flush_behind();
+        }
+        Ok(written)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for FlushedFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
 /// Destination of a file's bytes: a temporary file, or memory if the target is a device or a pipe, which cannot seek.
 pub(super) enum Sink {
     /// The temporary file.
-    File(BufWriter<NamedTempFile>),
+    File(BufWriter<FlushedFile>),
     /// All bytes, for a device or pipe.
     Memory(Cursor<Vec<u8>>),
 }
@@ -79,7 +140,7 @@ pub(super) fn write_atomic(
     let written = match resolve_target(path)? {
         WriteTarget::Direct => write_directly(path, fill),
         WriteTarget::Replaced(target) => {
-            let mut out = Sink::File(BufWriter::new(create_beside(path, &target)?));
+            let mut out = Sink::File(BufWriter::new(FlushedFile::new(create_beside(path, &target)?)));
             fill(&mut out).and_then(|()| replace_target(out, &target))
         }
     };
@@ -132,7 +193,7 @@ pub(super) fn is_temporary(name: &OsStr) -> bool {
 fn replace_target(mut out: Sink, target: &Path) -> io::Result<()> {
     out.flush()?;
     let Sink::File(out) = out else { return Ok(()) };
-    let temporary = out.into_inner().map_err(|e| e.into_error())?;
+    let temporary = out.into_inner().map_err(|e| e.into_error())?.into_file();
     temporary.as_file().sync_all()?;
     // Hold the lock until the file has its name.
     let _locked = temporary.persist(target).map_err(|e| e.error)?;
@@ -309,6 +370,19 @@ mod tests {
         assert!(!other.exists() && foreign.exists() && living.path().exists());
         drop(living);
         assert_eq!(count(&dir), 2);
+        fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn a_large_file_is_complete_when_it_was_flushed_behind() {
+        let dir = folder("large");
+        let path = dir.join("a.bin");
+        let piece: Vec<u8> = (0..1 << 20).map(|i| i as u8).collect();
+        let pieces = FLUSH_INTERVAL as usize / piece.len() * 2 + 1;
+        write_atomic(&path, |w| (0..pieces).try_for_each(|_| w.write_all(&piece))).unwrap();
+        let read = fs::read(&path).unwrap();
+        assert_eq!((read.len(), count(&dir)), (pieces * piece.len(), 1));
+        assert!(read.chunks(piece.len()).all(|part| part == piece));
         fs::remove_dir_all(&dir).unwrap();
     }
 
