@@ -18,7 +18,7 @@ HEADER = """# Python package
 """
 # Names in the order of the page.
 ORDER = [
-    "view_factors", "ViewFactors", "CompressedRows", "load_scene", "Scene", "Gas", "Solution", "Diagnostic", "Camera", "load_solution", "encode_png", "show", "Dataset", "load_dataset", "ExchangeAreas", "StateSolver", "ThermalState", "update",
+    "view_factors", "ViewFactors", "CompressedRows", "load_scene", "Scene", "Gas", "Solution", "Diagnostic", "Timings", "Phase", "Camera", "load_solution", "encode_png", "show", "Dataset", "load_dataset", "ExchangeAreas", "StateSolver", "ThermalState", "update",
     "gas_properties", "keys", "Key", "validate", "Error", "InputError", "FileError", "MemoryLimitError", "Interrupted",
 ]  # fmt: skip
 # Long signatures are written over several lines.

@@ -14,7 +14,7 @@ use clap::{Parser, Subcommand};
 use mpi::Threading;
 use mpi::traits::Communicator as _;
 use std::process::ExitCode;
-use zonal_cli::commands::context::Context;
+use zonal_cli::commands::context::{Context, begin_timeline};
 use zonal_cli::commands::{render, solve};
 use zonal_report::{Failure, note};
 use zonal_solve::distribution::{Communicator, CountedRanks, SentMessages};
@@ -38,6 +38,9 @@ struct Cli {
     /// Print what each rank sent, and how long it waited for messages.
     #[arg(long, global = true)]
     traffic: bool,
+    /// Report wall time, processor time and threads at work of the first rank by phase.
+    #[arg(long, global = true)]
+    timings: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -96,11 +99,15 @@ fn main() -> ExitCode {
 fn run(cli: Cli, ranks: &mpi_ranks::MpiRanks) -> Result<(), Failure> {
     let quiet = cli.quiet || ranks.rank() > 0;
     zonal_cli::commands::start_threads(Some(placement::threads(ranks, cli.threads)))?;
-    let context = Context { json: cli.json, quiet, strict: cli.strict };
+    let timeline = begin_timeline(cli.timings);
+    let context = Context { json: cli.json, quiet, strict: cli.strict, timeline: timeline.as_ref() };
     let counted = CountedRanks::new(ranks);
     match cli.command {
         Command::Solve(arguments) => solve::run_on_ranks(&arguments, context, &counted)?,
         Command::Render(arguments) => render::run_on_ranks(&arguments, context, &counted)?,
+    }
+    if ranks.rank() == 0 {
+        context.say_timings()?;
     }
     if cli.traffic {
         report_traffic(ranks, counted.sent());

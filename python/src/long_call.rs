@@ -12,6 +12,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use zonal_app::timeline::{Phase, Timeline};
 use zonal_scene::Progress;
 
 /// Interval at which signals are handled and progress is reported.
@@ -28,6 +29,7 @@ pub(crate) struct Observer {
     is_interrupted: AtomicBool,
     stage: Mutex<Stage>,
     done: AtomicU64,
+    timeline: Timeline,
 }
 
 #[derive(Clone, Default, PartialEq)]
@@ -53,12 +55,15 @@ impl Progress for Observer {
         let mut current = self.stage();
         self.done.store(0, Relaxed);
         *current = Stage { name: stage.to_string(), total };
+        self.timeline.begin(stage);
     }
     fn advance(&self, steps: u64) {
         self.unwind_if_interrupted();
         self.done.fetch_add(steps, Relaxed);
     }
-    fn end(&self) {}
+    fn end(&self) {
+        self.timeline.end();
+    }
     fn is_interrupted(&self) -> bool {
         self.is_interrupted.load(Relaxed)
     }
@@ -111,6 +116,7 @@ pub(crate) fn run<T: Send + 'static>(
     let mut reported = (Stage::default(), 0);
     loop {
         if let Some(outcome) = py.detach(|| slot.wait()) {
+            record(settings.progress, &observer.timeline)?;
             return outcome.or_else(|panic| resume_unwind(panic));
         }
         let raised = py.check_signals().and_then(|()| report(settings.progress, &observer, &mut reported));
@@ -132,6 +138,18 @@ fn report(
     if now != *reported && !now.0.name.is_empty() {
         function.call1((&now.0.name, now.1.min(now.0.total), now.0.total))?;
         *reported = now;
+    }
+    Ok(())
+}
+
+/// Gives the phases of a call to a progress function that keeps them (`Timings` of the package).
+fn record(function: Option<&Bound<'_, PyAny>>, timeline: &Timeline) -> PyResult<()> {
+    const METHOD: &str = "_record";
+    let Some(function) = function else { return Ok(()) };
+    if function.hasattr(METHOD)? {
+        let row = |p: &Phase| (p.name.clone(), p.count, p.wall.as_secs_f64(), p.processor_seconds());
+        let rows: Vec<_> = timeline.phases().iter().map(row).collect();
+        function.call_method1(METHOD, (rows,))?;
     }
     Ok(())
 }

@@ -80,6 +80,21 @@ def test_progress_is_reported_and_may_end_the_solve():
     assert len(seen) == 4 and all(0 <= done <= total for _, done, total in seen)
 
 
+def test_timings_of_a_call_add_up():
+    timings = zn.Timings()
+    solution = room(0.5).solve(progress=timings)
+    names = [phase.name for phase in timings.phases]
+    assert "zones" in names and names[-1] == "other"
+    assert all(phase.wall >= 0 and phase.count >= 1 for phase in timings.phases)
+    assert timings.wall == pytest.approx(sum(phase.wall for phase in timings.phases))
+    assert str(timings).splitlines()[-1].split()[0] == "total"
+    # Another progress is shown as well, and the result does not depend on either.
+    seen: list[str] = []
+    timed = zn.Timings(lambda stage, done, total: seen.append(stage))
+    again = room(0.5).solve(progress=timed)
+    assert (again.radiosity == solution.radiosity).all() and timed.phases
+
+
 def test_progress_bars(capsys):
     pytest.importorskip("tqdm")
     long_enough = room(0.2)

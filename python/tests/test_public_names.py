@@ -258,13 +258,19 @@ def test_factors_data_sets_and_others_are_read(tmp_path):
     read_all(zn.keys("solve.tolerance")[0])
     read_all(zn.Camera([0, 0, 1], [1, 0, 1]))
     read_all(room())
+    timings = zn.Timings()
+    room(2.0).solve(progress=timings)
+    read_all(timings)
+    assert not public_names(zn.Timings)[1] and timings.phases
+    for phase in timings.phases:
+        read_all(phase)
     for error in (zn.InputError("a; b", "f", "1:2", "k"), zn.FileError("a"), zn.MemoryLimitError("a"), zn.Interrupted("a")):
         read_all(error)
 
 
 def test_every_public_class_is_in_this_file():
     read = {"Camera", "CompressedRows", "Dataset", "Diagnostic", "Error", "ExchangeAreas", "FileError", "InputError", "Interrupted", "Key", "MemoryLimitError"}
-    read |= {"Scene", "Solution", "StateSolver", "ThermalState", "ViewFactors"}
+    read |= {"Phase", "Scene", "Solution", "StateSolver", "ThermalState", "Timings", "ViewFactors"}
     assert {n for n in zn.__all__ if inspect.isclass(getattr(zn, n))} == read
     functions = {"Gas", "encode_png", "gas_properties", "keys", "load_dataset", "load_scene", "load_solution", "show", "update", "validate", "view_factors"}
     assert set(zn.__all__) == read | functions

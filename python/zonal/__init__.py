@@ -19,6 +19,7 @@ After a fork the child starts threads of its own, and its results have the same 
 from __future__ import annotations
 
 from . import _zonal
+from ._progress import Phase, Timings
 from .dataset import Dataset, load_dataset
 from .diagnostics import Diagnostic
 from .errors import Error, FileError, InputError, Interrupted, MemoryLimitError
@@ -43,10 +44,12 @@ __all__ = [
     "Interrupted",
     "Key",
     "MemoryLimitError",
+    "Phase",
     "Scene",
     "Solution",
     "StateSolver",
     "ThermalState",
+    "Timings",
     "ViewFactors",
     "encode_png",
     "gas_properties",

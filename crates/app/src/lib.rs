@@ -19,6 +19,7 @@
 //! | [`report_values`] | numbers of a report, with errors, as rows and text |
 //! | [`pages`] | a solution as a page: the viewer with its server, and the report |
 //! | [`stage_names`] | names of stages in a display of progress |
+//! | [`timeline`] | wall time and processor time by phase |
 //! | [`Error`] | an error with its cause |
 
 pub mod dataset;
@@ -36,5 +37,6 @@ pub mod scene_proposal;
 pub mod shown_solution;
 pub mod solving;
 pub mod stage_names;
+pub mod timeline;
 
 pub use error::Error;

@@ -65,7 +65,7 @@ impl SolutionChanges {
             solution = solve_and_hash(scene, &run)?;
         }
         if !self.lights.is_empty() {
-            solution = with_hash(relight(solution, &self.lights)?);
+            solution = with_hash(relight(solution, &self.lights)?, settings.progress);
         }
         Ok(solution)
     }

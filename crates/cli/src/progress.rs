@@ -55,12 +55,14 @@ enum ProgressKind {
 
 #[derive(Default)]
 struct BarState {
+    /// The bar of the innermost stage.
     bar: Option<ProgressBar>,
-    stages: StageNames,
-    stage: Option<Stage>,
+    names: StageNames,
+    /// The stages that have begun, the innermost last.
+    open: Vec<Stage>,
 }
 
-/// A stage that is shown as lines.
+/// A stage that has begun.
 struct Stage {
     name: String,
     done: u64,
@@ -88,6 +90,27 @@ impl ProgressBars {
         if let Ok(mut state) = self.state.lock() {
             f(&mut state);
         }
+    }
+    /// Shows the innermost stage.
+    fn show(&self, state: &mut BarState) {
+        if let Some(bar) = state.bar.take() {
+            bar.finish_and_clear();
+        }
+        let Some(stage) = state.open.last() else { return };
+        if self.kind == ProgressKind::Lines {
+            return self.write_line(stage);
+        }
+        let target = ProgressDrawTarget::stderr_with_hz(REDRAWS_PER_SECOND);
+        let bar = ProgressBar::with_draw_target(Some(stage.total), target).with_message(stage.name.clone());
+        bar.set_position(stage.done);
+        let template = match stage.total {
+            0 => "{msg:>16}",
+            _ => "{msg:>16} [{bar:32}] {percent:>3} %  {per_sec}  {eta} left",
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        state.bar = Some(bar);
     }
     /// Writes a line about a stage if it is time for one.
     fn write_line(&self, stage: &Stage) {
@@ -130,45 +153,35 @@ pub fn duration(seconds: f64) -> String {
 
 impl Progress for ProgressBars {
     fn begin(&self, stage: &str, total: u64) {
-        match self.kind {
-            ProgressKind::Hidden => {}
-            ProgressKind::Lines => self.with_state(|s| {
-                let name = s.stages.next(stage);
-                let stage = s.stage.insert(Stage { name, done: 0, total, begun: Instant::now() });
-                self.write_line(stage);
-            }),
-            ProgressKind::Bar => self.with_state(|s| {
-                let target = ProgressDrawTarget::stderr_with_hz(REDRAWS_PER_SECOND);
-                let bar = ProgressBar::with_draw_target(Some(total), target);
-                let template = "{msg:>16} [{bar:32}] {percent:>3} %  {per_sec}  {eta} left";
-                if let Ok(style) = ProgressStyle::with_template(template) {
-                    bar.set_style(style.progress_chars("=> "));
-                }
-                bar.set_message(s.stages.next(stage));
-                s.bar = Some(bar);
-            }),
+        if self.kind == ProgressKind::Hidden {
+            return;
         }
+        self.with_state(|s| {
+            let name = s.names.next(stage);
+            s.open.push(Stage { name, done: 0, total, begun: Instant::now() });
+            self.show(s);
+        });
     }
     fn advance(&self, steps: u64) {
         if self.kind == ProgressKind::Hidden {
             return;
         }
         self.with_state(|s| {
-            if let Some(bar) = &s.bar {
-                bar.inc(steps);
-            }
-            if let Some(stage) = &mut s.stage {
-                stage.done += steps;
-                self.write_line(stage);
+            let Some(stage) = s.open.last_mut() else { return };
+            stage.done += steps;
+            match &s.bar {
+                Some(bar) => bar.inc(steps),
+                None => self.write_line(stage),
             }
         });
     }
     fn end(&self) {
+        if self.kind == ProgressKind::Hidden {
+            return;
+        }
         self.with_state(|s| {
-            s.stage = None;
-            if let Some(bar) = s.bar.take() {
-                bar.finish_and_clear();
-            }
+            s.open.pop();
+            self.show(s);
         });
     }
 }

@@ -5,6 +5,7 @@ use zonal_app::report_values::{
     distinct_diagnostics, heat_balance, heat_cells, large_number, light_group_powers, number, power_rows,
     thousands, two_digits, value_with_error, value_with_errors,
 };
+use zonal_app::timeline::{self, Phase};
 use zonal_scene::{DiscretizationError, HeatReport, Report, Solution};
 
 /// Largest number of parts in the table of heat.
@@ -33,6 +34,19 @@ pub fn light_groups(s: &Solution) -> String {
     let mut out = String::from("light groups (emitted power, W)\n");
     for (name, power) in light_group_powers(s) {
         band_row(&mut out, name, &power);
+    }
+    out
+}
+
+/// Wall time, processor time and threads at work of phases, and of all of them.
+#[must_use]
+pub fn timeline(phases: &[Phase]) -> String {
+    let mut out = format!("{:<40}{:>9}{:>14}{:>10}\n", "timings", "wall, s", "processor, s", "threads");
+    for p in phases.iter().chain([&timeline::total(phases)]) {
+        let name = if p.count > 1 { format!("{} ({} times)", p.name, p.count) } else { p.name.clone() };
+        let [processor, threads] = [(p.processor_seconds(), 3), (p.threads_at_work(), 2)]
+            .map(|(x, digits)| x.map_or("unknown".into(), |x| format!("{x:.digits$}")));
+        let _ = writeln!(out, "  {name:<38}{:>9.3}{processor:>14}{threads:>10}", p.wall.as_secs_f64());
     }
     out
 }

@@ -226,6 +226,47 @@ fn factors_meet_the_reference_table() {
     assert_eq!(rows, 190);
 }
 
+/// With --timings the report has the times of all phases: a table, or a key of the JSON object. The solution has the same bytes.
+#[test]
+fn timings_are_part_of_every_report() {
+    let f = Folder::new();
+    f.put(
+        "room.toml",
+        "[[surface]]\nname = 'r'\nroom = { min = [0,0,0], max = [1,1,1] }\nreflectance = 0.5\nfaces.x0 = { emission = 1 }\n",
+    );
+    f.done(&["solve", "room.toml", "-o", "plain.npz"]);
+    let text = f.done(&["solve", "room.toml", "-o", "timed.npz", "--timings"]);
+    let table = &text[text.find("timings").unwrap()..];
+    assert!(
+        ["reading", "engine", "writing", "other", "total"].iter().all(|phase| table.contains(phase)),
+        "{text}"
+    );
+    assert_eq!(f.get("timed.npz"), f.get("plain.npz"));
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\n";
+    f.put("mesh.obj", mesh);
+    let picture = [
+        "render",
+        "plain.npz",
+        "--size",
+        "8x8",
+        "--from",
+        "0.5,0.5,0.5",
+        "--look-at",
+        "1,1,1",
+        "-o",
+        "a.png",
+    ];
+    let factors = ["view-factors", "mesh.obj", "-o", "f.npz"];
+    for (args, phase) in [(&picture[..], "render"), (&factors, "view factors")] {
+        let json: serde_json::Value =
+            serde_json::from_str(&f.done(&[args, &["--json", "--timings"]].concat())).unwrap();
+        let phases = json["timings"]["phases"].as_array().unwrap();
+        let sum: f64 = phases.iter().map(|p| p["wall_s"].as_f64().unwrap()).sum();
+        assert!(phases.iter().any(|p| p["name"] == phase), "{json}");
+        assert!((sum - json["timings"]["wall_s"].as_f64().unwrap()).abs() < 1e-6, "{json}");
+    }
+}
+
 /// Exchange areas of a room: symmetric to the bit, closed within their radii.
 #[test]
 fn exchange_areas_obey_reciprocity_and_closure() {

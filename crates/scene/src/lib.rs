@@ -47,7 +47,7 @@ pub use bands::encoding;
 pub use base::checkpoint_store::{CheckpointStore, NoCheckpoints};
 pub use base::diagnostic::{Diagnostic, Severity};
 pub use base::printable::{printable, printable_lines, printable_text};
-pub use base::progress::{NoProgress, Progress};
+pub use base::progress::{NoProgress, Progress, in_stage};
 pub use base::scene_error::{SceneError, SceneErrorKind};
 pub use builder::SceneBuilder;
 pub use builder::lights::{GlassPane, Planet, PointLight, Sky, Sun};

@@ -196,7 +196,7 @@ impl LiveInput<'_> {
         let mut zones = None;
         // Suns that the page draws need no shadow rays. The draft that follows brings all other direct light.
         if has_separate_suns(draft) && draft.voxel_grid().is_none() {
-            let solution = with_hash(solve_without_light(draft.clone(), settings)?);
+            let solution = with_hash(solve_without_light(draft.clone(), settings)?, settings.progress);
             if solution.zones.len() > MIN_ZONES_OF_SUNLIGHT {
                 let zones = solution.zones.clone();
                 self.publish(page, solution, ShownStage::Sunlight, published, page)?;
@@ -205,7 +205,7 @@ impl LiveInput<'_> {
             zones = Some(solution.zones);
         }
         let settings = SolveSettings { zones: zones.as_ref(), ..*settings };
-        let solution = with_hash(solve_direct_light(draft.clone(), &settings)?);
+        let solution = with_hash(solve_direct_light(draft.clone(), &settings)?, settings.progress);
         let zones = solution.zones.clone();
         self.publish(page, solution, ShownStage::DirectLight, published, page)?;
         Ok(zones)

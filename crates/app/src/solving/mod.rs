@@ -14,10 +14,11 @@ pub use checkpoint::SolveCheckpoint;
 pub use shared_solve::{SharedSolve, SolveInput, if_all_succeeded};
 pub use voxel_factors::VoxelFactors;
 
+use crate::timeline::HASH;
 use std::path::{Path, PathBuf};
 use zonal_exchange::pair::PairSettings;
 use zonal_io::output::{self, CheckpointKeys};
-use zonal_scene::{Scene, SceneError, Solution};
+use zonal_scene::{Progress, Scene, SceneError, Solution, in_stage};
 use zonal_solve::SolveSettings;
 
 /// Solves a scene and sets the hash of the scene in the solution.
@@ -25,13 +26,13 @@ use zonal_solve::SolveSettings;
 /// # Errors
 /// As [`zonal_solve::solve_with_settings`].
 pub fn solve_and_hash(scene: Scene, settings: &SolveSettings) -> Result<Solution, SceneError> {
-    zonal_solve::solve_with_settings(scene, settings).map(with_hash)
+    zonal_solve::solve_with_settings(scene, settings).map(|s| with_hash(s, settings.progress))
 }
 
 /// The solution with the hash of its scene.
 #[must_use]
-pub(crate) fn with_hash(mut solution: Solution) -> Solution {
-    solution.scene_hash = output::scene_hash(&solution.scene);
+pub(crate) fn with_hash(mut solution: Solution, progress: &dyn Progress) -> Solution {
+    solution.scene_hash = in_stage(progress, HASH, || output::scene_hash(&solution.scene));
     solution
 }
 

@@ -3,6 +3,7 @@
 use super::checkpoint::{RankCheckpoints, SolveCheckpoint};
 use super::with_hash;
 use crate::Error;
+use crate::timeline::{HASH, WRITING};
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::fmt::Display;
@@ -10,7 +11,7 @@ use std::path::Path;
 use zonal_exchange::pair::PairSettings;
 use zonal_io::output::{self, CheckpointFolder};
 use zonal_report::Failure;
-use zonal_scene::{CheckpointStore, NoCheckpoints, Progress, Scene, SceneErrorKind, Solution};
+use zonal_scene::{CheckpointStore, NoCheckpoints, Progress, Scene, SceneErrorKind, Solution, in_stage};
 use zonal_solve::SolveSettings;
 use zonal_solve::distribution::Communicator;
 use zonal_solve::pipeline::zone_division;
@@ -45,7 +46,7 @@ impl SharedSolve<'_> {
     pub fn solve(&self, input: SolveInput) -> Result<Solution, Error> {
         let (solution, folder) = self.solve_in_folder(input)?;
         self.close(folder)?;
-        Ok(with_hash(solution))
+        Ok(with_hash(solution, self.progress))
     }
 
     /// Solves a scene that every process has read, and writes the solution. The first process returns it.
@@ -57,7 +58,7 @@ impl SharedSolve<'_> {
         input: Result<SolveInput, Failure>,
         path: &Path,
     ) -> Result<Option<Solution>, Error> {
-        let AgreedInput { input, hash } = agreed(input, self.communicator)?;
+        let AgreedInput { input, hash } = self.agreed(input)?;
         let (solved, folder) = self.solve_in_folder(input)?;
         let solution = Solution { scene_hash: hash, ..solved };
         // Write the solution, then remove the checkpoint. The first process collects the fields of the others.
@@ -70,7 +71,8 @@ impl SharedSolve<'_> {
             output::collect_solution(&solution, collect);
             return Ok(None);
         }
-        let written = output::write_divided_solution(path, &solution, collect);
+        let written =
+            in_stage(self.progress, WRITING, || output::write_divided_solution(path, &solution, collect));
         if written.is_err() {
             // The other processes send what is left.
             let left = Cell::new(collected.get());
@@ -89,6 +91,35 @@ impl SharedSolve<'_> {
 
     fn is_first(&self) -> bool {
         self.communicator.rank() == 0
+    }
+
+    /// Input as every process read it, if all could read the same scene with the same version.
+    fn agreed(&self, read: Result<SolveInput, Failure>) -> Result<AgreedInput, Failure> {
+        let communicator = self.communicator;
+        let hash = |input: &SolveInput| in_stage(self.progress, HASH, || output::scene_hash(&input.scene));
+        let read = read.map(|input| AgreedInput { hash: hash(&input), input });
+        if communicator.size() == 1 {
+            return read;
+        }
+        let own = match &read {
+            Ok(read) => format!("{} {} {}", env!("CARGO_PKG_VERSION"), read.hash, read.input.memory_limit),
+            Err(e) => format!("{FAILED}{e}"),
+        };
+        let all = communicator.all_gather(own.into_bytes());
+        let read = read?;
+        let failure = |(rank, text): (usize, &Vec<u8>)| {
+            let message = text.strip_prefix(FAILED.as_bytes())?;
+            Some(Failure::new(format!("rank {rank}: {}", String::from_utf8_lossy(message))))
+        };
+        if let Some(failure) = all.iter().enumerate().find_map(failure) {
+            return Err(failure);
+        }
+        match all.iter().position(|other| *other != all[0]) {
+            None => Ok(read),
+            Some(rank) => Err(Failure::new(format!(
+                "rank {rank} has another scene, another memory limit or another version than rank 0; give all ranks the same files and the same program"
+            ))),
+        }
     }
 
     /// The solution, and the folder of its stages.
@@ -137,36 +168,6 @@ struct AgreedInput {
 
 /// Mark of a process that failed to read its scene.
 const FAILED: &str = "failed ";
-
-/// Input as every process read it, if all could read the same scene with the same version.
-fn agreed(
-    read: Result<SolveInput, Failure>,
-    communicator: &dyn Communicator,
-) -> Result<AgreedInput, Failure> {
-    let read = read.map(|input| AgreedInput { hash: output::scene_hash(&input.scene), input });
-    if communicator.size() == 1 {
-        return read;
-    }
-    let own = match &read {
-        Ok(read) => format!("{} {} {}", env!("CARGO_PKG_VERSION"), read.hash, read.input.memory_limit),
-        Err(e) => format!("{FAILED}{e}"),
-    };
-    let all = communicator.all_gather(own.into_bytes());
-    let read = read?;
-    let failure = |(rank, text): (usize, &Vec<u8>)| {
-        let message = text.strip_prefix(FAILED.as_bytes())?;
-        Some(Failure::new(format!("rank {rank}: {}", String::from_utf8_lossy(message))))
-    };
-    if let Some(failure) = all.iter().enumerate().find_map(failure) {
-        return Err(failure);
-    }
-    match all.iter().position(|other| *other != all[0]) {
-        None => Ok(read),
-        Some(rank) => Err(Failure::new(format!(
-            "rank {rank} has another scene, another memory limit or another version than rank 0; give all ranks the same files and the same program"
-        ))),
-    }
-}
 
 /// The own result if all processes succeeded, else the failure of one.
 ///

@@ -79,11 +79,9 @@ fn report(args: &Args, summary: &DatasetSummary, context: Context) -> Result<(),
     let DatasetSummary { samples, converged, not_converged, refused, energy_residual: residual } = *summary;
     let path = args.output.display().to_string();
     if context.json {
-        say(&format!(
-            "{:#}",
-            json!({ "samples": samples, "converged": converged, "not_converged": not_converged,
-                "refused": refused, "largest_energy_residual": residual, "written": path })
-        ))?;
+        context
+            .say_json(json!({ "samples": samples, "converged": converged, "not_converged": not_converged,
+            "refused": refused, "largest_energy_residual": residual, "written": path }))?;
     } else {
         say(&format!(
             "{samples} samples: {converged} converged, {not_converged} not converged, {refused} refused\nlargest energy residual {residual:.1e} of the power exchanged\nwritten: {path}"

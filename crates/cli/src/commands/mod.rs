@@ -39,6 +39,9 @@ pub struct Cli {
     /// End with exit code 1 if a report contains a warning. Outputs are written all the same.
     #[arg(long, global = true)]
     pub strict: bool,
+    /// Report wall time, processor time and threads at work by phase.
+    #[arg(long, global = true)]
+    pub timings: bool,
 }
 
 /// The subcommands.
@@ -88,8 +91,10 @@ pub enum Command {
 /// If a thread cannot be started, and as the subcommand.
 pub fn run(cli: Cli) -> Result<(), Failure> {
     start_threads(cli.threads)?;
-    let context = Context { json: cli.json, quiet: cli.quiet, strict: cli.strict };
-    match cli.command {
+    let timeline = context::begin_timeline(cli.timings);
+    let context =
+        Context { json: cli.json, quiet: cli.quiet, strict: cli.strict, timeline: timeline.as_ref() };
+    let outcome = match cli.command {
         Command::Demo(a) => checks::demo::run(&a, context),
         Command::Init(a) => scenes::init::run(&a, context),
         Command::Check(a) => scenes::check::run(&a, context),
@@ -108,7 +113,9 @@ pub fn run(cli: Cli) -> Result<(), Failure> {
         Command::Keys(a) => scenes::keys::run(&a, context),
         Command::Reproduce(a) => checks::reproduce::run(&a, context),
         Command::Validate(a) => checks::validate::run(&a, context),
-    }
+    };
+    // A verdict comes after the report.
+    context.say_timings().and(outcome)
 }
 
 /// Starts the global pool of threads; an existing pool is kept.

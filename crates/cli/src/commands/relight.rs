@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use zonal_app::relight::{RelightSettings, SolutionChanges};
 use zonal_app::shown_solution::read_light_solution;
 use zonal_app::solving::path_beside;
+use zonal_app::timeline::{READING, WRITING};
 use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::{Bands, Solution};
@@ -83,17 +84,17 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         return Err(Failure::new("--output: name the solution to write, as in -o relit.npz"));
     };
     check_output(path, &["npz"])?;
+    let solution = context.in_stage(READING, || read_light_solution(&args.run))?;
     let settings = RelightSettings {
         kept_factors: &path_beside(&args.run, "factors"),
         remedy: "solve the scene with --keep-factors",
         memory_limit: DEFAULT_MEMORY_LIMIT,
         progress: &context.progress(),
     };
-    let solution =
-        changes.apply(read_light_solution(&args.run)?, &settings).map_err(|e| e.in_scene(&args.run))?;
-    output::write_solution(path, &solution)?;
+    let solution = changes.apply(solution, &settings).map_err(|e| e.in_scene(&args.run))?;
+    context.in_stage(WRITING, || output::write_solution(path, &solution))?;
     if context.json {
-        say(&format!("{:#}", output::report_json(&solution)))?;
+        context.say_json(output::report_json(&solution))?;
     } else {
         say(table::report(&solution).trim_end())?;
         say(&format!("written: {}", path.display()))?;
@@ -104,7 +105,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 /// Prints the light groups with their power.
 fn list_groups(s: &Solution, context: Context) -> Result<(), Failure> {
     if context.json {
-        return say(&format!("{:#}", output::report_json(s)["light_groups"]));
+        return context.say_json(output::report_json(s)["light_groups"].take());
     }
     if s.groups.is_empty() {
         return say("no light groups were kept");

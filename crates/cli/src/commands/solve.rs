@@ -5,6 +5,7 @@ use crate::table;
 use std::path::PathBuf;
 use zonal_app::quality::Quality;
 use zonal_app::solving::{SharedSolve, SolveCheckpoint, SolveInput, VoxelFactors, path_beside};
+use zonal_app::timeline::READING;
 use zonal_io::output;
 use zonal_report::{Failure, check_output, note, say};
 use zonal_scene::{Engine, LightGrouping, Scene, Solution, SolveOptions, ZoneBasis};
@@ -92,7 +93,8 @@ pub fn run_on_ranks(args: &Args, context: Context, communicator: &dyn Communicat
         communicator,
         note: &note,
     };
-    let solved = solve.solve_and_write(read_input(args), &args.output);
+    let input = context.in_stage(READING, || read_input(args));
+    let solved = solve.solve_and_write(input, &args.output);
     let Some(solution) = solved.map_err(|e| e.in_scene(&args.scene))? else { return Ok(()) };
     print_report(args, &solution, context)?;
     context.check_report(&solution.report)
@@ -140,7 +142,7 @@ impl Args {
 /// Prints the report, and a command to draw the solution.
 fn print_report(args: &Args, solution: &Solution, context: Context) -> Result<(), Failure> {
     if context.json {
-        return say(&format!("{:#}", output::report_json(solution)));
+        return context.say_json(output::report_json(solution));
     }
     let run = args.output.display();
     say(table::report(solution).trim_end())?;

@@ -2,7 +2,7 @@
 
 /// An observer of a long computation. Calls come from any thread; implementations must be cheap.
 pub trait Progress: Sync {
-    /// A stage of `total` steps begins.
+    /// A stage of `total` steps begins; its number of steps is unknown if `total` is 0. Stages may contain others.
     fn begin(&self, stage: &str, total: u64);
     /// `steps` further steps are complete.
     fn advance(&self, steps: u64);
@@ -13,6 +13,14 @@ pub trait Progress: Sync {
     fn is_interrupted(&self) -> bool {
         false
     }
+}
+
+/// Runs a part of a computation as a stage without steps: its time is measured, and its name is shown.
+pub fn in_stage<T>(progress: &dyn Progress, stage: &str, run: impl FnOnce() -> T) -> T {
+    progress.begin(stage, 0);
+    let out = run();
+    progress.end();
+    out
 }
 
 /// An observer that ignores all reports.

@@ -46,7 +46,7 @@ use crate::settings::{SolveSettings, check_interrupted};
 use crate::thermal::{self, TemperatureSolve};
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
-    Diagnostic, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones,
+    Diagnostic, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones, in_stage,
 };
 use zonal_transport::{Transport, zones_of_bands};
 
@@ -145,18 +145,30 @@ fn solve_with_reflectances(
     mut zones: Vec<Zones>,
     settings: &SolveSettings,
 ) -> Result<Vec<ZonalSolution>, SceneError> {
-    thermal::apply_boundary_conditions(scenes, &mut zones);
+    let progress = settings.progress;
+    in_stage(progress, "boundary conditions", || thermal::apply_boundary_conditions(scenes, &mut zones));
     let block = |((scene, zones), transport)| BandBlock { scene, zones, transport, mirrored: None };
     let blocks: Vec<BandBlock> = scenes.iter().zip(&zones).zip(transports).map(block).collect();
     let mut solved = solve_equations(&blocks, settings)?;
     solved.iter_mut().zip(zones).for_each(|(s, zones)| s.zones = zones);
-    let explained = thermal::recover_temperatures(&mut solved);
+    in_stage(progress, "checks", || complete_and_check(scenes, transports, &mut solved, settings))?;
+    Ok(solved)
+}
+
+/// Recovers temperatures, adds notes, and checks the fields of all blocks.
+fn complete_and_check(
+    scenes: &[Scene],
+    transports: &[Transport],
+    solved: &mut [ZonalSolution],
+    settings: &SolveSettings,
+) -> Result<(), SceneError> {
+    let explained = thermal::recover_temperatures(solved);
     // Errors of rows that do not close are no explanation where closure can be restored.
     let explained = if scenes[0].restores_closure() { explained } else { 0.0 };
     let backs =
         back_faces::lost_on_backs(&solved[0].zones, &transports[0], &solved[0].fields, &solved[0].report);
     solved[0].report.warnings.extend(backs);
-    for s in &mut solved {
+    for s in solved {
         s.report
             .warnings
             .extend(diagnostics::heat_balance(&s.scene, &s.zones, &s.fields, &s.report, explained));
@@ -164,7 +176,7 @@ fn solve_with_reflectances(
         finite::agree(checked, &s.zones, settings.communicator)?;
         s.zones.own_reflectances = Vec::new();
     }
-    Ok(solved)
+    Ok(())
 }
 
 /// Solves the zonal equations on given zones of a scene of one block of bands, with boundary conditions applied by
@@ -347,10 +359,12 @@ fn solve_together(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<
     let store = |b| NamedStages { store: settings.checkpoints, part: SolvePart::Block(b) };
     let stores: Vec<NamedStages> = (0..blocks.len()).map(store).collect();
     let own_settings = |checkpoints| SolveSettings { memory_limit, checkpoints, ..*settings };
+    let progress = settings.progress;
     // Prepare each block, and build its engine.
     let (mut prepared, mut exterior) = (Vec::new(), Vec::new());
     for (block, store) in blocks.iter().zip(&stores) {
-        let (own, outside) = block.prepare(&own_settings(store))?;
+        let prepare = || block.prepare(&own_settings(store));
+        let (own, outside) = in_stage(progress, "preparation", prepare)?;
         prepared.push(own);
         exterior.push(outside);
     }
@@ -367,22 +381,24 @@ fn solve_together(blocks: &[BandBlock], settings: &SolveSettings) -> Result<Vec<
             sources: &own.sources,
             settings: own_settings(store),
         };
-        let built = build::build(own.choice.clone(), &context, &mut surroundings)?;
+        let build = || build::build(own.choice.clone(), &context, &mut surroundings);
+        let built = in_stage(progress, "engine", build)?;
         engines.push(BlockEngine { context, built, surroundings });
         check_interrupted(settings.progress)?;
     }
     // Complete the direct light by the exchange areas of the engines.
-    completed = complete_direct_light(blocks, &prepared, &engines)?;
+    let complete = || complete_direct_light(blocks, &prepared, &engines);
+    completed = in_stage(progress, "direct light of emitters", complete)?;
     for (engine, direct) in engines.iter_mut().zip(&completed) {
         engine.context.direct = direct.as_ref().unwrap_or(engine.context.direct);
     }
     // Solve the linear systems, or iterate on temperatures if they couple the bands.
     let columns;
-    (columns, coupled) = solve_columns(&mut engines, &prepared)?;
+    (columns, coupled) = in_stage(progress, "linear systems", || solve_columns(&mut engines, &prepared))?;
     for (engine, zones) in engines.iter_mut().zip(&coupled) {
         engine.context.zones = zones;
     }
-    finish(engines, &prepared, columns)
+    in_stage(progress, "fields and errors", || finish(engines, &prepared, columns))
 }
 
 /// The direct light of each block, completed by the exchange areas of its engine; `None` where shadow rays give all of it.
@@ -423,8 +439,9 @@ fn finish(
     for (((engine, prepared), mut fields), (groups, results)) in
         engines.iter().zip(prepared).zip(fields).zip(others)
     {
-        let mut report =
-            balanced_report::balance_and_report(engine, &mut fields, &groups, &results, prepared.thickness);
+        let mut report = in_stage(progress, "balance", || {
+            balanced_report::balance_and_report(engine, &mut fields, &groups, &results, prepared.thickness)
+        });
         describe_engine(&mut report, prepared, engine.context.scene);
         out.push(ZonalSolution {
             scene: engine.context.scene.clone(),

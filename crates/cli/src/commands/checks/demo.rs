@@ -7,6 +7,7 @@ use std::time::Instant;
 use zonal_app::pictures::{PictureStyle, save};
 use zonal_app::quality::Quality;
 use zonal_app::solving::{VoxelFactors, solve_and_hash};
+use zonal_app::timeline::{READING, WRITING};
 use zonal_demo::{chapel_text, church};
 use zonal_io::{input, output};
 use zonal_report::{Failure, check_output, say};
@@ -183,7 +184,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         json["pictures"] = run.pictures.into();
         json["solution"] = run.solution_path.display().to_string().into();
         json["seconds"] = serde_json::json!({ "solve": run.solve_seconds, "total": run.total_seconds });
-        return say(&format!("{json:#}"));
+        return context.say_json(json);
     }
     print_report(args.scene, &run)
 }
@@ -200,7 +201,7 @@ fn solve_and_draw(args: &Args, context: Context) -> Result<DemoRun, Failure> {
     let solution_path = args.output.join(format!("{}.npz", args.scene.name()));
     check_output(&solution_path, &["npz"])?;
     let start = Instant::now();
-    let scene = args.scene.read(args.size, &args.output)?;
+    let scene = context.in_stage(READING, || args.scene.read(args.size, &args.output))?;
     let picture_path = |camera: &str| args.output.join(args.scene.picture_name(camera));
     let mut drawn = scene.cameras().iter().take(args.scene.picture_count());
     drawn.try_for_each(|c| check_output(&picture_path(&c.name), &["png"]))?;
@@ -212,7 +213,7 @@ fn solve_and_draw(args: &Args, context: Context) -> Result<DemoRun, Failure> {
     };
     let solution = solve_and_hash(scene, &settings)?;
     let solve_seconds = start.elapsed().as_secs_f64();
-    output::write_solution(&solution_path, &solution)?;
+    context.in_stage(WRITING, || output::write_solution(&solution_path, &solution))?;
     // Draw.
     let mut pictures = Vec::new();
     for camera in solution.scene.cameras().iter().take(args.scene.picture_count()) {

@@ -45,6 +45,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         scenes: args.scenes.clone(),
         json: context.json,
     };
-    let progress = Context { quiet: context.quiet || context.json, ..context }.progress();
+    let context = Context { quiet: context.quiet || context.json, ..context };
+    let progress = context.progress();
     validate::run(&options, &progress)
 }

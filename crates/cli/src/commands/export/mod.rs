@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use zonal_app::export::{ExportOptions, ExportedFiles, GlbOptions, LightmapSettings, VolumeSettings, write};
 use zonal_app::shown_solution::{read_uniform_light_solution, shown_bands};
+use zonal_app::timeline::READING;
 use zonal_report::{Failure, say};
 use zonal_scene::{Solution, SurfaceIlluminance, printable};
 
@@ -20,11 +21,13 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let options = options(args)?;
     options.check()?;
     let shows_colours = options.shows_colours();
-    let solution = if shows_colours {
-        read_uniform_light_solution(&args.run, options.first_band.unwrap_or(0))?
-    } else {
-        zonal_io::output::read_solution(&args.run)?
-    };
+    let solution = context.in_stage(READING, || {
+        if shows_colours {
+            read_uniform_light_solution(&args.run, options.first_band.unwrap_or(0))
+        } else {
+            zonal_io::output::read_solution(&args.run).map_err(Failure::from)
+        }
+    })?;
     let exported = write(&options, &solution, &context.progress())?;
     if let Some(shown) = shown_bands(&solution).filter(|_| shows_colours && !context.json) {
         say(&shown)?;
@@ -102,7 +105,7 @@ fn report(s: &Solution, exported: ExportedFiles, context: Context) -> Result<(),
         if !illuminances.is_empty() {
             sizes.insert("surfaces".into(), illuminances.iter().map(illuminance_row).collect());
         }
-        return say(&Value::from(sizes).to_string());
+        return context.say_json(Value::from(sizes));
     }
     if !illuminances.is_empty() {
         say(&illuminance_table(&illuminances))?;

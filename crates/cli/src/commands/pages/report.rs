@@ -5,6 +5,7 @@ use crate::commands::render::args::parse_size;
 use std::path::PathBuf;
 use zonal_app::pages::html_report::{FigureSettings, figures, page};
 use zonal_app::quality::Quality;
+use zonal_app::timeline::{READING, WRITING};
 use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
 
@@ -40,16 +41,16 @@ pub struct Args {
 pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let size = parse_size(&args.size)?;
     check_output(&args.output, &["html"])?;
-    let solution = output::read_solution(&args.run)?;
+    let solution = context.in_stage(READING, || output::read_solution(&args.run))?;
     let settings = FigureSettings { cameras: args.pictures.into(), size, quality: args.quality };
     let figures = figures(&solution, &settings, &context.progress())?;
     let name = args.run.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let text = page(&solution, &name, &figures);
-    output::write_bytes(&args.output, text.as_bytes())?;
+    context.in_stage(WRITING, || output::write_bytes(&args.output, text.as_bytes()))?;
     let written = args.output.display();
     if context.json {
         let json = serde_json::json!({ "written": written.to_string(), "pictures": figures.len(), "bytes": text.len() });
-        return say(&json.to_string());
+        return context.say_json(json);
     }
     say(&format!("{} picture(s), {:.1} MB written: {written}", figures.len(), text.len() as f64 / 1e6))
 }

@@ -116,7 +116,7 @@ fn run_live(args: &Args, context: Context) -> Result<(), Failure> {
     };
     let (scene, files) = input.read();
     let scene = scene?;
-    let page = Arc::new(LivePage::with_observer(context.progress()));
+    let page = Arc::new(LivePage::with_observer(context.bars()));
     let server = bind(args.port, page::live_routes(&page))?;
     let stop = Arc::new(AtomicBool::new(false));
     let (ended, stopper) = (stop.clone(), server.stopper());

@@ -4,6 +4,7 @@ use crate::commands::context::{Context, memory_limit};
 use std::path::PathBuf;
 use zonal_app::pairs::check_tolerance;
 use zonal_app::pairs::exchange_areas::write;
+use zonal_app::timeline::READING;
 use zonal_io::output;
 use zonal_report::{Failure, check_output, say};
 use zonal_scene::printable;
@@ -43,7 +44,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     check_tolerance(args.tolerance)?;
     let memory_limit = memory_limit(args.max_memory)?;
     check_output(&args.output, &["npz", "csv", "mtx"])?;
-    let scene = zonal_io::input::read_scene(&args.scene)?;
+    let scene = context.in_stage(READING, || zonal_io::input::read_scene(&args.scene))?;
     let contents =
         if args.direct_only { ExchangeAreaContents::Direct } else { ExchangeAreaContents::DirectAndTotal };
     let settings = ExchangeAreaSettings { tolerance: args.tolerance, memory_limit, contents };
@@ -69,7 +70,7 @@ fn report(written: &[PathBuf], areas: &ExchangeAreas, context: Context) -> Resul
             "aligned_pairs": counts.aligned, "general_pairs": counts.general, "rays": counts.rays,
             "written": names[0], "beside": names[1..], "warnings": output::notes_json(&areas.diagnostics),
         });
-        say(&format!("{json:#}"))?;
+        context.say_json(json)?;
         return context.check_warnings(&areas.diagnostics);
     }
     let total = total_defect.map_or(String::new(), |d| format!(", of total areas {d:.1e}"));

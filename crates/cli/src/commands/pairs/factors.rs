@@ -45,10 +45,8 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
         ));
     }
     if context.json {
-        say(&format!(
-            "{}",
-            serde_json::json!({ "pairs": pairs, "written": args.output.display().to_string() })
-        ))?;
+        context
+            .say_json(serde_json::json!({ "pairs": pairs, "written": args.output.display().to_string() }))?;
     } else {
         say(&format!("{pairs} pairs written: {}", args.output.display()))?;
     }

@@ -61,7 +61,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     if context.json {
         let mut json = table.json();
         json["written"] = args.output.as_ref().map(|p| p.display().to_string()).into();
-        say(&format!("{json:#}"))?;
+        context.say_json(json)?;
     } else {
         say(text(&table, args).trim_end())?;
         notes.iter().for_each(|n| note(n));
@@ -75,7 +75,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
 /// Lists the models.
 fn list(context: Context) -> Result<(), Failure> {
     if context.json {
-        return say(&format!("{:#}", models_json()));
+        return context.say_json(models_json());
     }
     let line = |m: &GasModel| {
         format!("{:<26}{}\n{:<26}coefficients: {}\n", m.name(), m.source(), "", m.verification())

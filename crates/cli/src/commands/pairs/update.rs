@@ -87,7 +87,7 @@ fn report(args: &Args, updated: &UpdatedState, context: Context) -> Result<(), F
             "zones": data.zone_count(), "parts": rows, "surroundings": state.surroundings,
             "absorbed_backfaces": state.absorbed_backfaces, "emitters": state.emitters, "balance": balance, "written": path,
         });
-        return say(&format!("{json:#}"));
+        return context.say_json(json);
     }
     for (name, p) in data.names.iter().zip(&parts).take(MAX_PRINTED_ROWS) {
         let known = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "unknown".into() };

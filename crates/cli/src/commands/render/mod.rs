@@ -10,7 +10,8 @@ use super::context::Context;
 use zonal_app::pictures::{Drawing, draw};
 use zonal_app::shown_solution::read_picture_solution;
 use zonal_app::solving::if_all_succeeded;
-use zonal_report::{Failure, say};
+use zonal_app::timeline::READING;
+use zonal_report::Failure;
 use zonal_scene::Solution;
 use zonal_solve::distribution::{Communicator, SingleProcess};
 
@@ -41,13 +42,13 @@ fn draw_and_report(args: &Args, context: Context, communicator: &dyn Communicato
         options.check()?;
         Ok::<_, Failure>((options, read_solution(args)?))
     };
-    let (options, solution) = if_all_succeeded(read(), communicator)?;
+    let (options, solution) = if_all_succeeded(context.in_stage(READING, read), communicator)?;
     let drawing = draw(&options, &solution, &context.progress(), communicator)?;
     if communicator.rank() > 0 {
         return Ok(());
     }
     if context.json {
-        say(&report::json_of(&drawing, args).to_string())?;
+        context.say_json(report::json_of(&drawing, args))?;
     } else {
         report::print(&drawing, args)?;
     }

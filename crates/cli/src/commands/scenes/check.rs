@@ -48,7 +48,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let in_scene = |e: SceneError| Failure::in_file(&args.scene, e);
     let check = SceneCheck::new(&scene, &settings).map_err(in_scene)?;
     if context.json {
-        say(&format!("{:#}", check.json()))?;
+        context.say_json(check.json())?;
     } else {
         print_text(args, &check)?;
     }

@@ -84,7 +84,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let proposal = propose(&args.model, folder, &args.options.options())?;
     write_bytes(&output, proposal.text.as_bytes())?;
     if context.json {
-        return say(&format!("{:#}", json(&proposal, &output)));
+        return context.say_json(json(&proposal, &output));
     }
     print_text(args, &proposal, &output)?;
     context.check_warnings(proposal.scene.notes())

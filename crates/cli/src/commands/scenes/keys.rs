@@ -38,7 +38,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     if args.markdown {
         say(markdown(&keys).trim_end())
     } else if context.json {
-        say(&format!("{:#}", json(&keys)))
+        context.say_json(json(&keys))
     } else {
         say(text(&keys).trim_end())
     }

@@ -12,6 +12,7 @@ use std::time::Instant;
 use zonal_app::pairs::check_tolerance;
 use zonal_app::pairs::view_factors::geometry::{FactorGeometry, read};
 use zonal_app::pairs::view_factors::{FactorLabels, checkpoint_keys, choose_format, write_factors};
+use zonal_app::timeline::{READING, WRITING};
 use zonal_io::output::{self, CheckpointFolder, CheckpointState, ViewFactorFormat};
 use zonal_report::{Failure, check_output, note};
 use zonal_scene::{CheckpointStore, NoCheckpoints};
@@ -28,7 +29,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     if let Some(sky) = &args.sky {
         check_output(sky, &["txt"])?;
     }
-    let mut geometry = read(&args.input, args.obstructions.as_deref())?;
+    let mut geometry = context.in_stage(READING, || read(&args.input, args.obstructions.as_deref()))?;
     if args.sides == FacetSides::Both {
         geometry.add_backs();
     }
@@ -46,7 +47,7 @@ pub fn run(args: &Args, context: Context) -> Result<(), Failure> {
     let format = choose_format(&args.output, asked, geometry.format())?;
     let report = report::FactorReport::of(&geometry, &factors, &settings);
     let closed = settings.surroundings == Openness::Closed;
-    write(args, &geometry, factors, format, closed)?;
+    context.in_stage(WRITING, || write(args, &geometry, factors, format, closed))?;
     report.print(args, begin.elapsed().as_secs_f64(), context)
 }
 

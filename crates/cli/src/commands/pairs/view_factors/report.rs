@@ -62,7 +62,7 @@ impl FactorReport {
                 "peak_memory_bytes": memory, "written": path.to_string(),
                 "warnings": zonal_io::output::notes_json(&self.diagnostics),
             });
-            say(&format!("{json:#}"))?;
+            context.say_json(json)?;
             return context.check_warnings(&self.diagnostics);
         }
         let memory =
