@@ -242,7 +242,7 @@ fn crate_dependencies_are_as_declared() {
     // Names of crates agree with their folders.
     let workspace = read("Cargo.toml");
     for (name, _) in DEPENDENCIES.iter().filter(|a| a.0 != "zonal") {
-        assert!(workspace.contains(&format!("zonal-{name} = {{ path = \"crates/{name}\" }}")), "{name}");
+        assert!(workspace.contains(&format!("zonal-{name} = {{ path = \"crates/{name}\"")), "{name}");
         assert!(
             read(format!("crates/{name}/Cargo.toml")).contains(&format!("name = \"zonal-{name}\"")),
             "{name}"
