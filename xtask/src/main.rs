@@ -9,7 +9,10 @@ cargo xtask steps           lists the steps
 cargo xtask counts [--list] counts of the structure of the code against their limits; --list names every place
 cargo xtask commits         checks the messages of commits
 cargo xtask guards          writes docs/guards.md, the register of invariants
-cargo xtask scope           copies the scope in README.md to docs/index.md";
+cargo xtask scope           copies the scope in README.md to docs/index.md
+cargo xtask version [X.Y.Z] compares the versions in all files with Cargo.toml, or writes a new one into them
+cargo xtask version --tag T what the tag T lacks for a release
+cargo xtask package [PART]  makes the packages of a release and tries them: crates, sdist, wheel, or all three; `list` compiles nothing";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -25,6 +28,10 @@ fn main() -> ExitCode {
         ["commits"] => xtask::commits::report(&root),
         ["guards"] => xtask::guards::write(&root),
         ["scope"] => xtask::documents::write_scope(&root),
+        ["version"] => xtask::versions::report(&root, None),
+        ["version", "--tag", tag] => xtask::versions::report(&root, Some(tag)),
+        ["version", version] => xtask::versions::write(&root, version),
+        ["package", parts @ ..] => xtask::steps::package(&root, parts),
         ["counts", "--list"] => xtask::counts::report(&root, true),
         _ => {
             eprintln!("{USAGE}");

@@ -73,6 +73,11 @@ const LISTS: [&[Step]; 2] = [
         },
         Step { name: "counts", checks: "structure of the code", command: &["cargo", "xtask", "counts"] },
         Step { name: "commits", checks: "messages of commits", command: &["cargo", "xtask", "commits"] },
+        Step {
+            name: "packages",
+            checks: "packages of a release: versions, files, workflow",
+            command: &[".ci/packages.sh"],
+        },
         Step { name: "examples", checks: "the library's examples", command: &[".ci/examples.sh", "{zonal}"] },
         Step {
             name: "python",
@@ -240,4 +245,11 @@ fn run_step(root: &Path, step: &Step, zonal: &Path, output: &Path, is_alone: boo
     let said = std::fs::read(&log).unwrap_or_default();
     println!("{}=== {}: {end}", String::from_utf8_lossy(&said), step.name);
     passed
+}
+
+/// Makes the packages of a release and tries them (`scripts/packages.py`); returns whether all parts passed.
+#[must_use]
+pub fn package(root: &Path, parts: &[&str]) -> bool {
+    let status = Command::new("python3").arg("scripts/packages.py").args(parts).current_dir(root).status();
+    status.inspect_err(|e| eprintln!("error: python3 could not be started: {e}")).is_ok_and(|s| s.success())
 }

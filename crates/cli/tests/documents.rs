@@ -1,7 +1,7 @@
 //! Documents agree with the workspace: paths, pages written by `cargo xtask`, lengths.
 
 use std::path::{Path, PathBuf};
-use xtask::{documents, guards};
+use xtask::{documents, guards, versions};
 
 /// Most lines of ARCHITECTURE.md.
 const MAX_ARCHITECTURE_LINES: usize = 110;
@@ -49,6 +49,13 @@ fn register_of_guards_is_up_to_date() {
         "run `cargo xtask guards` and commit {}",
         guards::PAGE
     );
+}
+
+// Guards (documents): every file that names the version of the release has the one of Cargo.toml.
+#[test]
+fn versions_in_all_files_are_equal() {
+    let found = versions::differences(|file| Ok(read(file))).unwrap();
+    assert!(found.is_empty(), "run `cargo xtask version X.Y.Z`:\n{}", found.join("\n"));
 }
 
 // Guards (documents): docs/index.md has the scope of README.md.
