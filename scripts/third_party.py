@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """third_party.py [--check]: the licences of the crates in the wheel, from the metadata and the sources of cargo.
 
-Writes python/THIRD-PARTY-LICENSES.md, which is part of the wheel; --check compares instead and ends with 1 where it differs. Texts that are the same but for
-blanks are written once.
+Writes python/THIRD-PARTY-LICENSES.md, which is part of the wheels of all systems; --check compares instead and ends with 1 where it differs. Texts that are
+the same but for blanks are written once. scripts/archive.py writes the same page for the command.
 """
 
 import json
@@ -13,17 +13,19 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 TARGET = ROOT / "python/THIRD-PARTY-LICENSES.md"
+# Systems for which release.yml makes wheels.
+TARGETS = ["x86_64-unknown-linux-gnu", "aarch64-unknown-linux-gnu", "x86_64-apple-darwin", "aarch64-apple-darwin", "x86_64-pc-windows-msvc"]
 # Crates that run at build time alone and are no part of the wheel keep their place: they are few, and the list is then that of cargo.
 NAMES = re.compile(r"(?i)^(licen[cs]e|copying|unlicense|notice)([-._].*)?$")
 
 
-def packages():
-    """All packages on which the native module depends, but those of this workspace, by name and version."""
-    command = ["cargo", "metadata", "--format-version", "1", "--locked", "--filter-platform", "x86_64-unknown-linux-gnu"]
+def packages(root, targets):
+    """All packages on which a package depends for some target, but those of this workspace, by name and version."""
+    command = ["cargo", "metadata", "--format-version", "1", "--locked", *(w for t in targets for w in ("--filter-platform", t))]
     data = json.loads(subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout)
     by_id = {p["id"]: p for p in data["packages"]}
     nodes = {n["id"]: n for n in data["resolve"]["nodes"]}
-    open_ids = [p["id"] for p in data["packages"] if p["name"] == "zonal-python"]
+    open_ids = [p["id"] for p in data["packages"] if p["name"] == root]
     found = set()
     while open_ids:
         node = open_ids.pop()
@@ -37,17 +39,17 @@ def packages():
     return sorted(chosen, key=lambda p: (p["name"], p["version"]))
 
 
-def text():
+def text(root="zonal-python", targets=TARGETS):
     lines = [
-        "# Licences of the crates in the wheel",
+        "# Licences of the crates in this package",
         "",
-        "The native module of `zonal` contains these crates. Written by `scripts/third_party.py`.",
+        "The program or native module `zonal` contains these crates. Written by `scripts/third_party.py`.",
         "",
         "| crate | version | licence | texts |",
         "|---|---|---|---|",
     ]
     number, texts = {}, []
-    for p in packages():
+    for p in packages(root, targets):
         folder = pathlib.Path(p["manifest_path"]).parent
         own = []
         for file in sorted(folder.iterdir()):
