@@ -48,8 +48,10 @@ def bill_of_materials(target, path):
     command = ["cargo", "cyclonedx", "--quiet", "--manifest-path", manifest, "--format", "json", "--target", target, "--override-filename", name]
     subprocess.run(command, cwd=ROOT, check=True)
     # The tool writes one file into the folder of each package that it describes.
-    shutil.move(manifest.parent / f"{name}.json", path)
-    for rest in ROOT.glob(f"**/{name}.json"):
+    text = (manifest.parent / f"{name}.json").read_text(encoding="utf-8")
+    # Without the folder of the build.
+    path.write_text(text.replace(ROOT.as_uri(), "file:///zonal"), encoding="utf-8")
+    for rest in [*ROOT.glob(f"*/{name}.json"), *ROOT.glob(f"crates/*/{name}.json")]:
         rest.unlink()
 
 
@@ -57,7 +59,7 @@ def try_archive(archive, program):
     with tempfile.TemporaryDirectory() as folder:
         shutil.unpack_archive(archive, folder, "zip" if archive.suffix == ".zip" else "gztar", filter=None if archive.suffix == ".zip" else "data")
         command = pathlib.Path(folder) / program
-        for words in (["--version"], ["demo", "--size", "small", "--draft", "-o", pathlib.Path(folder) / "demo"]):
+        for words in (["--version"], ["demo", "chapel", "--size", "small", "-o", pathlib.Path(folder) / "demo"]):
             subprocess.run([command, *words], check=True)
 
 

@@ -117,7 +117,7 @@ def make_crates():
         environment = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target"), "CARGO_PROFILE_DEV_OPT_LEVEL": "1", "CARGO_PROFILE_DEV_DEBUG": "false"}
         for name in ("zonal-cli", "zonal"):
             run(["cargo", "build", "--quiet"], folder / f"{name}-{version}", env=environment)
-        run([folder / "target/debug/zonal", "demo", "--size", "small", "--draft", "-o", folder / "demo"], folder, stdout=subprocess.DEVNULL)
+        run([folder / "target/debug/zonal", "demo", "chapel", "--size", "small", "-o", folder / "demo"], folder, stdout=subprocess.DEVNULL)
     print(f"crates: {time.monotonic() - begin:.0f} s")
 
 
@@ -138,7 +138,7 @@ def fresh(folder):
 
 def make_sdist():
     out = fresh(OUT / "sdist")
-    run(["maturin", "sdist", "--quiet", "--manifest-path", "python/Cargo.toml", "--out", out], env=tools())
+    run(["maturin", "sdist", "--manifest-path", "python/Cargo.toml", "--out", out], env=tools())
     archive = next(out.iterdir())
     with tarfile.open(archive) as content:
         members = [m for m in content.getmembers() if m.isfile()]
