@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""packages.py [list | crates | sdist | wheel]…: makes the packages of a release and tries them; without a word crates, sdist and wheel, in half an hour.
+"""packages.py [list | crates | sdist | wheel | publish]…: makes the packages of a release and tries them; without a word crates, sdist and wheel, in half an hour.
 
     list     the files of each crate's package, and whether they suffice; compiles nothing
     crates   the .crate files; builds the command from them alone, outside the repository, and draws a demo
     sdist    the source distribution; pip builds and installs it in an empty environment
     wheel    the wheel for old systems of Linux: size, contents, tag; installs it where there is no compiler, and runs the code of the README
+    publish  publishes the crates in the order of dependencies, for the checklist in docs/releases.md alone. It continues after a stop: crates that the registry
+             has are passed over, and it waits where the registry wants fewer new crates at a time. `cargo publish --workspace` does neither.
 
 Packages lie in target/packages. The tools of Python come from its registry, into target/packages/venv.
 """
@@ -28,6 +30,8 @@ OUT = TARGET / "packages"
 MAX_WHEEL = 12_000_000
 # Oldest C library of the wheel: that of the oldest systems for which Rust compiles.
 MANYLINUX = "manylinux_2_17"
+# Seconds until the registry takes one more new crate.
+WAIT_FOR_REGISTRY = 630
 TOOLS = ["maturin>=1.13,<2", "ziglang"]
 LICENCES = ["LICENSE-MIT", "LICENSE-APACHE"]
 IN_CRATES = re.compile(r"(src|viewer)/|LICENSE-|README\.md$|Cargo\.(toml|toml\.orig|lock)$|\.cargo_vcs_info\.json$")
@@ -48,8 +52,16 @@ def metadata():
 
 
 def published():
-    """Packages of the workspace that go to the registry: all without `publish = false`."""
-    return [p for p in metadata() if p["publish"] is None]
+    """Packages of the workspace that go to the registry, all without `publish = false`, each after those on which it depends."""
+    rest = {p["name"]: p for p in metadata() if p["publish"] is None}
+    ordered = []
+    while rest:
+        needs = {n: {d["name"] for d in p["dependencies"] if d["name"] in rest} for n, p in rest.items()}
+        ready = [n for n in rest if not needs[n]]
+        if not ready:
+            sys.exit(f"error: {', '.join(rest)} depend on each other")
+        ordered += [rest.pop(n) for n in ready]
+    return ordered
 
 
 def list_of_files(name):
@@ -61,7 +73,6 @@ def violations(package, files, names):
     """What is wrong with the package of a crate."""
     found = [f"{f} is missing" for f in ["Cargo.toml", "README.md", *LICENCES] if f not in files]
     found += [f"{f} belongs to no package" for f in files if not IN_CRATES.match(f)]
-    found += [f"the key {key} is missing" for key in ("description", "license", "readme", "keywords", "categories") if not package[key]]
     for d in package["dependencies"]:
         if d.get("path") and d["kind"] != "dev":
             if d["name"] not in names:
@@ -82,9 +93,12 @@ def check_lists():
     packages = published()
     names = {p["name"] for p in packages}
     failed = 0
+    keys = ["description", "license", "readme", "keywords", "categories"]
+    # The address of the repository is known with the first release.
+    keys += ["repository"] if any(p["repository"] for p in packages) else []
     for p in packages:
         files = list_of_files(p["name"])
-        found = violations(p, files, names)
+        found = violations(p, files, names) + [f"the key {key} is missing" for key in keys if not p[key]]
         failed += bool(found)
         print(f"{p['name']:<20} {len(files):>4} files")
         for text in found:
@@ -172,7 +186,25 @@ def make_wheel():
     run(["scripts/try_wheel.sh", wheel])
 
 
-PARTS = {"list": check_lists, "crates": make_crates, "sdist": make_sdist, "wheel": make_wheel}
+def publish():
+    for p in published():
+        command = ["cargo", "publish", "--locked", "--no-verify", "--package", p["name"]]
+        while True:
+            done = subprocess.run(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
+            if done.returncode == 0:
+                print(f"{p['name']} {p['version']} is published", flush=True)
+            elif "already exists" in done.stderr or "already uploaded" in done.stderr:
+                print(f"{p['name']} {p['version']} was there already", flush=True)
+            elif "429" in done.stderr:
+                print(f"{p['name']}: the registry takes no more crates for now; the next attempt follows in {WAIT_FOR_REGISTRY / 60:.0f} minutes", flush=True)
+                time.sleep(WAIT_FOR_REGISTRY)
+                continue
+            else:
+                sys.exit(done.stderr)
+            break
+
+
+PARTS = {"list": check_lists, "crates": make_crates, "sdist": make_sdist, "wheel": make_wheel, "publish": publish}
 
 
 def main():
