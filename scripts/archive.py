@@ -45,7 +45,7 @@ def bill_of_materials(target, path):
     """Writes the crates of the command for a target, in CycloneDX."""
     manifest = ROOT / "crates/cli/Cargo.toml"
     name = "zonal-bill-of-materials"
-    command = ["cargo", "cyclonedx", "--quiet", "--manifest-path", manifest, "--format", "json", "--target", target, "--override-filename", name]
+    command = ["cargo", "cyclonedx", "--quiet", "--manifest-path", manifest, "--format", "json", "--target", target, "--no-build-deps", "--spec-version", "1.5", "--override-filename", name]
     subprocess.run(command, cwd=ROOT, check=True)
     # The tool writes one file into the folder of each package that it describes.
     text = (manifest.parent / f"{name}.json").read_text(encoding="utf-8")

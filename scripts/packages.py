@@ -129,8 +129,8 @@ def make_crates():
         version = packages[0]["version"]
         # Quick to compile; the speed of the demo matters little.
         environment = {**os.environ, "CARGO_TARGET_DIR": str(folder / "target"), "CARGO_PROFILE_DEV_OPT_LEVEL": "1", "CARGO_PROFILE_DEV_DEBUG": "false"}
-        for name in ("zonal-cli", "zonal"):
-            run(["cargo", "build", "--quiet"], folder / f"{name}-{version}", env=environment)
+        for name, verb in (("zonal-cli", "build"), ("zonal", "check")):
+            run(["cargo", verb, "--quiet"], folder / f"{name}-{version}", env=environment)
         run([folder / "target/debug/zonal", "demo", "chapel", "--size", "small", "-o", folder / "demo"], folder, stdout=subprocess.DEVNULL)
     print(f"crates: {time.monotonic() - begin:.0f} s")
 
