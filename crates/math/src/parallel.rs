@@ -3,10 +3,23 @@
 
 use rayon::prelude::*;
 
-/// Most tasks of a loop over single items.
-const MAX_TASKS: usize = 512;
+/// Tasks into which a loop is divided, about. Fewer than that end far apart where items differ: rayon divides a loop for n threads into about 2n parts, and
+/// none of them any further once a thread works on it.
+const TASKS: usize = 128;
+/// Items up to which a task of a loop over single items is not divided for its sake.
+const MIN_TASK_ITEMS: usize = 8;
 /// Items of a block of a reduction.
 const BLOCK_LENGTH: usize = 4096;
+
+/// Items of a chunk of a loop over n.
+fn chunk_length(n: usize) -> usize {
+    n.div_ceil(4 * TASKS).max(1)
+}
+
+/// Most items of a task of a loop over n.
+fn task_items(n: usize) -> usize {
+    n.div_ceil(TASKS).max(MIN_TASK_ITEMS)
+}
 
 /// The values of `of` at 0 … n − 1.
 ///
@@ -15,7 +28,7 @@ const BLOCK_LENGTH: usize = 4096;
 /// ```
 pub fn collect<T: Send>(n: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     fn erased<T: Send>(n: usize, of: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
-        (0..n).into_par_iter().map(of).collect()
+        (0..n).into_par_iter().with_max_len(task_items(n)).map(of).collect()
     }
     erased(n, &of)
 }
@@ -96,8 +109,8 @@ pub fn all<A: Sync>(items: &[A], holds: impl Fn(&A) -> bool + Sync) -> bool {
 /// assert_eq!(squares, [0, 1, 4]);
 /// ```
 pub fn for_each<T: Send>(items: &mut [T], each: impl Fn(usize, &mut T) + Sync) {
-    let length = items.len().div_ceil(MAX_TASKS).max(1);
-    chunks(items, length, |c, chunk| {
+    let length = chunk_length(items.len());
+    chunks_in_tasks(items, length, task_items(items.len()).div_ceil(length), |c, chunk| {
         for (k, item) in chunk.iter_mut().enumerate() {
             each(c * length + k, item);
         }
@@ -109,8 +122,8 @@ pub fn for_each<T: Send>(items: &mut [T], each: impl Fn(usize, &mut T) + Sync) {
 /// # Panics
 /// If the second slice is shorter.
 pub fn for_each_pair<T: Send, U: Sync>(items: &mut [T], others: &[U], each: impl Fn(&mut T, &U) + Sync) {
-    let length = items.len().div_ceil(MAX_TASKS).max(1);
-    chunks(items, length, |c, chunk| {
+    let length = chunk_length(items.len());
+    chunks_in_tasks(items, length, task_items(items.len()).div_ceil(length), |c, chunk| {
         let others = &others[c * length..][..chunk.len()];
         for (item, other) in chunk.iter_mut().zip(others) {
             each(item, other);
@@ -120,10 +133,27 @@ pub fn for_each_pair<T: Send, U: Sync>(items: &mut [T], others: &[U], each: impl
 
 /// Calls `each` with the number and the items of every chunk of `length` items; the last one may be shorter.
 pub fn chunks<T: Send>(items: &mut [T], length: usize, each: impl Fn(usize, &mut [T]) + Sync) {
-    fn erased<T: Send>(items: &mut [T], length: usize, each: &(dyn Fn(usize, &mut [T]) + Sync)) {
-        items.par_chunks_mut(length).enumerate().for_each(|(c, chunk)| each(c, chunk));
+    let count = items.len().div_ceil(length);
+    chunks_in_tasks(items, length, count.div_ceil(TASKS).max(1), each);
+}
+
+/// As [`chunks`], with at most some chunks in a task.
+fn chunks_in_tasks<T: Send>(
+    items: &mut [T],
+    length: usize,
+    chunks_of_task: usize,
+    each: impl Fn(usize, &mut [T]) + Sync,
+) {
+    fn erased<T: Send>(
+        items: &mut [T],
+        length: usize,
+        chunks_of_task: usize,
+        each: &(dyn Fn(usize, &mut [T]) + Sync),
+    ) {
+        let chunks = items.par_chunks_mut(length).enumerate().with_max_len(chunks_of_task);
+        chunks.for_each(|(c, chunk)| each(c, chunk));
     }
-    erased(items, length, &each);
+    erased(items, length, chunks_of_task, &each);
 }
 
 /// The values of two functions, which may run at the same time.

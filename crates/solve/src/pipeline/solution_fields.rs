@@ -103,7 +103,9 @@ fn widen_errors(
     fields: &mut Fields,
 ) {
     consistency::widen_by_residual(context.shared_zones(), groups, fields);
-    fields.error.iter_mut().zip(normalization_change).for_each(|(e, c)| *e = e.hypot(c));
+    if !normalization_change.is_empty() {
+        parallel::for_each_pair(&mut fields.error, &normalization_change, |e, c| *e = e.hypot(*c));
+    }
     add_surroundings_error(context, surroundings, fields);
     if !context.shared_zones().has_negative_source() {
         consistency::widen_by_negative_flux(fields);

@@ -339,8 +339,8 @@ impl<'a> ZoneLightSampler<'a> {
             execution.progress.advance(list.len() as u64);
             list
         };
-        let own: Vec<Vec<DirectLightEstimate>> =
-            parallel::map(&blocks.own().collect::<Vec<_>>(), |b| of_block(*b));
+        let own_blocks: Vec<usize> = blocks.own().collect();
+        let own = parallel::collect_tasks(own_blocks.len(), |k| of_block(own_blocks[k]));
         blocks.gather(execution.communicator, own.concat())
     }
 
