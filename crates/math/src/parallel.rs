@@ -90,7 +90,8 @@ pub fn reduce<T: Clone + Send + Sync>(
 /// Gives a vector `n` entries of any value, for a loop that writes all of them. Memory that is new is touched by the threads of that loop first.
 pub fn set_length(items: &mut Vec<f64>, n: usize) {
     if n > items.capacity() {
-        // Zeros from the system take no time until they are written.
+        // Free the old memory first. Zeros from the system take no time until they are written.
+        *items = Vec::new();
         *items = vec![0.0; n];
     }
     items.resize(n, 0.0);

@@ -58,7 +58,8 @@ impl<'a> VolumeConvolution<'a> {
         let parts = self.product.order.voxel_components();
         let length = blocks.len() * parts * self.product.component_size();
         if length > buffers.spectrum.capacity() {
-            // All threads write the new memory first.
+            // Free the old memory first; all threads write the new one first.
+            buffers.spectrum = Vec::new();
             buffers.spectrum = parallel::collect(length, |_| ZERO);
         }
         buffers.spectrum.resize(length, ZERO);
