@@ -71,14 +71,6 @@ impl FactorTable {
         let worst = || self.worst_relative.unwrap_or(f64::INFINITY) * self.values[i];
         Bounded::proved(self.values[i], self.radii.get(i).copied().unwrap_or_else(worst))
     }
-    /// The value of the factor at an offset.
-    ///
-    /// # Panics
-    /// On an offset outside the table.
-    #[inline]
-    pub fn value(&self, offset: [i64; 3]) -> f64 {
-        self.values[self.index.place(offset)]
-    }
     /// The values by offsets whose axis `k` is axis `turn[k]` of the table.
     pub fn turned(&self, turn: [usize; 3]) -> TurnedTable<'_> {
         TurnedTable { index: self.index.turned(turn), values: &self.values }

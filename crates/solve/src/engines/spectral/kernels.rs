@@ -339,7 +339,8 @@ impl KernelBuilder<'_> {
             GridTables::new(edges, self.counts, self.kappa, TOLERANCE).by(&chunks).voxels()
         };
         self.tables.note("voxel and voxel", table.method_counts(), table.worst_relative_radius());
-        let data = self.array(self.own_offsets(), |d| table.value(d));
+        let values = table.turned([0, 1, 2]);
+        let data = self.array(self.own_offsets(), |d| values.value(d));
         drop(table);
         let data = self.spectrum(data, true, [false; 3]);
         self.constant_kernel(layout, data)
