@@ -79,7 +79,7 @@ pub fn differences(read: impl Fn(&str) -> Result<String, String>) -> Result<Vec<
     Ok(found)
 }
 
-/// What a tag `vX.Y.Z` lacks for a release: the number, dates, and the address of the repository.
+/// The missing entries of a release with the tag `vX.Y.Z`: the number, dates, and the address of the repository.
 ///
 /// # Errors
 /// The reason why a file cannot be read.

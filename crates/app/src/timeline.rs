@@ -39,6 +39,9 @@ pub struct Phase {
 }
 
 impl Phase {
+    fn new(name: &str, count: u64) -> Phase {
+        Phase { name: name.into(), count, wall: Duration::ZERO, processor: Some(Duration::ZERO) }
+    }
     /// Processor time, s.
     #[must_use]
     pub fn processor_seconds(&self) -> Option<f64> {
@@ -96,15 +99,8 @@ impl Record {
 impl Default for Timeline {
     /// A timeline that begins now.
     fn default() -> Timeline {
-        let other = Phase {
-            name: BETWEEN_STAGES.into(),
-            count: 1,
-            wall: Duration::ZERO,
-            processor: Some(Duration::ZERO),
-        };
-        Timeline {
-            record: Mutex::new(Record { phases: vec![other], open: Vec::new(), since: Moment::now() }),
-        }
+        let phases = vec![Phase::new(BETWEEN_STAGES, 1)];
+        Timeline { record: Mutex::new(Record { phases, open: Vec::new(), since: Moment::now() }) }
     }
 }
 
@@ -119,8 +115,7 @@ impl Timeline {
             let known = r.phases.iter().position(|p| p.name == name);
             let phase = known.unwrap_or(r.phases.len());
             if known.is_none() {
-                let processor = Some(Duration::ZERO);
-                r.phases.push(Phase { name: name.into(), count: 0, wall: Duration::ZERO, processor });
+                r.phases.push(Phase::new(name, 0));
             }
             r.phases[phase].count += 1;
             r.open.push(phase);
@@ -156,13 +151,13 @@ impl Timeline {
 /// The sum of phases.
 #[must_use]
 pub fn total(phases: &[Phase]) -> Phase {
-    let wall = phases.iter().map(|p| p.wall).sum();
-    Phase { name: "total".into(), count: 1, wall, processor: phases.iter().map(|p| p.processor).sum() }
+    let (wall, processor) = (phases.iter().map(|p| p.wall).sum(), phases.iter().map(|p| p.processor).sum());
+    Phase { wall, processor, ..Phase::new("total", 1) }
 }
 
 /// An observer that keeps the timeline of what it observes.
 pub struct Timed<'a, P> {
-    /// The observer that is told of all.
+    /// The observer that receives all reports.
     pub observer: P,
     /// The timeline, if one is kept.
     pub timeline: Option<&'a Timeline>,

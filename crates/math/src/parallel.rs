@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 
-/// Tasks into which a loop is divided, about. Fewer than that end far apart where items differ: rayon divides a loop for n threads into about 2n parts, and
-/// none of them any further once a thread works on it.
+/// Number of tasks of a long loop. By itself rayon makes about 2n tasks for n threads, and does not divide a task that has begun: threads would wait at the end
+/// of a loop with unequal items.
 const TASKS: usize = 128;
-/// Items up to which a task of a loop over single items is not divided for its sake.
+/// Number of single items up to which rayon alone divides a task: the items of short loops are cheap.
 const MIN_TASK_ITEMS: usize = 8;
 /// Items of a block of a reduction.
 const BLOCK_LENGTH: usize = 4096;

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Buffers that nobody uses at the moment.
+/// Buffers that are not in use.
 pub(crate) struct BufferPool<T>(Mutex<Vec<T>>);
 
 impl<T> Default for BufferPool<T> {
