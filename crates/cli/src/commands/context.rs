@@ -88,12 +88,6 @@ impl<'a> Context<'a> {
     }
 }
 
-/// A timeline that begins now, if `--timings` asks for one.
-#[must_use]
-pub fn begin_timeline(is_asked: bool) -> Option<Timeline> {
-    is_asked.then(Timeline::default)
-}
-
 /// The memory limit in bytes from `--max-memory` in GB.
 ///
 /// # Errors

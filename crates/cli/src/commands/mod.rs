@@ -15,6 +15,7 @@ pub mod solve;
 
 use clap::{Parser, Subcommand};
 use context::Context;
+use zonal_app::timeline::Timeline;
 use zonal_report::Failure;
 
 /// Radiative exchange between surfaces and participating media by the zonal method.
@@ -91,7 +92,7 @@ pub enum Command {
 /// If a thread cannot be started, and as the subcommand.
 pub fn run(cli: Cli) -> Result<(), Failure> {
     start_threads(cli.threads)?;
-    let timeline = context::begin_timeline(cli.timings);
+    let timeline = cli.timings.then(Timeline::default);
     let context =
         Context { json: cli.json, quiet: cli.quiet, strict: cli.strict, timeline: timeline.as_ref() };
     let outcome = match cli.command {
