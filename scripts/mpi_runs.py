@@ -88,6 +88,8 @@ SCENES = {
     "pairs": light("dense", ROOM + HAZE + SUN),
     "box": light("spectral", box([16, 9, 8]), VOXELS),
     "coloured": light("spectral", box([11, 8, 9], medium="extinction = [0.5, 0.5, 0.9]\nalbedo = 0.7\n"), VOXELS),
+    # Blocks of voxels correct the iteration.
+    "blocks": light("spectral", box([64, 64, 32]), VOXELS),
     "open": light("spectral", box([9, 12, 8], 'omit = ["x0"]\n') + "[surroundings]\nradiance = 2\n" + SUN, VOXELS),
     "thick": light("spectral", box([10, 8, 8], medium="extinction = 9\nalbedo = 0.7\n"), VOXELS),
     "periodic": light("spectral", '[boundary]\ny = "periodic"\n' + box([10, 5, 8], 'omit = ["y0", "y1"]\n'), VOXELS),
@@ -121,7 +123,7 @@ SCENES = {
         "discretization_error = true\n",
     ),
 }
-QUICK = ["rays", "pairs", "coloured", "open", "furnace"]
+QUICK = ["rays", "pairs", "coloured", "blocks", "open", "furnace"]
 
 
 def last_line(text):

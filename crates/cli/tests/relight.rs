@@ -248,7 +248,7 @@ cells = [16,16,128]
 extinction = 0.1
 albedo = 0.5
 ";
-    kill_in_stages(grey, &["state-krylov"]);
+    kill_in_stages(grey, &["state-gradients"]);
     let gases = "mode = 'thermal'
 [solve]
 patch_size = 0.3333334

@@ -251,7 +251,7 @@ fn solve_interrupted_at_any_stage_is_bit_identical() {
     });
     let straight = solve(scene.clone());
     let vault = broken_off(&scene, 4, 5, &straight);
-    assert!(vault.stages.lock().unwrap().contains_key("state-krylov"));
+    assert!(vault.stages.lock().unwrap().contains_key("state-gradients"));
 }
 
 // Guards (determinism): interrupted and resumed solves have the bits of uninterrupted ones.
@@ -282,7 +282,7 @@ albedo = 0.5
     assert!(iterations >= 20, "{iterations}");
     // The first state is saved, the next interrupts, and so on.
     let kept = broken_off(&scene, 1, iterations / 10 - 1, &straight);
-    let states = kept.saves.lock().unwrap().iter().filter(|s| *s == "state-krylov").count();
+    let states = kept.saves.lock().unwrap().iter().filter(|s| *s == "state-gradients").count();
     assert_eq!(states, iterations / 10, "every tenth iteration, each kept once");
 }
 
@@ -391,7 +391,7 @@ fn saved_factors_serve_other_reflectances() {
         let scene = with(read(ROOM), |o| o.restore_closure = Some(closure));
         let vault = Memory { left: AtomicUsize::new(usize::MAX), ..Memory::default() };
         let first = run(&scene, &vault);
-        vault.stages.lock().unwrap().remove("state-krylov");
+        vault.stages.lock().unwrap().remove("state-gradients");
         vault.loads.store(0, Ordering::Relaxed);
         vault.left.store(0, Ordering::Relaxed);
         let painted = with_surface_colors(
@@ -405,7 +405,7 @@ fn saved_factors_serve_other_reflectances() {
         impl CheckpointStore for Read<'_> {
             fn load(&self, stage: &str) -> Option<Vec<u8>> {
                 let found = self.0.load(stage);
-                assert!(found.is_some() || stage.starts_with("state-krylov"), "{stage} would be computed");
+                assert!(found.is_some() || stage.starts_with("state-gradients"), "{stage} would be computed");
                 found
             }
             fn save(&self, _: &str, _: &[u8]) {}

@@ -454,7 +454,7 @@ mod tests {
         assert_eq!(a.state(), CheckpointState::Empty);
         a.begin().unwrap();
         a.save("rows-0", b"123");
-        a.save("state-krylov", b"abc");
+        a.save("state-gradients", b"abc");
         assert_eq!(
             (a.state(), a.load("rows-0"), a.load("rows-1")),
             (CheckpointState::Matching, Some(b"123".to_vec()), None)
@@ -462,10 +462,10 @@ mod tests {
         // Another scene with the same factors, and one with others.
         let (b, c) = (folder("x", "f"), folder("w", "x"));
         assert_eq!(
-            (b.state(), b.load("rows-0"), b.load("state-krylov")),
+            (b.state(), b.load("rows-0"), b.load("state-gradients")),
             (CheckpointState::Mismatched, Some(b"123".to_vec()), None)
         );
-        assert_eq!((c.load("rows-0"), c.load("state-krylov")), (None, Some(b"abc".to_vec())));
+        assert_eq!((c.load("rows-0"), c.load("state-gradients")), (None, Some(b"abc".to_vec())));
         let whole = fs::read(a.file("rows-0")).unwrap();
         for cut in 0..whole.len() {
             fs::write(a.file("rows-0"), &whole[..cut]).unwrap();
@@ -486,7 +486,7 @@ mod tests {
             (kept.factors_state(), kept.load("rows-0")),
             (CheckpointState::Matching, Some(b"123".to_vec()))
         );
-        assert!(!kept.file("state-krylov").exists());
+        assert!(!kept.file("state-gradients").exists());
         kept.remove();
         assert!(dir.join("b/mine.txt").exists());
         assert_eq!(fs::read_dir(dir.join("b")).unwrap().count(), 1);

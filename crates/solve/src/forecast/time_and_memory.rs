@@ -14,7 +14,7 @@ use crate::engines::rays::memory_budget::{MemoryBudget, PROGRAM_BYTES};
 use crate::engines::rays::stored_rays::cost_probe::probe_ray_cost;
 use crate::engines::rays::stored_rays::ray_sampling::{rays_measure_escape, rays_per_zone, total_rays};
 use crate::engines::selection::{self, EngineChoice};
-use crate::engines::spectral::kernels;
+use crate::engines::spectral::{box_in_blocks, kernels};
 use crate::errors::discretization;
 use crate::forecast::distribution_cost::Traffic;
 use crate::right_hand_side::light_groups;
@@ -51,6 +51,8 @@ const LAYER_PAIR_MICROSECONDS: f64 = 0.3;
 /// Nanoseconds of a dense product for each pair and band, and expected number of products.
 const PRODUCT_NANOSECONDS: f64 = 0.6;
 const EXPECTED_PRODUCTS: f64 = 25.0;
+/// The same where blocks of voxels correct the iteration, their own products included.
+const PRODUCTS_WITH_BLOCKS: f64 = 12.0;
 
 /// Nanoseconds of the total exchange areas for each block of zones.
 const TRIPLE_NANOSECONDS: f64 = 1.0;
@@ -177,7 +179,8 @@ impl CostEstimate {
             (work * OFFSET_MICROSECONDS + matrices * points * SPECTRUM_MICROSECONDS) * 1e-6 / threads,
         ));
         let columns = light_groups::select_groups(input.scene, input.zones).0.len() as f64;
-        let products = EXPECTED_PRODUCTS * columns * kappa.len() as f64;
+        let each = if box_in_blocks::has_blocks(&e.grid) { PRODUCTS_WITH_BLOCKS } else { EXPECTED_PRODUCTS };
+        let products = each * columns * kappa.len() as f64;
         self.parts
             .push(("solving".into(), products * fields * points * TRANSFORM_NANOSECONDS * 1e-9 / threads));
         self.parts.push((

@@ -6,6 +6,7 @@
 pub(crate) mod mixed_sides;
 
 use crate::distribution::multivector;
+use crate::iteration::coarse_system::CoarseSystem;
 use zonal_math::Grade;
 use zonal_scene::Bands;
 
@@ -67,6 +68,15 @@ pub(crate) trait ErrorModel: ExchangeOperator {
         _spare: Vec<Bands>,
     ) -> Result<IncidentPower, Vec<Vec<Bands>>> {
         Err(columns)
+    }
+    /// Error of the sum of all columns, from their incident power alone, in the memory of `spare`, which is given back if the errors need the
+    /// strengths.
+    fn error_of_power(&self, _incident: &[Vec<Bands>], spare: Vec<Bands>) -> Result<Vec<Bands>, Vec<Bands>> {
+        Err(spare)
+    }
+    /// The equations on blocks of zones, for the weights and targets of all unknowns, if they shorten the iteration.
+    fn coarse_system(&self, _weights: &[Bands], _targets: &[f64]) -> Option<CoarseSystem<'_>> {
+        None
     }
     /// The weakest grade among the factors.
     fn grade(&self) -> Grade;

@@ -3,6 +3,7 @@
 //! The groups are the columns of a multivector. Higher-order unknowns (slopes of the radiosity) have the weight and target of their zone.
 
 use crate::context::{BlockEngine, SolveContext};
+use crate::iteration::coarse_system::CoarseSystem;
 use crate::iteration::{
     IterationResult, LinearSystem, StoppingCriterion, bicgstab, conjugate_gradients, neumann_series,
 };
@@ -24,20 +25,19 @@ pub(crate) struct SolvedColumns {
     pub results: Vec<IterationResult>,
     /// The incident power, if the engine determined it.
     pub incident: Option<IncidentPower>,
-    /// Vectors of the iteration that are needed no longer: the fields take their memory.
-    pub spare: [Vec<Bands>; 2],
+    /// The incident power of the strengths of each group, where the iteration has it: P = g s.
+    pub products: Vec<Vec<Bands>>,
+    /// A vector that is needed no longer: the fields take its memory.
+    pub spare: Vec<Bands>,
 }
 
 /// Solves all groups, from a warm start if the settings have some of them; an engine that solved them already hands over its solution.
 pub(crate) fn solve_groups(block: &mut BlockEngine, engine: Engine) -> SolvedColumns {
     match block.built.solved.take() {
         Some((results, incident)) => {
-            SolvedColumns { results, incident: Some(incident), spare: Default::default() }
+            SolvedColumns { results, incident: Some(incident), products: Vec::new(), spare: Vec::new() }
         }
-        None => {
-            let (results, spare) = iterate(block, engine);
-            SolvedColumns { results, incident: None, spare }
-        }
+        None => iterate(block, engine),
     }
 }
 
@@ -69,7 +69,7 @@ pub(crate) fn respond(
         let series = neumann_series::solve(&system, &columns, orders, &NoCheckpoints, &NoProgress);
         return series.into_iter().next().map_or_else(Vec::new, |sum| sum.strengths);
     }
-    let Some(result) = solve_system(&context, &system, columns.clone(), None, stop).0.pop() else {
+    let Some(result) = solve_system(&context, &system, None, columns.clone(), None, stop).0.pop() else {
         return Vec::new();
     };
     let has_converged = |b: Band| result.status[b] == SolveStatus::Converged;
@@ -110,8 +110,8 @@ fn whole_over_sum(orders: &[f64]) -> f64 {
     }
 }
 
-/// The results of all groups, the vector of the weights, and one of the iteration.
-fn iterate(block: &BlockEngine, engine: Engine) -> (Vec<IterationResult>, [Vec<Bands>; 2]) {
+/// The results of all groups by iteration.
+fn iterate(block: &BlockEngine, engine: Engine) -> SolvedColumns {
     let BlockEngine { context, built, surroundings } = block;
     // Extend weights, targets, sources and the warm start to the higher-order unknowns.
     let slope_zones = built.operator.slope_zones();
@@ -146,26 +146,30 @@ fn iterate(block: &BlockEngine, engine: Engine) -> (Vec<IterationResult>, [Vec<B
             context.settings.checkpoints,
             context.settings.progress,
         );
-        return (results, [weights, Vec::new()]);
+        return SolvedColumns { results, incident: None, products: Vec::new(), spare: weights };
     }
     let floor = if engine == Engine::Rays { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    let (results, vectors) = solve_system(context, &system, columns, initial, stop);
-    (results, [weights, vectors])
+    let coarse = built.operator.coarse_system(&weights, &targets);
+    let (results, products) = solve_system(context, &system, coarse.as_ref(), columns, initial, stop);
+    drop(coarse);
+    SolvedColumns { results, incident: None, products, spare: weights }
 }
 
-/// Stabilised bi-conjugate gradients where sheets transmit, else conjugate gradients; the results and a vector of the iteration.
+/// Stabilised bi-conjugate gradients where sheets transmit, else conjugate gradients; the results, and the incident power if the iteration has it.
 fn solve_system(
     context: &SolveContext,
     system: &LinearSystem,
+    coarse: Option<&CoarseSystem>,
     columns: Vec<Vec<Bands>>,
     initial: Option<Vec<Vec<Bands>>>,
     stop: StoppingCriterion,
-) -> (Vec<IterationResult>, Vec<Bands>) {
+) -> (Vec<IterationResult>, Vec<Vec<Bands>>) {
     let (checkpoints, progress) = (context.settings.checkpoints, context.settings.progress);
     if context.zones.sheets.is_empty() {
-        return conjugate_gradients::solve(system, columns, initial.as_deref(), stop, checkpoints, progress);
+        let initial = initial.as_deref();
+        return conjugate_gradients::solve(system, coarse, columns, initial, stop, checkpoints, progress);
     }
     (bicgstab::solve(system, &columns, initial, stop, progress), Vec::new())
 }

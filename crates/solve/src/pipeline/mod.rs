@@ -482,7 +482,8 @@ fn solve_columns(
         let columns = coupled.results.into_iter().map(|r| SolvedColumns {
             results: vec![r],
             incident: None,
-            spare: Default::default(),
+            products: Vec::new(),
+            spare: Vec::new(),
         });
         return Ok((columns.collect(), coupled.zones));
     }

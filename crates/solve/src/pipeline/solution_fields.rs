@@ -16,7 +16,7 @@ use crate::pipeline::group_solve::SolvedColumns;
 use crate::right_hand_side::light_groups::SourceGroup;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_math::parallel;
-use zonal_scene::{Bands, EnergyBalance, Engine, Fields, LightGroup, ZoneValues, Zones};
+use zonal_scene::{Band, Bands, EnergyBalance, Engine, Fields, LightGroup, SolveStatus, ZoneValues, Zones};
 
 /// The fields of all light and of each group, in spare memory of the columns. Where nothing leaves the scene, the results have no strengths afterwards: the incident
 /// power takes their memory.
@@ -25,8 +25,8 @@ pub(crate) fn assemble(
     columns: &mut SolvedColumns,
     engine: Engine,
 ) -> (Fields, Vec<LightGroup>) {
-    let SolvedColumns { results, incident, spare } = columns;
-    let (incident, [mut spare, of_error]) = (incident.take(), std::mem::take(spare));
+    let SolvedColumns { results, incident, products, spare } = columns;
+    let (incident, products, mut spare) = (incident.take(), std::mem::take(products), std::mem::take(spare));
     let BlockEngine { context, built, surroundings } = block;
     let (zones, n) = (context.zones, context.zones.len());
     if let Some(groups) = PatchGroups::of(zones) {
@@ -40,7 +40,7 @@ pub(crate) fn assemble(
     let unclosed = error_amplification::unclosed_fractions(context, &mut built.closure, &fractions);
     // Apply the operator to the solution.
     let IncidentPower { mut columns, mut error, column_errors } =
-        incident_power(built, surroundings, results, of_error, incident);
+        incident_power(built, surroundings, results, products, incident);
     columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     // Compute the fields of each group and their sum.
     parallel::for_each(&mut spare, |_, x| *x = Bands::ZERO);
@@ -112,20 +112,34 @@ fn widen_errors(
     }
 }
 
-/// The incident power of the solution. Strengths are lent to the operator, since those of a large scene are not copied, and given back where powers
-/// that leave the scene or errors need them.
+/// The incident power of the solution: that of the gather, of the iteration (`products`, if all of it converged), or a product of its own. Strengths are lent to
+/// the operator, since those of a large scene are not copied, and given back where powers that leave the scene or errors need them.
 fn incident_power(
     built: &BuiltEngine,
     surroundings: &SurroundingsExchange,
     results: &mut [IterationResult],
-    spare: Vec<Bands>,
+    mut products: Vec<Vec<Bands>>,
     incident: Option<IncidentPower>,
 ) -> IncidentPower {
+    let is_closed = surroundings.is_closed();
+    if incident.is_none() && !products.is_empty() && results.iter().all(has_converged) {
+        let spare = if is_closed { std::mem::take(&mut results[0].strengths) } else { Vec::new() };
+        match built.operator.error_of_power(&products, spare) {
+            Ok(error) => {
+                if is_closed {
+                    results.iter_mut().for_each(|r| r.strengths = Vec::new());
+                }
+                return IncidentPower { columns: products, error: Some(error), ..Default::default() };
+            }
+            Err(given_back) if is_closed => results[0].strengths = given_back,
+            Err(_) => {}
+        }
+    }
     let mut strengths: Vec<Vec<Bands>> =
         results.iter_mut().map(|e| std::mem::take(&mut e.strengths)).collect();
-    let in_place = incident.is_none() && surroundings.is_closed();
-    let spare = if in_place { spare } else { Vec::new() };
-    if in_place {
+    if incident.is_none() && is_closed {
+        let spare = products.pop().unwrap_or_default();
+        drop(products);
         match built.operator.incident_power_in_place(strengths, spare) {
             Ok(found) => return found,
             Err(given_back) => strengths = given_back,
@@ -134,6 +148,11 @@ fn incident_power(
     let incident = incident.unwrap_or_else(|| built.operator.incident_power(&strengths));
     results.iter_mut().zip(strengths).for_each(|(e, s)| e.strengths = s);
     incident
+}
+
+/// True if the iteration of a group converged in all bands.
+fn has_converged(result: &IterationResult) -> bool {
+    Band::all().all(|b| result.status[b] == SolveStatus::Converged)
 }
 
 /// Radiosity of all zones, W/m², in the memory of `out`.

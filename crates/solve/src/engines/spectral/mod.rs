@@ -10,6 +10,7 @@
 //! | `kernels` | tables by offset, and their spectra |
 //! | `real_symmetric_fft` | transforms of even and odd sequences: kernels to real spectra |
 //! | `spectral_operator` | the operator: bands, unknowns and errors; products on a [`crate::device::Device`] |
+//! | `box_in_blocks` | the box with cells of longer edges, for the correction of the iteration |
 //! | [`cpu`] | the processor as this device: transforms, product in frequency space, planes of each process, walls |
 //! | `buffer_pool` | buffers of products at the same time |
 //! | `memory` | memory of the spectra and of a product, bytes of messages |
@@ -27,6 +28,7 @@
 //! incident power. Rounding of the transforms: about ε √log₂N times the root mean square over all zones, which is large only compared with
 //! zones that receive almost nothing. The grade of the whole is therefore estimated.
 
+pub(crate) mod box_in_blocks;
 pub(crate) mod buffer_pool;
 pub mod cpu;
 pub mod enclosure;

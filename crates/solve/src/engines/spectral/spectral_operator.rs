@@ -10,7 +10,9 @@ use crate::device::{Device, GridConvolution, GridPart, WallValues};
 use crate::distribution::multivector::{times_scaling, total};
 use crate::distribution::sum_order::SumOrder;
 use crate::distribution::{Execution, Message};
+use crate::engines::spectral::box_in_blocks::{self, BoxInBlocks};
 use crate::engines::spectral::buffer_pool::BufferPool;
+use crate::iteration::coarse_system::CoarseSystem;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slopes};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -26,17 +28,24 @@ const TRANSFORM_ROUNDING: f64 = 4.0;
 /// Closure error over the largest measured defect of a row.
 const DEFECT_MULTIPLE: f64 = 2.0;
 
+/// The zones of a vector.
+pub(super) struct VectorLayout<'a> {
+    /// Number of patches, which precede the voxels.
+    pub(super) patches: usize,
+    /// Number of voxels in vectors: all, or those of this rank.
+    pub(super) voxels: usize,
+    /// True if vectors have the voxels of this rank alone.
+    pub(super) is_divided: bool,
+    /// Order of sums.
+    pub(super) sums: SumOrder<'a>,
+}
+
 /// The exchange of a box enclosure.
 pub struct SpectralOperator<'a> {
     enclosure: BoxEnclosure,
     part: GridPart<'a>,
-    /// Number of patches, which precede the voxels.
-    patches: usize,
-    /// Number of voxels in vectors: all, or those of this rank.
-    voxels: usize,
-    /// True if vectors have the voxels of this rank alone.
-    is_divided: bool,
-    sums: SumOrder<'a>,
+    layout: VectorLayout<'a>,
+    device: &'a dyn Device,
     /// Products on the device, of each distinct extinction.
     convolution: Box<dyn GridConvolution + 'a>,
     /// The tables of each distinct extinction.
@@ -58,7 +67,24 @@ impl<'a> SpectralOperator<'a> {
         enclosure: BoxEnclosure,
         zones: &Zones,
         order: BasisOrder,
-        device: &dyn Device,
+        device: &'a dyn Device,
+        execution: Execution<'a>,
+    ) -> SpectralOperator<'a> {
+        let layout = VectorLayout {
+            patches: zones.patches.len(),
+            voxels: zones.voxels.len(),
+            is_divided: zones.voxels.is_divided(),
+            sums: SumOrder::of_zones(zones, execution.communicator),
+        };
+        SpectralOperator::with_layout(enclosure, layout, order, device, execution)
+    }
+
+    /// As [`SpectralOperator::new`], for vectors of a layout.
+    pub(super) fn with_layout(
+        enclosure: BoxEnclosure,
+        layout: VectorLayout<'a>,
+        order: BasisOrder,
+        device: &'a dyn Device,
         execution: Execution<'a>,
     ) -> SpectralOperator<'a> {
         let progress = execution.progress;
@@ -82,10 +108,8 @@ impl<'a> SpectralOperator<'a> {
         SpectralOperator {
             enclosure,
             part,
-            patches: zones.patches.len(),
-            voxels: zones.voxels.len(),
-            is_divided: zones.voxels.is_divided(),
-            sums: SumOrder::of_zones(zones, execution.communicator),
+            layout,
+            device,
             convolution,
             tables,
             values,
@@ -104,10 +128,10 @@ impl<'a> SpectralOperator<'a> {
     pub(crate) fn counts(&self) -> Vec<(String, u64)> {
         let all: Vec<_> = self.tables.iter().flat_map(|k| &k.tally).collect();
         let sum = |of: fn(&MethodCounts) -> usize| all.iter().map(|(_, t)| of(t) as u64).sum::<u64>();
-        let n = (self.patches + self.grid().count()) as u64;
+        let n = (self.layout.patches + self.grid().count()) as u64;
         let [of_patches, of_voxels] =
             [self.part.order.patch_components() - 1, self.part.order.voxel_components() - 1];
-        let slopes = (of_patches * self.patches + of_voxels * self.grid().count()) as u64;
+        let slopes = (of_patches * self.layout.patches + of_voxels * self.grid().count()) as u64;
         [
             ("pairs", n * (n + 1) / 2),
             ("slopes of radiosity", slopes),
@@ -141,22 +165,23 @@ impl<'a> SpectralOperator<'a> {
         let vectors = 8 * (order.voxel_components() * grid.count() / ranks) as u64;
         memory::spectra_bytes(grid, order, &slabs) * extinctions as u64
             + (memory::work_bytes(grid, order, &slabs) + vectors).max(making)
+            + box_in_blocks::bytes(grid, extinctions)
     }
 
     /// Number of zones; [`ExchangeOperator::len`] counts their slopes too.
     pub fn zones(&self) -> usize {
-        self.patches + self.voxels
+        self.layout.patches + self.layout.voxels
     }
 
     /// True if vectors have exactly the voxels of this rank.
     fn has_own_voxels(&self) -> bool {
-        self.is_divided || self.part.slabs.ranks() == 1
+        self.layout.is_divided || self.part.slabs.ranks() == 1
     }
 
     /// The voxels of this rank among those of a vector.
     fn own_voxels(&self) -> Range<usize> {
-        if self.is_divided {
-            return 0..self.voxels;
+        if self.layout.is_divided {
+            return 0..self.layout.voxels;
         }
         let plane = self.grid().cells[1] * self.grid().cells[2];
         let planes = self.part.slabs.planes();
@@ -172,7 +197,7 @@ impl<'a> SpectralOperator<'a> {
         own.iter().for_each(|x| x.put(&mut bytes));
         let all = self.part.slabs.communicator.all_gather(bytes);
         let parts = self.part.order.voxel_components();
-        let mut out = Vec::with_capacity(parts * self.voxels);
+        let mut out = Vec::with_capacity(parts * self.layout.voxels);
         for p in 0..parts {
             let of_rank = |bytes: &Vec<u8>| bytes.len() / parts * p..bytes.len() / parts * (p + 1);
             let values = all.iter().flat_map(|bytes| bytes[of_rank(bytes)].chunks_exact(8));
@@ -183,15 +208,17 @@ impl<'a> SpectralOperator<'a> {
 
     /// Index of the first unknown of component `q` of the patches.
     fn patch_offset(&self, q: usize) -> usize {
-        if q == 0 { 0 } else { self.zones() + (q - 1) * self.patches }
+        if q == 0 { 0 } else { self.zones() + (q - 1) * self.layout.patches }
     }
 
     /// Index of the first unknown of component `p` of the voxels.
     fn voxel_offset(&self, p: usize) -> usize {
         match p {
-            0 => self.patches,
+            0 => self.layout.patches,
             _ => {
-                self.zones() + (self.part.order.patch_components() - 1) * self.patches + (p - 1) * self.voxels
+                self.zones()
+                    + (self.part.order.patch_components() - 1) * self.layout.patches
+                    + (p - 1) * self.layout.voxels
             }
         }
     }
@@ -244,7 +271,7 @@ impl<'a> SpectralOperator<'a> {
         };
         let worst = |x: Bands, y: Bands| x.zip_map(y, |x, y| if y <= x { x } else { y });
         let found = (0..rows.len()).into_par_iter().map(off).reduce(|| Bands::ZERO, worst);
-        let found = self.sums.over_processes(found, worst);
+        let found = self.layout.sums.over_processes(found, worst);
         self.defect = found.map(|d| if d.is_finite() { DEFECT_MULTIPLE * d } else { f64::INFINITY });
         rows.truncate(n);
         rows
@@ -272,7 +299,7 @@ impl<'a> SpectralOperator<'a> {
                 put(&mut out[unknown], face[i]);
             }
         }
-        for (p, voxels) in voxels.chunks(self.voxels.max(1)).enumerate() {
+        for (p, voxels) in voxels.chunks(self.layout.voxels.max(1)).enumerate() {
             let out = &mut out[self.voxel_offset(p)..][..voxels.len()];
             parallel::for_each_pair(out, voxels, |o, x| put(o, *x));
         }
@@ -302,7 +329,7 @@ impl<'a> SpectralOperator<'a> {
 
     /// True if `holds` for the entries of all processes.
     fn all(&self, s: &[Bands], holds: impl Fn(&Bands) -> bool + Sync) -> bool {
-        self.sums.over_processes(parallel::all(s, &holds), |a, b| a && b)
+        self.layout.sums.over_processes(parallel::all(s, &holds), |a, b| a && b)
     }
 
     /// Replaces strengths by their product without scaling, band by band.
@@ -364,9 +391,9 @@ impl<'a> SpectralOperator<'a> {
     /// Error of the incident power, in the memory of `out`: the radii of the factors, and the rounding of the transforms.
     fn incident_error(&self, arriving: &[Bands], mut out: Vec<Bands>) -> Vec<Bands> {
         // The unknowns of all processes.
-        let further = (self.grid().count() - self.voxels) * self.part.order.voxel_components();
+        let further = (self.grid().count() - self.layout.voxels) * self.part.order.voxel_components();
         let n = (arriving.len() + further).max(1) as f64;
-        let square = |x: &[Bands]| -> Bands { self.sums.sum(x.len(), |i| x[i] * x[i]) };
+        let square = |x: &[Bands]| -> Bands { self.layout.sums.sum(x.len(), |i| x[i] * x[i]) };
         let rms = (square(arriving) / n).sqrt();
         let length: usize = self.grid().lengths().iter().product();
         let rounding = TRANSFORM_ROUNDING * f64::EPSILON * (length as f64).log2().max(1.0).sqrt();
@@ -379,7 +406,8 @@ impl<'a> SpectralOperator<'a> {
 
 impl ExchangeOperator for SpectralOperator<'_> {
     fn len(&self) -> usize {
-        self.patches * self.part.order.patch_components() + self.voxels * self.part.order.voxel_components()
+        self.layout.patches * self.part.order.patch_components()
+            + self.layout.voxels * self.part.order.voxel_components()
     }
     fn apply(&self, s: &[Bands]) -> Vec<Bands> {
         if s.len() < self.len() {
@@ -410,7 +438,8 @@ impl ExchangeOperator for SpectralOperator<'_> {
         // The constants alone are stored in the order of the transforms and need no copies.
         match self.part.order {
             BasisOrder::Constant if self.has_own_voxels() => {
-                let walls = self.convolution.exchange(0, &mut s.as_flattened_mut()[self.patches..], &faces);
+                let walls =
+                    self.convolution.exchange(0, &mut s.as_flattened_mut()[self.layout.patches..], &faces);
                 self.scatter(&[], &walls, s, |o, x| o[0] = x);
             }
             _ => {
@@ -423,8 +452,8 @@ impl ExchangeOperator for SpectralOperator<'_> {
         }
     }
     fn slope_zones(&self) -> Vec<u32> {
-        let patches = (1..self.part.order.patch_components()).flat_map(|_| 0..self.patches);
-        let voxels = (1..self.part.order.voxel_components()).flat_map(|_| self.patches..self.zones());
+        let patches = (1..self.part.order.patch_components()).flat_map(|_| 0..self.layout.patches);
+        let voxels = (1..self.part.order.voxel_components()).flat_map(|_| self.layout.patches..self.zones());
         patches.chain(voxels).map(|i| i as u32).collect()
     }
     fn scale(&mut self, d: &[Bands]) {
@@ -449,13 +478,26 @@ impl ErrorModel for SpectralOperator<'_> {
     ) -> Result<IncidentPower, Vec<Vec<Bands>>> {
         let mut found = columns;
         self.replace_many(&mut found);
+        let error = self.error_of_power(&found, spare).ok();
+        Ok(IncidentPower { columns: found, error, column_errors: Vec::new() })
+    }
+    fn error_of_power(&self, incident: &[Vec<Bands>], spare: Vec<Bands>) -> Result<Vec<Bands>, Vec<Bands>> {
         // The buffers of the products would lie beside the fields of the solution.
         self.free_buffers();
-        let error = match &found[..] {
+        Ok(match incident {
             [one] => self.incident_error(one, spare),
             all => self.incident_error(&total(self.len(), all), spare),
+        })
+    }
+    fn coarse_system(&self, weights: &[Bands], targets: &[f64]) -> Option<CoarseSystem<'_>> {
+        let communicator = self.part.slabs.communicator;
+        let own = BoxInBlocks {
+            enclosure: &self.enclosure,
+            planes: if self.layout.is_divided { self.part.slabs.planes() } else { 0..self.grid().cells[0] },
+            patches: self.layout.patches,
+            communicator: self.layout.is_divided.then_some(communicator),
         };
-        Ok(IncidentPower { columns: found, error: Some(error), column_errors: Vec::new() })
+        own.coarse_system(self.device, weights, targets)
     }
     fn grade(&self) -> Grade {
         Grade::Estimated

@@ -48,6 +48,7 @@ fn symmetric_factors_match_conjugate_gradients() {
     ];
     let (exact, _) = crate::iteration::conjugate_gradients::solve(
         &system,
+        None,
         sources.to_vec(),
         None,
         StoppingCriterion { residual: 1e-13, max_iterations: 99 },

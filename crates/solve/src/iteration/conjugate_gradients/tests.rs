@@ -1,6 +1,7 @@
 use super::*;
 use crate::distribution::sum_order::SumOrder;
 use crate::iteration::test_operators::{MemoryStore, PackedOperator, forty_zones, two_walls};
+use crate::operator::ExchangeOperator;
 use zonal_scene::{NoCheckpoints, NoProgress};
 
 fn run(
@@ -14,6 +15,7 @@ fn run(
     let system = LinearSystem { operator: g, weights: &weights, targets, sums: SumOrder::plain() };
     solve(
         &system,
+        None,
         sources.to_vec(),
         None,
         StoppingCriterion { residual: stop.0, max_iterations: stop.1 },
@@ -85,11 +87,47 @@ fn warm_start_at_the_solution_needs_no_iteration() {
     let weights: Vec<Bands> = rows.iter().map(|t| Bands::splat(0.9 / t)).collect();
     let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
     let stop = StoppingCriterion { residual: 1e-10, max_iterations: 100 };
-    let (once, _) = solve(&system, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
-    let (again, _) =
-        solve(&system, vec![source], Some(&[once[0].strengths.clone()]), stop, &NoCheckpoints, &NoProgress);
+    let (once, _) = solve(&system, None, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
+    let (again, _) = solve(
+        &system,
+        None,
+        vec![source],
+        Some(&[once[0].strengths.clone()]),
+        stop,
+        &NoCheckpoints,
+        &NoProgress,
+    );
     assert_eq!(again[0].residuals[Band::first()].len(), 1);
     assert!(once[0].residuals[Band::first()].len() > 2);
+}
+
+/// Without a coarse grid, on 40 zones whose factors are all in memory.
+#[test]
+fn incident_power_is_the_product_of_the_strengths() {
+    let (g, rows) = forty_zones();
+    let sources = |colours: Bands| vec![(0..40).map(|i| colours * (1 + i % 3) as f64).collect::<Vec<_>>()];
+    // Black zones too.
+    let weights: Vec<Bands> = (0..40).map(|i| Bands::splat(0.1 * (i % 10) as f64 / rows[i])).collect();
+    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
+    let stop = StoppingCriterion { residual: 1e-12, max_iterations: 100 };
+    let check = |(results, products): (Vec<IterationResult>, Vec<Vec<Bands>>)| {
+        let want = g.apply(&results[0].strengths);
+        for (p, want) in products[0].iter().zip(&want) {
+            assert!((*p - *want).abs().max_element() < 1e-13 * want.max_element(), "{p:?} {want:?}");
+        }
+        let again = products.iter().flatten().all(|p| p.all(|x| x > 0.0));
+        assert!(again && results[0].residuals[Band::first()].len() > 3);
+    };
+    let warm = [vec![Bands::splat(2.0); 40]];
+    for initial in [None, Some(&warm[..])] {
+        for colours in [Bands::ONE, Bands::from_rgb([1.0, 0.5, 2.0])] {
+            let all = (None, sources(colours), initial, &NoCheckpoints, &NoProgress);
+            check(solve_bands::<Bands, 3>(&system, all.0, all.1.clone(), all.2, stop, all.3, all.4));
+            if colours == Bands::ONE {
+                check(solve_bands::<[f64; 1], 1>(&system, all.0, all.1, all.2, stop, all.3, all.4));
+            }
+        }
+    }
 }
 
 #[test]
@@ -106,7 +144,7 @@ fn resumed_iteration_is_bit_identical() {
         let store = MemoryStore::default();
         let with = |n, v: &dyn CheckpointStore| {
             let stop = StoppingCriterion { residual: 1e-30, max_iterations: n };
-            solve_bands::<E, N>(system, sources.to_vec(), None, stop, v, &NoProgress).0
+            solve_bands::<E, N>(system, None, sources.to_vec(), None, stop, v, &NoProgress).0
         };
         let straight = with(35, &NoCheckpoints);
         with(14, &store);
