@@ -41,10 +41,9 @@ pub(crate) fn spectral_solve_bytes(
             .voxels
             .distinct_media()
             .all(|v| v.albedo.is_grey() && v.emission.is_grey() && v.source.is_grey());
-    // Closure defects, weights and targets; the roots of the weights, and of each group the sources and the four vectors of the iteration, in one band
-    // or all.
+    // Closure defects and targets; the roots of the weights, and of each group the sources and the four vectors of the iteration, in one band or all.
     let bands = if grey { 1 } else { Band::count() as u64 };
-    let solving = 24 + 24 + 8 + 8 * bands + columns * (24 + 4 * 8 * bands);
+    let solving = 24 + 8 + 8 * bands + columns * (24 + 4 * 8 * bands);
     // Radiosity, incident, error; of each group the incident power, in an open box the strengths too, and the sum of several. With lights, direct light
     // and its error, and four vectors of its reflection, six where shadow rays draw signs; of each light the field, its error, and that of the group.
     let of_group = if enclosure.is_open() { 48 } else { 24 };

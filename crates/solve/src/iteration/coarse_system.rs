@@ -138,7 +138,7 @@ impl<'a> CoarseSystem<'a> {
     pub(crate) fn system(&self) -> LinearSystem<'_> {
         LinearSystem {
             operator: self.operator.as_ref(),
-            weights: &self.weights,
+            weights: (&self.weights).into(),
             targets: &self.targets,
             sums: SumOrder::plain(),
         }

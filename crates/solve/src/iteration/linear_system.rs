@@ -2,14 +2,16 @@
 
 use crate::distribution::sum_order::SumOrder;
 use crate::operator::ExchangeOperator;
+use std::borrow::Cow;
 use zonal_scene::{Bands, PerBand, SolveStatus};
 
 /// The equations without their sources.
+#[derive(Clone)]
 pub(crate) struct LinearSystem<'a> {
     /// g.
     pub operator: &'a dyn ExchangeOperator,
     /// w of every unknown: c ρ/A of a patch, c Ω/(4V) of a volume zone.
-    pub weights: &'a [Bands],
+    pub weights: Cow<'a, [Bands]>,
     /// t of every unknown: A of a patch (m²), 4V of a volume zone (m³).
     pub targets: &'a [f64],
     /// Order of sums over the unknowns.

@@ -27,15 +27,13 @@ pub(crate) struct SolvedColumns {
     pub incident: Option<IncidentPower>,
     /// The incident power of the strengths of each group, where the iteration has it: P = g s.
     pub products: Vec<Vec<Bands>>,
-    /// A vector that is needed no longer: the fields take its memory.
-    pub spare: Vec<Bands>,
 }
 
 /// Solves all groups, from a warm start if the settings have some of them; an engine that solved them already hands over its solution.
 pub(crate) fn solve_groups(block: &mut BlockEngine, engine: Engine) -> SolvedColumns {
     match block.built.solved.take() {
         Some((results, incident)) => {
-            SolvedColumns { results, incident: Some(incident), products: Vec::new(), spare: Vec::new() }
+            SolvedColumns { results, incident: Some(incident), products: Vec::new() }
         }
         None => iterate(block, engine),
     }
@@ -57,7 +55,7 @@ pub(crate) fn respond(
     let transmits = !context.zones.sheets.is_empty();
     let system = LinearSystem {
         operator: if transmits { &mixed } else { operator },
-        weights: &weights,
+        weights: (&weights).into(),
         targets: &targets,
         sums: context.shared_zones().order(),
     };
@@ -69,7 +67,8 @@ pub(crate) fn respond(
         let series = neumann_series::solve(&system, &columns, orders, &NoCheckpoints, &NoProgress);
         return series.into_iter().next().map_or_else(Vec::new, |sum| sum.strengths);
     }
-    let Some(result) = solve_system(&context, &system, None, columns.clone(), None, stop).0.pop() else {
+    let Some(result) = solve_system(&context, system.clone(), None, columns.clone(), None, stop).0.pop()
+    else {
         return Vec::new();
     };
     let has_converged = |b: Band| result.status[b] == SolveStatus::Converged;
@@ -133,7 +132,7 @@ fn iterate(block: &BlockEngine, engine: Engine) -> SolvedColumns {
     let transmits = !context.zones.sheets.is_empty();
     let system = LinearSystem {
         operator: if transmits { &mixed } else { built.operator.as_ref() },
-        weights: &weights,
+        weights: weights.into(),
         targets: &targets,
         sums: context.shared_zones().order(),
     };
@@ -146,21 +145,20 @@ fn iterate(block: &BlockEngine, engine: Engine) -> SolvedColumns {
             context.settings.checkpoints,
             context.settings.progress,
         );
-        return SolvedColumns { results, incident: None, products: Vec::new(), spare: weights };
+        return SolvedColumns { results, incident: None, products: Vec::new() };
     }
     let floor = if engine == Engine::Rays { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    let coarse = built.operator.coarse_system(&weights, &targets);
-    let (results, products) = solve_system(context, &system, coarse.as_ref(), columns, initial, stop);
-    drop(coarse);
-    SolvedColumns { results, incident: None, products, spare: weights }
+    let coarse = built.operator.coarse_system(&system.weights, &targets);
+    let (results, products) = solve_system(context, system, coarse.as_ref(), columns, initial, stop);
+    SolvedColumns { results, incident: None, products }
 }
 
 /// Stabilised bi-conjugate gradients where sheets transmit, else conjugate gradients; the results, and the incident power if the iteration has it.
 fn solve_system(
     context: &SolveContext,
-    system: &LinearSystem,
+    system: LinearSystem,
     coarse: Option<&CoarseSystem>,
     columns: Vec<Vec<Bands>>,
     initial: Option<Vec<Vec<Bands>>>,
@@ -171,7 +169,7 @@ fn solve_system(
         let initial = initial.as_deref();
         return conjugate_gradients::solve(system, coarse, columns, initial, stop, checkpoints, progress);
     }
-    (bicgstab::solve(system, &columns, initial, stop, progress), Vec::new())
+    (bicgstab::solve(&system, &columns, initial, stop, progress), Vec::new())
 }
 
 /// Source strengths of a group for the higher-order unknowns, from the surroundings and from direct light.

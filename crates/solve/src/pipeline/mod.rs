@@ -483,7 +483,6 @@ fn solve_columns(
             results: vec![r],
             incident: None,
             products: Vec::new(),
-            spare: Vec::new(),
         });
         return Ok((columns.collect(), coupled.zones));
     }

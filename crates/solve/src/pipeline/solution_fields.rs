@@ -18,15 +18,15 @@ use crate::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_math::parallel;
 use zonal_scene::{Band, Bands, EnergyBalance, Engine, Fields, LightGroup, SolveStatus, ZoneValues, Zones};
 
-/// The fields of all light and of each group, in spare memory of the columns. Where nothing leaves the scene, the results have no strengths afterwards: the incident
+/// The fields of all light and of each group. Where nothing leaves the scene, the results have no strengths afterwards: the incident
 /// power takes their memory.
 pub(crate) fn assemble(
     block: &mut BlockEngine,
     columns: &mut SolvedColumns,
     engine: Engine,
 ) -> (Fields, Vec<LightGroup>) {
-    let SolvedColumns { results, incident, products, spare } = columns;
-    let (incident, products, mut spare) = (incident.take(), std::mem::take(products), std::mem::take(spare));
+    let SolvedColumns { results, incident, products } = columns;
+    let (incident, products) = (incident.take(), std::mem::take(products));
     let BlockEngine { context, built, surroundings } = block;
     let (zones, n) = (context.zones, context.zones.len());
     if let Some(groups) = PatchGroups::of(zones) {
@@ -43,8 +43,6 @@ pub(crate) fn assemble(
         incident_power(built, surroundings, results, products, incident);
     columns.iter_mut().chain(&mut error).for_each(|a| a.truncate(n));
     // Compute the fields of each group and their sum.
-    parallel::for_each(&mut spare, |_, x| *x = Bands::ZERO);
-    spare.resize(n, Bands::ZERO);
     let mut assembly = GroupAssembly {
         context,
         surroundings,
@@ -53,7 +51,7 @@ pub(crate) fn assemble(
         min_incident: if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 },
         normalizes,
         normalization_change: vec![Bands::ZERO; n * usize::from(normalizes)],
-        fields: Fields { incident: spare, ..Fields::default() },
+        fields: Fields { incident: parallel::collect(n, |_| Bands::ZERO), ..Fields::default() },
     };
     let mut groups = Vec::new();
     for ((source, result), incident) in context.sources.iter().zip(&*results).zip(columns) {

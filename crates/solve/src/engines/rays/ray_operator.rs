@@ -146,8 +146,12 @@ impl<'a> RayOperator<'a> {
         }
         if let Some(count) = context.scene.options().scattering_orders {
             let operator = &ContinuedRays { rays: self, divisor: 1 };
-            let system =
-                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            let system = LinearSystem {
+                operator,
+                weights: (&weights).into(),
+                targets: &targets,
+                sums: SumOrder::plain(),
+            };
             return neumann_series::solve(
                 &system,
                 &columns,
@@ -163,8 +167,12 @@ impl<'a> RayOperator<'a> {
         };
         let solved = |divisor: usize, initial| {
             let operator = &ContinuedRays { rays: self, divisor };
-            let system =
-                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            let system = LinearSystem {
+                operator,
+                weights: (&weights).into(),
+                targets: &targets,
+                sums: SumOrder::plain(),
+            };
             bicgstab::solve(&system, &columns, initial, stop, context.settings.progress)
         };
         let initial = solved(INITIAL_SOLVE_DIVISOR, None);
@@ -462,8 +470,12 @@ impl RayOperator<'_> {
         let column = [parallel::collect(self.len(), noise)];
         let solve = |divisor: usize| {
             let operator = &ContinuedRays { rays: self, divisor };
-            let system =
-                LinearSystem { operator, weights: &weights, targets: &targets, sums: SumOrder::plain() };
+            let system = LinearSystem {
+                operator,
+                weights: (&weights).into(),
+                targets: &targets,
+                sums: SumOrder::plain(),
+            };
             let solved = bicgstab::solve(&system, &column, None, NOISE_SOLVE_STOP, progress);
             self.radiosities(&solved[0].strengths)
         };

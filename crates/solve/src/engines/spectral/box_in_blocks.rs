@@ -207,7 +207,7 @@ mod tests {
             let sources: Vec<Bands> = (0..n).map(|i| if i < 300 { colours } else { Bands::ZERO }).collect();
             let system = LinearSystem {
                 operator: &own,
-                weights: &weights,
+                weights: (&weights).into(),
                 targets: &targets,
                 sums: SumOrder::plain(),
             };
@@ -216,7 +216,15 @@ mod tests {
             let stop = StoppingCriterion { residual: 1e-9, max_iterations: 100 };
             let solve = |coarse| {
                 let sources = vec![sources.clone()];
-                conjugate_gradients::solve(&system, coarse, sources, None, stop, &NoCheckpoints, &NoProgress)
+                conjugate_gradients::solve(
+                    system.clone(),
+                    coarse,
+                    sources,
+                    None,
+                    stop,
+                    &NoCheckpoints,
+                    &NoProgress,
+                )
             };
             let ((plain, _), (corrected, products)) = (solve(None), solve(Some(&coarse)));
             let iterations =

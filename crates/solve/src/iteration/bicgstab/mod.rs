@@ -161,7 +161,7 @@ impl<'a> BicgstabColumn<'a> {
     /// A v = v − w g v.
     fn apply_system(&mut self, v: &[Bands]) -> Vec<Bands> {
         let mut product = self.system.operator.apply(v);
-        let w = self.system.weights;
+        let w = &self.system.weights;
         let put = |i: usize, g: &mut Bands| *g = v[i] - w[i] * *g;
         parallel::for_each(&mut product, |i, g| put(i, g));
         self.products += 1;
@@ -212,7 +212,7 @@ impl<'a> BicgstabColumn<'a> {
 
     /// Iterates from the current residual until every band has converged or broken down, or the maximum of products is reached.
     fn iterate(&mut self) {
-        let (weights, targets) = (self.system.weights, self.system.targets);
+        let (weights, targets) = (&self.system.weights, self.system.targets);
         let over = |i: usize, x: Bands| x.zip_map(weights[i], |x, w| if w > 0.0 { x / w } else { 0.0 });
         let product =
             |x: &[Bands], y: &[Bands]| -> Bands { multivector::sum(x.len(), |i| over(i, x[i] * y[i])) };

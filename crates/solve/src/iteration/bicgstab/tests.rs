@@ -33,7 +33,7 @@ fn cavities(absorbed: &[f64], noise: f64) -> (RowOperator, Vec<Bands>) {
 }
 
 fn system<'a>(g: &'a RowOperator, weights: &'a [Bands], targets: &'a [f64]) -> LinearSystem<'a> {
-    LinearSystem { operator: g, weights, targets, sums: SumOrder::plain() }
+    LinearSystem { operator: g, weights: weights.into(), targets, sums: SumOrder::plain() }
 }
 
 const STOP: StoppingCriterion = StoppingCriterion { residual: 1e-6, max_iterations: 200 };
@@ -47,7 +47,7 @@ fn symmetric_factors_match_conjugate_gradients() {
         vec![Bands::from_rgb([0.0, 2.0, 1.0]); 12],
     ];
     let (exact, _) = crate::iteration::conjugate_gradients::solve(
-        &system,
+        system.clone(),
         None,
         sources.to_vec(),
         None,

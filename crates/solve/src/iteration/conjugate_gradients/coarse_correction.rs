@@ -44,7 +44,7 @@ pub(super) fn find<E: BandEntry<N>, const N: usize>(
         per_band(|b| if open[b] { root[b] * r[b] } else { 0.0 })
     });
     let system = coarse.system();
-    let root: Vec<E> = parallel::map(system.weights, |w| E::from_lanes(first_lanes(w.sqrt())));
+    let root: Vec<E> = parallel::map(&system.weights, |w| E::from_lanes(first_lanes(w.sqrt())));
     let own = Metric { root: &root, targets: system.targets, sums: SumOrder::plain(), coarse: None };
     let column = solve(&own, &right, |s| E::replace(system.operator, s));
     let holds = column.status.map(|s| s == Some(SolveStatus::Converged));

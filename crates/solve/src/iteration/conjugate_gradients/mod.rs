@@ -36,6 +36,7 @@ mod column;
 mod state_codec;
 
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
+use crate::operator::ExchangeOperator;
 use band_entry::{BandEntry, first_lanes, is_grey, per_band};
 use column::{CgColumn, ColumnVectors, Metric};
 use state_codec::{columns_of, decode_state, encode_state};
@@ -51,7 +52,7 @@ const CHECKPOINT_INTERVAL: usize = 10;
 /// The state is saved in `checkpoints` every [`CHECKPOINT_INTERVAL`] iterations as stage `state-gradients`, and resumed from there. The iteration ends
 /// early if the observer interrupts it.
 pub(crate) fn solve(
-    system: &LinearSystem,
+    system: LinearSystem,
     coarse: Option<&CoarseSystem>,
     sources: Vec<Vec<Bands>>,
     initial: Option<&[Vec<Bands>]>,
@@ -61,7 +62,7 @@ pub(crate) fn solve(
 ) -> (Vec<IterationResult>, Vec<Vec<Bands>>) {
     let all = || sources.iter().chain(initial.unwrap_or_default());
     let one_band =
-        system.operator.has_identical_bands() && is_grey(system.weights) && all().all(|v| is_grey(v));
+        system.operator.has_identical_bands() && is_grey(&system.weights) && all().all(|v| is_grey(v));
     let one_band = system.sums.over_processes(one_band, |a, b| a && b);
     if one_band {
         solve_bands::<[f64; 1], 1>(system, coarse, sources, initial, stop, checkpoints, progress)
@@ -71,7 +72,7 @@ pub(crate) fn solve(
 }
 
 fn solve_bands<E: BandEntry<N>, const N: usize>(
-    system: &LinearSystem,
+    system: LinearSystem,
     coarse: Option<&CoarseSystem>,
     sources: Vec<Vec<Bands>>,
     initial: Option<&[Vec<Bands>]>,
@@ -79,14 +80,17 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     checkpoints: &dyn CheckpointStore,
     progress: &dyn Progress,
 ) -> (Vec<IterationResult>, Vec<Vec<Bands>>) {
-    let root: Vec<E> = parallel::map(system.weights, |w| E::from_lanes(first_lanes(w.sqrt())));
-    let metric = Metric { root: &root, targets: system.targets, sums: system.sums, coarse };
+    let LinearSystem { operator, weights, targets, sums } = system;
+    let root: Vec<E> = parallel::map(&weights, |w| E::from_lanes(first_lanes(w.sqrt())));
+    // The weights of a large scene are freed before the vectors are made.
+    drop(weights);
+    let metric = Metric { root: &root, targets, sums, coarse };
     progress.begin("solving", stop.max_iterations as u64);
     let decode = |bytes: &[u8], unknowns: usize| decode_state::<E, N>(bytes, sources.len(), unknowns);
-    let kept = divided_state::load(checkpoints, STAGE, system.sums, root.len(), decode).map(columns_of);
+    let kept = divided_state::load(checkpoints, STAGE, sums, root.len(), decode).map(columns_of);
     // √w p of the active columns, replaced by their products.
     let mut products: Vec<Vec<E>> = Vec::new();
-    let start = |products: &mut _| (start_columns(system, &metric, &sources, initial, stop, products), 1);
+    let start = |products: &mut _| (start_columns(operator, &metric, &sources, initial, stop, products), 1);
     let (mut all, first) = kept.unwrap_or_else(|| start(&mut products));
     progress.advance(first as u64 - 1);
     for iteration in first..=stop.max_iterations {
@@ -98,12 +102,12 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
         for (&c, product) in active.iter().zip(&mut products) {
             all[c].weigh_direction(&metric, product);
         }
-        E::replace(system.operator, &mut products);
+        E::replace(operator, &mut products);
         for (&c, product) in active.iter().zip(&products) {
             all[c].iterate(&metric, product, iteration, stop.residual);
         }
         if checkpoints.keeps() && iteration % CHECKPOINT_INTERVAL == 0 {
-            divided_state::save(checkpoints, STAGE, system.sums, &encode_state(&all, iteration + 1));
+            divided_state::save(checkpoints, STAGE, sums, &encode_state(&all, iteration + 1));
         }
         progress.advance(1);
     }
@@ -117,7 +121,7 @@ const STAGE: &str = "state-gradients";
 
 /// All columns before the first iteration; their products are left in `products`.
 fn start_columns<E: BandEntry<N>, const N: usize>(
-    system: &LinearSystem,
+    operator: &dyn ExchangeOperator,
     metric: &Metric<E>,
     sources: &[Vec<Bands>],
     initial: Option<&[Vec<Bands>]>,
@@ -133,7 +137,7 @@ fn start_columns<E: BandEntry<N>, const N: usize>(
         E::per_lane(|b| if root[b] > 0.0 { s[b] } else { s0[b] })
     };
     *products = (0..start.len()).map(|c| parallel::collect(start[c].len(), |i| entry(c, i))).collect();
-    E::replace(system.operator, products);
+    E::replace(operator, products);
     let one = |c: usize| {
         let (s0, s, product) = (&sources[c], &start[c], &products[c]);
         let mut vectors = ColumnVectors(vec![[E::ZERO; 3]; s.len()]);

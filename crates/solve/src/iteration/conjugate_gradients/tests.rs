@@ -12,9 +12,9 @@ fn run(
     stop: (f64, usize),
 ) -> Vec<IterationResult> {
     let weights: Vec<Bands> = targets.iter().map(|t| Bands::splat(w / t)).collect();
-    let system = LinearSystem { operator: g, weights: &weights, targets, sums: SumOrder::plain() };
+    let system = LinearSystem { operator: g, weights: (&weights).into(), targets, sums: SumOrder::plain() };
     solve(
-        &system,
+        system,
         None,
         sources.to_vec(),
         None,
@@ -85,11 +85,13 @@ fn warm_start_at_the_solution_needs_no_iteration() {
     let (g, rows) = forty_zones();
     let source: Vec<Bands> = (0..40).map(|i| Bands::splat(1.0 + i as f64)).collect();
     let weights: Vec<Bands> = rows.iter().map(|t| Bands::splat(0.9 / t)).collect();
-    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
+    let system =
+        LinearSystem { operator: &g, weights: (&weights).into(), targets: &rows, sums: SumOrder::plain() };
     let stop = StoppingCriterion { residual: 1e-10, max_iterations: 100 };
-    let (once, _) = solve(&system, None, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
+    let (once, _) =
+        solve(system.clone(), None, vec![source.clone()], None, stop, &NoCheckpoints, &NoProgress);
     let (again, _) = solve(
-        &system,
+        system,
         None,
         vec![source],
         Some(&[once[0].strengths.clone()]),
@@ -108,7 +110,8 @@ fn incident_power_is_the_product_of_the_strengths() {
     let sources = |colours: Bands| vec![(0..40).map(|i| colours * (1 + i % 3) as f64).collect::<Vec<_>>()];
     // Black zones too.
     let weights: Vec<Bands> = (0..40).map(|i| Bands::splat(0.1 * (i % 10) as f64 / rows[i])).collect();
-    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
+    let system =
+        LinearSystem { operator: &g, weights: (&weights).into(), targets: &rows, sums: SumOrder::plain() };
     let stop = StoppingCriterion { residual: 1e-12, max_iterations: 100 };
     let check = |(results, products): (Vec<IterationResult>, Vec<Vec<Bands>>)| {
         let want = g.apply(&results[0].strengths);
@@ -122,9 +125,9 @@ fn incident_power_is_the_product_of_the_strengths() {
     for initial in [None, Some(&warm[..])] {
         for colours in [Bands::ONE, Bands::from_rgb([1.0, 0.5, 2.0])] {
             let all = (None, sources(colours), initial, &NoCheckpoints, &NoProgress);
-            check(solve_bands::<Bands, 3>(&system, all.0, all.1.clone(), all.2, stop, all.3, all.4));
+            check(solve_bands::<Bands, 3>(system.clone(), all.0, all.1.clone(), all.2, stop, all.3, all.4));
             if colours == Bands::ONE {
-                check(solve_bands::<[f64; 1], 1>(&system, all.0, all.1, all.2, stop, all.3, all.4));
+                check(solve_bands::<[f64; 1], 1>(system.clone(), all.0, all.1, all.2, stop, all.3, all.4));
             }
         }
     }
@@ -139,12 +142,13 @@ fn resumed_iteration_is_bit_identical() {
     };
     // Absorption differs widely between zones, so that convergence is slow.
     let weights: Vec<Bands> = (0..40).map(|i| Bands::splat((1.0 - 1.0 / (2 + i) as f64) / rows[i])).collect();
-    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
+    let system =
+        LinearSystem { operator: &g, weights: (&weights).into(), targets: &rows, sums: SumOrder::plain() };
     fn check<E: BandEntry<N>, const N: usize>(system: &LinearSystem, sources: &[Vec<Bands>]) -> Vec<u8> {
         let store = MemoryStore::default();
         let with = |n, v: &dyn CheckpointStore| {
             let stop = StoppingCriterion { residual: 1e-30, max_iterations: n };
-            solve_bands::<E, N>(system, None, sources.to_vec(), None, stop, v, &NoProgress).0
+            solve_bands::<E, N>(system.clone(), None, sources.to_vec(), None, stop, v, &NoProgress).0
         };
         let straight = with(35, &NoCheckpoints);
         with(14, &store);

@@ -8,8 +8,12 @@ use zonal_scene::{NoCheckpoints, NoProgress};
 fn orders_are_partial_sums_of_the_series() {
     let (rho, weights) = (0.8, [Bands::splat(0.8); 2]);
     let g = two_walls();
-    let system =
-        LinearSystem { operator: &g, weights: &weights, targets: &[1.0; 2], sums: SumOrder::plain() };
+    let system = LinearSystem {
+        operator: &g,
+        weights: (&weights).into(),
+        targets: &[1.0; 2],
+        sums: SumOrder::plain(),
+    };
     for n in 1..7 {
         let e = solve(&system, &[vec![Bands::ONE, Bands::ZERO]], n, &NoCheckpoints, &NoProgress);
         let arriving = g.apply(&e[0].strengths)[1].first();
@@ -30,7 +34,8 @@ fn resumed_series_is_bit_identical() {
     let sources =
         [(0..40).map(|i| Bands::from_rgb([(1 + i % 5) as f64, 0.0, 1.0 / (1 + i) as f64])).collect()];
     let weights: Vec<Bands> = (0..40).map(|i| Bands::splat((1.0 - 1.0 / (2 + i) as f64) / rows[i])).collect();
-    let system = LinearSystem { operator: &g, weights: &weights, targets: &rows, sums: SumOrder::plain() };
+    let system =
+        LinearSystem { operator: &g, weights: (&weights).into(), targets: &rows, sums: SumOrder::plain() };
     let store = MemoryStore::default();
     let with = |n, v: &dyn CheckpointStore| solve(&system, &sources, n, v, &NoProgress);
     let straight = with(35, &NoCheckpoints);
