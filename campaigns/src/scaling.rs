@@ -106,8 +106,8 @@ impl ScalingCampaign {
         arguments.extend(self.tolerance.iter().flat_map(|t| ["--tolerance", t]));
         let (report, cost, run) = self.command.solve_text(&folder, text, &arguments)?;
         let zones = ["patches", "voxels", "panes"].iter().filter_map(|k| report["zones"][k].as_f64()).sum();
-        // One product a step and one to begin with, closure, and what arrives in the end.
-        let products = (report["residuals"][0].as_array().map_or(0, Vec::len) + 2) as f64;
+        // One product a step and one to begin with, and closure.
+        let products = (report["residuals"][0].as_array().map_or(0, Vec::len) + 1) as f64;
         let written = std::fs::metadata(&run)?.len() as f64;
         let floor = if has_floor { Some(floor(size, products, written)?) } else { None };
         Ok(SizedSolve { zones, cost, floor })

@@ -28,6 +28,8 @@ pub(super) fn model(seed: u64, index: u64, small: bool) -> (SceneModel, Rng) {
     (model, rng)
 }
 
+/// The least and the largest residual at which an iteration is made to end.
+const RESIDUALS: [f64; 2] = [1e-6, 1e-2];
 /// The least and the largest tolerance of a scene.
 const TOLERANCES: [f64; 2] = [0.003, 0.05];
 /// Share of the kinds of `rare_kinds`.
@@ -218,6 +220,11 @@ impl<'a> SceneGenerator<'a> {
         }
         if self.thermal {
             m.lights.clear();
+        }
+        // The last draw, so that the rest of a scene does not depend on it.
+        if self.chance(0.2) {
+            self.features.push("large residual");
+            m.residual = Some(self.log(RESIDUALS[0], RESIDUALS[1]));
         }
         self.features.sort_unstable();
         self.features.dedup();

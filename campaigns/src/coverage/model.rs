@@ -140,6 +140,8 @@ pub(super) struct SceneModel {
     pub medium: Option<ModelMedium>,
     pub lights: Vec<ModelLight>,
     pub tolerance: f64,
+    /// The residual of the iteration, where it is not the default.
+    pub residual: Option<f64>,
     /// None for `patch_rule = "voxels"`.
     pub patch_size: Option<f64>,
     /// True where a closed mesh surrounds all.
@@ -360,6 +362,7 @@ impl SceneModel {
         let mut t = String::from(if self.thermal { "mode = \"thermal\"\n" } else { "" });
         self.write_boundary(&mut t);
         t += &format!("[solve]\ntolerance = {:?}\ndiscretization_error = true\n{lines}\n", self.tolerance);
+        t += &self.residual.map_or(String::new(), |r| format!("residual = {r:?}\n"));
         t += &self.patch_size.map_or("patch_rule = \"voxels\"\n".into(), |p| format!("patch_size = {p:?}\n"));
         for s in &self.surfaces {
             self.surface(s, &mut t, folder)?;

@@ -1,11 +1,11 @@
-//! Errors that a solution reveals itself: power that does not balance, negative fluxes and an iteration that ended early widen the stated errors.
+//! Errors that a solution reveals itself: power that does not balance, negative fluxes and an iteration that ends widen the stated errors.
 //!
 //! With h_i the field incident on zone i (direct light included), e_i its stated error, a_i the absorption area of the zone
 //! (`zone_power::absorption_area`), and R the residual of the energy balance, emitted + incoming − absorbed − escaped:
 //!
 //! ```text
 //!     closure          e_i ≥ |d_i| h_i            d_i: unexplained closure defect over the sum of the row
-//!     iteration        e_i += 10 r/(1−r) (h_i + mean h)   r: undistributed fraction of the power, if the solver ended early
+//!     iteration        e_i += 10 r/(1−r) (h_i + mean h)   r: undistributed fraction of the power
 //!     negative flux    e_i ≥ −h_i                  where h_i < 0 without a negative source
 //!     balance          e_i += f h_i,   f = (|R| − Σ_j a_j e_j)⁺ / Σ_j a_j h_j
 //! ```
@@ -22,7 +22,7 @@ use crate::settings::zone_power::{absorbed_power, absorption_area, interception_
 use zonal_math::parallel;
 use zonal_scene::{Bands, EnergyBalance, Fields, LightGroup, SolveStatus};
 
-/// Assumed number of reflections of undistributed power at one zone, for the errors of a solve that has not converged.
+/// Assumed number of reflections of undistributed power at one zone.
 const REFLECTIONS_OF_UNDISTRIBUTED_POWER: f64 = 10.0;
 
 /// Share of the power that leaves a scene in which nothing absorbs, up to which a residual is spread over the fields: a larger one shows defects whose places
@@ -44,14 +44,16 @@ fn widest(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
-/// Adds the error of an iteration that ended early: the undistributed power, of a zone's own field and of the mean of its kind.
+/// Adds the error of the iteration: the undistributed power, of a zone's own field and of the mean of its kind. A fixed number of orders has none.
 pub(crate) fn widen_by_residual(zones: SharedZones, groups: &[LightGroup], fields: &mut Fields) {
-    let done = |s: SolveStatus| matches!(s, SolveStatus::Converged | SolveStatus::FixedOrder);
     // The iterate holds 1 − r of the power, the remainder r.
     let factor =
         |r: f64| if r < 1.0 { REFLECTIONS_OF_UNDISTRIBUTED_POWER * r / (1.0 - r) } else { f64::INFINITY };
     for g in groups {
-        let factors = Bands::from_fn(|b| if done(g.status[b]) { 0.0 } else { factor(g.residual[b]) });
+        let factors =
+            Bands::from_fn(
+                |b| if g.status[b] == SolveStatus::FixedOrder { 0.0 } else { factor(g.residual[b]) },
+            );
         if factors == Bands::ZERO {
             continue;
         }
