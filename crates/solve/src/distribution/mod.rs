@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `message` | bytes of the values that processes exchange |
 //! | `sum_order`, `fixed_tree` | sums over the zones and over blocks in an order that no division changes |
+//! | `zone_blocks` | blocks of the zones of a box, and their sums |
 //! | `multivector` | vectors over the zones, several side by side |
 //!
 //! The edge of the program implements [`Communicator`], by MPI in the crate `zonal-mpi`. This crate knows [`SingleProcess`] alone.
@@ -19,6 +20,7 @@ pub(crate) mod fixed_tree;
 mod message;
 pub(crate) mod multivector;
 pub(crate) mod sum_order;
+pub(crate) mod zone_blocks;
 
 pub(crate) use message::Message;
 

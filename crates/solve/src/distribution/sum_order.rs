@@ -73,6 +73,10 @@ impl<'a> SumOrder<'a> {
     pub(crate) fn is_divided(&self) -> bool {
         self.is_divided
     }
+    /// The processes, if each has some planes alone.
+    pub(crate) fn shared_by(&self) -> Option<&'a dyn Communicator> {
+        self.is_divided.then_some(self.communicator)
+    }
     /// Number of this process, and number of processes.
     pub(crate) fn process(&self) -> [usize; 2] {
         [self.communicator.rank(), self.communicator.size()]

@@ -179,7 +179,11 @@ impl CostEstimate {
             (work * OFFSET_MICROSECONDS + matrices * points * SPECTRUM_MICROSECONDS) * 1e-6 / threads,
         ));
         let columns = light_groups::select_groups(input.scene, input.zones).0.len() as f64;
-        let each = if box_in_blocks::has_blocks(&e.grid) { PRODUCTS_WITH_BLOCKS } else { EXPECTED_PRODUCTS };
+        let each = if box_in_blocks::grid_of_blocks(&e.grid).is_some() {
+            PRODUCTS_WITH_BLOCKS
+        } else {
+            EXPECTED_PRODUCTS
+        };
         let products = each * columns * kappa.len() as f64;
         self.parts
             .push(("solving".into(), products * fields * points * TRANSFORM_NANOSECONDS * 1e-9 / threads));

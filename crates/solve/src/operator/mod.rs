@@ -6,7 +6,7 @@
 pub(crate) mod mixed_sides;
 
 use crate::distribution::multivector;
-use crate::iteration::coarse_system::CoarseSystem;
+use crate::distribution::zone_blocks::ZoneBlocks;
 use zonal_math::Grade;
 use zonal_scene::Bands;
 
@@ -74,8 +74,8 @@ pub(crate) trait ErrorModel: ExchangeOperator {
     fn error_of_power(&self, _incident: &[Vec<Bands>], spare: Vec<Bands>) -> Result<Vec<Bands>, Vec<Bands>> {
         Err(spare)
     }
-    /// The equations on blocks of zones, for the weights and targets of all unknowns, if they shorten the iteration.
-    fn coarse_system(&self, _weights: &[Bands], _targets: &[f64]) -> Option<CoarseSystem<'_>> {
+    /// Blocks of zones and the exchange of these as zones, if the equations on blocks shorten the iteration.
+    fn in_blocks(&self) -> Option<(ZoneBlocks, Box<dyn ExchangeOperator + '_>)> {
         None
     }
     /// The weakest grade among the factors.

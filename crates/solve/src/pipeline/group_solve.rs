@@ -150,7 +150,9 @@ fn iterate(block: &BlockEngine, engine: Engine) -> SolvedColumns {
     let floor = if engine == Engine::Rays { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    let coarse = built.operator.coarse_system(&system.weights, &targets);
+    let processes = system.sums.shared_by();
+    let parts = built.operator.in_blocks();
+    let coarse = parts.map(|(blocks, operator)| CoarseSystem::new(blocks, operator, &system, processes));
     let (results, products) = solve_system(context, system, coarse.as_ref(), columns, initial, stop);
     SolvedColumns { results, incident: None, products }
 }

@@ -1,5 +1,6 @@
 //! The operator of the spectral engine and its errors (header of [`super`]).
 
+use super::box_in_blocks;
 use super::enclosure::{BoxEnclosure, OPENING};
 use super::kernels::{GridKernels, TableSummary};
 use super::memory;
@@ -9,10 +10,9 @@ use crate::device::slabs::Slabs;
 use crate::device::{Device, GridConvolution, GridPart, WallValues};
 use crate::distribution::multivector::{times_scaling, total};
 use crate::distribution::sum_order::SumOrder;
+use crate::distribution::zone_blocks::ZoneBlocks;
 use crate::distribution::{Execution, Message};
-use crate::engines::spectral::box_in_blocks::{self, BoxInBlocks};
 use crate::engines::spectral::buffer_pool::BufferPool;
-use crate::iteration::coarse_system::CoarseSystem;
 use crate::operator::{ErrorModel, ExchangeOperator, IncidentPower, extend_to_slopes};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -21,7 +21,7 @@ use zonal_exchange::aligned::lattice::MethodCounts;
 use zonal_exchange::pair::{closure_target, scaled_radiosity_coefficient};
 use zonal_math::Grade;
 use zonal_math::parallel;
-use zonal_scene::{Band, Bands, PerBand, Zones};
+use zonal_scene::{Band, Bands, NoProgress, PerBand, Zones};
 
 /// Relative error of a transform and its inverse, in units of ε √log₂N.
 const TRANSFORM_ROUNDING: f64 = 4.0;
@@ -29,15 +29,15 @@ const TRANSFORM_ROUNDING: f64 = 4.0;
 const DEFECT_MULTIPLE: f64 = 2.0;
 
 /// The zones of a vector.
-pub(super) struct VectorLayout<'a> {
+struct VectorLayout<'a> {
     /// Number of patches, which precede the voxels.
-    pub(super) patches: usize,
+    patches: usize,
     /// Number of voxels in vectors: all, or those of this rank.
-    pub(super) voxels: usize,
+    voxels: usize,
     /// True if vectors have the voxels of this rank alone.
-    pub(super) is_divided: bool,
+    is_divided: bool,
     /// Order of sums.
-    pub(super) sums: SumOrder<'a>,
+    sums: SumOrder<'a>,
 }
 
 /// The exchange of a box enclosure.
@@ -80,7 +80,7 @@ impl<'a> SpectralOperator<'a> {
     }
 
     /// As [`SpectralOperator::new`], for vectors of a layout.
-    pub(super) fn with_layout(
+    fn with_layout(
         enclosure: BoxEnclosure,
         layout: VectorLayout<'a>,
         order: BasisOrder,
@@ -150,6 +150,14 @@ impl<'a> SpectralOperator<'a> {
 
     /// Bytes of the engine of one of `ranks` processes for a grid with a number of distinct extinctions.
     pub(crate) fn bytes(grid: &BoxGrid, extinctions: usize, order: BasisOrder, ranks: usize) -> u64 {
+        let of_blocks = box_in_blocks::grid_of_blocks(grid).map_or(0, |blocks| {
+            SpectralOperator::bytes_without_blocks(&blocks, extinctions, BasisOrder::Constant, 1)
+                + box_in_blocks::bytes_of_vectors(grid, &blocks)
+        });
+        SpectralOperator::bytes_without_blocks(grid, extinctions, order, ranks) + of_blocks
+    }
+
+    fn bytes_without_blocks(grid: &BoxGrid, extinctions: usize, order: BasisOrder, ranks: usize) -> u64 {
         let slabs = Slabs::of_rank(grid, 0, ranks);
         // During the construction two stages of a spectrum exist at a time; with slopes, the tables of all kernels on every rank. Messages take as much again.
         let tables = match order {
@@ -165,7 +173,6 @@ impl<'a> SpectralOperator<'a> {
         let vectors = 8 * (order.voxel_components() * grid.count() / ranks) as u64;
         memory::spectra_bytes(grid, order, &slabs) * extinctions as u64
             + (memory::work_bytes(grid, order, &slabs) + vectors).max(making)
-            + box_in_blocks::bytes(grid, extinctions)
     }
 
     /// Number of zones; [`ExchangeOperator::len`] counts their slopes too.
@@ -489,17 +496,26 @@ impl ErrorModel for SpectralOperator<'_> {
             all => self.incident_error(&total(self.len(), all), spare),
         })
     }
-    fn coarse_system(&self, weights: &[Bands], targets: &[f64]) -> Option<CoarseSystem<'_>> {
-        let communicator = self.part.slabs.communicator;
-        let own = BoxInBlocks {
-            enclosure: &self.enclosure,
-            planes: if self.layout.is_divided { self.part.slabs.planes() } else { 0..self.grid().cells[0] },
-            patches: self.layout.patches,
-            communicator: self.layout.is_divided.then_some(communicator),
+    fn in_blocks(&self) -> Option<(ZoneBlocks, Box<dyn ExchangeOperator + '_>)> {
+        let own = &self.layout;
+        let planes = if own.is_divided { self.part.slabs.planes() } else { 0..self.grid().cells[0] };
+        let (enclosure, blocks) = box_in_blocks::divide(&self.enclosure, planes, own.patches)?;
+        // Each process has all blocks.
+        let layout = VectorLayout {
+            patches: blocks.patch_sizes.len(),
+            voxels: enclosure.grid.count(),
+            is_divided: false,
+            sums: SumOrder::plain(),
         };
-        own.coarse_system(self.device, weights, targets)
+        let execution = Execution::alone(&NoProgress);
+        let operator =
+            SpectralOperator::with_layout(enclosure, layout, BasisOrder::Constant, self.device, execution);
+        Some((blocks, Box::new(operator)))
     }
     fn grade(&self) -> Grade {
         Grade::Estimated
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,6 +2,7 @@ use super::*;
 use crate::distribution::part_of;
 use crate::distribution::thread_ranks::on_ranks;
 use crate::iteration::test_operators::two_walls;
+use std::ops::Range;
 
 /// Blocks of 2 × 3 × 1 voxels, and two patches of which one has a wider block.
 fn blocks(planes: Range<usize>) -> ZoneBlocks {
@@ -27,7 +28,9 @@ fn system<'a>(
     let n = 2 + planes.len() * 12;
     let weights: Vec<Bands> = (0..n).map(|i| weight(global(i))).collect();
     let targets: Vec<f64> = (0..n).map(|i| 1.0 + global(i) as f64).collect();
-    CoarseSystem::new(Box::new(two_walls()), blocks(planes), (&weights, &targets), communicator)
+    let (g, sums) = (two_walls(), SumOrder::plain());
+    let system = LinearSystem { operator: &g, weights: weights.into(), targets: &targets, sums };
+    CoarseSystem::new(blocks(planes), Box::new(two_walls()), &system, communicator)
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! One column of conjugate gradients: its vectors, and one iteration.
 
 use super::band_entry::{BandEntry, per_band};
-use super::coarse_correction;
 use crate::distribution::multivector::VectorEntry;
 use crate::distribution::sum_order::SumOrder;
 use crate::iteration::coarse_system::CoarseSystem;
@@ -56,7 +55,17 @@ pub(super) struct Metric<'a, E> {
     /// t.
     pub(super) targets: &'a [f64],
     pub(super) sums: SumOrder<'a>,
-    pub(super) coarse: Option<&'a CoarseSystem<'a>>,
+}
+
+/// M⁻¹ r − r = Φ c ([`crate::iteration::coarse_system`]).
+pub(super) struct Correction<'a, const N: usize> {
+    pub(super) coarse: &'a CoarseSystem<'a>,
+    /// c.
+    pub(super) values: Vec<[f64; N]>,
+    /// ⟨r, Φ c⟩.
+    pub(super) product: [f64; N],
+    /// False for a band whose coarse equations have no solution: its direction begins anew.
+    pub(super) holds: [bool; N],
 }
 
 impl<E: VectorEntry> Metric<'_, E> {
@@ -76,13 +85,6 @@ impl<E: BandEntry<N>, const N: usize> CgColumn<E, N> {
         self.status.iter().all(Option::is_some)
     }
 
-    /// The first direction p = M⁻¹ r, from the residual r.
-    pub(super) fn begin(&mut self, metric: &Metric<E>) {
-        let [_, r, _] = self.vectors.all();
-        let rr = metric.sums.sum(r.len(), |i| r[i].lanes().map(|x| x * x));
-        self.turn(metric, rr);
-    }
-
     /// √w p.
     pub(super) fn weigh_direction(&self, metric: &Metric<E>, out: &mut Vec<E>) {
         let [_, _, p] = self.vectors.all();
@@ -90,8 +92,14 @@ impl<E: BandEntry<N>, const N: usize> CgColumn<E, N> {
         parallel::for_each(out, |i, x| *x = metric.root[i].times(p[i]));
     }
 
-    /// One iteration, `product` = g √w p.
-    pub(super) fn iterate(&mut self, metric: &Metric<E>, product: &[E], iteration: usize, wanted: f64) {
+    /// One iteration but for the next direction, `product` = g √w p: new iterates, and their status. Returns ⟨r, r⟩.
+    pub(super) fn advance(
+        &mut self,
+        metric: &Metric<E>,
+        product: &[E],
+        iteration: usize,
+        wanted: f64,
+    ) -> [f64; N] {
         let q = |i: usize, p: [f64; N]| -> [f64; N] {
             let (root, product) = (metric.root[i].lanes(), product[i].lanes());
             per_band(|b| p[b] - root[b] * product[b])
@@ -124,9 +132,7 @@ impl<E: BandEntry<N>, const N: usize> CgColumn<E, N> {
                 self.status[b] = Some(SolveStatus::Stalled);
             }
         }
-        if !self.is_done() {
-            self.turn(metric, rr);
-        }
+        rr
     }
 
     /// P += α g √w p and r −= α q; the new ⟨r, r⟩ and R.
@@ -155,12 +161,15 @@ impl<E: BandEntry<N>, const N: usize> CgColumn<E, N> {
         metric.sums.combine(n, &parts)
     }
 
-    /// The next direction p = M⁻¹ r + β p.
-    fn turn(&mut self, metric: &Metric<E>, rr: [f64; N]) {
-        let is_open = self.status.map(|s| s.is_none());
+    /// ⟨r, r⟩.
+    pub(super) fn square_of_residual(&self, metric: &Metric<E>) -> [f64; N] {
+        let [_, r, _] = self.vectors.all();
+        metric.sums.sum(r.len(), |i| r[i].lanes().map(|x| x * x))
+    }
+
+    /// The next direction p = M⁻¹ r + β p, or the first one, from ⟨r, r⟩.
+    pub(super) fn turn(&mut self, metric: &Metric<E>, rr: [f64; N], correction: Option<Correction<N>>) {
         let [_, r, p] = self.vectors.all_mut();
-        let r = &*r;
-        let correction = coarse_correction::find(metric, r, is_open);
         let (product, holds) = correction.as_ref().map_or(([0.0; N], [true; N]), |c| (c.product, c.holds));
         let rz: [f64; N] = per_band(|b| rr[b] + product[b]);
         let beta: [f64; N] =
@@ -170,8 +179,11 @@ impl<E: BandEntry<N>, const N: usize> CgColumn<E, N> {
             let (old, r) = (p.lanes(), r.lanes());
             *p = E::per_lane(|b| r[b] + beta[b] * old[b]);
         });
-        if let (Some(correction), Some(coarse)) = (correction, metric.coarse) {
-            correction.add_to(metric, coarse, p);
+        if let Some(Correction { coarse, values, .. }) = correction {
+            coarse.prolong(values, p, |i, p, c| {
+                let (root, old) = (metric.root[i].lanes(), p.lanes());
+                *p = E::per_lane(|b| old[b] + root[b] * c[b]);
+            });
         }
     }
 

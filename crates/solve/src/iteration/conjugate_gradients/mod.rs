@@ -84,13 +84,24 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
     let root: Vec<E> = parallel::map(&weights, |w| E::from_lanes(first_lanes(w.sqrt())));
     // The weights of a large scene are freed before the vectors are made.
     drop(weights);
-    let metric = Metric { root: &root, targets, sums, coarse };
+    let metric = Metric { root: &root, targets, sums };
+    let turn = |c: &mut CgColumn<E, N>, rr| {
+        let correction = coarse.map(|coarse| coarse_correction::find(coarse, &metric, c));
+        c.turn(&metric, rr, correction);
+    };
     progress.begin("solving", stop.max_iterations as u64);
     let decode = |bytes: &[u8], unknowns: usize| decode_state::<E, N>(bytes, sources.len(), unknowns);
     let kept = divided_state::load(checkpoints, STAGE, sums, root.len(), decode).map(columns_of);
     // √w p of the active columns, replaced by their products.
     let mut products: Vec<Vec<E>> = Vec::new();
-    let start = |products: &mut _| (start_columns(operator, &metric, &sources, initial, stop, products), 1);
+    let start = |products: &mut _| {
+        let mut all = start_columns(operator, &metric, &sources, initial, stop, products);
+        for c in all.iter_mut().filter(|c| !c.is_done()) {
+            let rr = c.square_of_residual(&metric);
+            turn(c, rr);
+        }
+        (all, 1)
+    };
     let (mut all, first) = kept.unwrap_or_else(|| start(&mut products));
     progress.advance(first as u64 - 1);
     for iteration in first..=stop.max_iterations {
@@ -104,7 +115,10 @@ fn solve_bands<E: BandEntry<N>, const N: usize>(
         }
         E::replace(operator, &mut products);
         for (&c, product) in active.iter().zip(&products) {
-            all[c].iterate(&metric, product, iteration, stop.residual);
+            let rr = all[c].advance(&metric, product, iteration, stop.residual);
+            if !all[c].is_done() {
+                turn(&mut all[c], rr);
+            }
         }
         if checkpoints.keeps() && iteration % CHECKPOINT_INTERVAL == 0 {
             divided_state::save(checkpoints, STAGE, sums, &encode_state(&all, iteration + 1));
@@ -154,18 +168,14 @@ fn start_columns<E: BandEntry<N>, const N: usize>(
         let left = metric.sums.sum(r.len(), |i| metric.power(i, r[i].lanes()));
         let relative: [f64; N] = per_band(|b| if power[b] > 0.0 { left[b] / power[b] } else { 0.0 });
         let status = relative.map(|x| (x <= stop.residual).then_some(SolveStatus::Converged));
-        let mut column = CgColumn {
+        CgColumn {
             rz: [0.0; N],
             vectors,
             power,
             status,
             residuals: relative.map(|x| vec![x]),
             best: [(f64::INFINITY, 0); N],
-        };
-        if !column.is_done() {
-            column.begin(metric);
         }
-        column
     };
     (0..sources.len()).map(one).collect()
 }
