@@ -254,7 +254,7 @@ impl LinearBasisPairs<'_> {
             }
         }
         if near == 0.0 {
-            self.integrate_pyramids(piece, shares);
+            (0..3).for_each(|apex| simd::run(PyramidWork { pairs: self, piece, apex, shares: &mut *shares }));
         } else {
             let n = points(long / near, self.kappa * long);
             simd::run(TensorWork { pairs: self, piece, origin, points: n, shares });
@@ -273,37 +273,6 @@ impl LinearBasisPairs<'_> {
             }
             AxisRelation::OffWall => [1.0, root3 * (2.0 * x - 1.0), 0.0, 0.0, 0.0, 0.0],
             AxisRelation::OppositeWalls => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        }
-    }
-
-    /// A piece that touches zero, a corner of the cell at zero.
-    fn integrate_pyramids(&self, piece: OctantBox, shares: &mut DensityShares) {
-        let (rule, power) = (gauss_legendre::rule(PYRAMID_POINTS), self.power());
-        let q = 2 + power.iter().sum::<i32>();
-        let volume: f64 = piece.len.iter().product();
-        let nodes = || rule.nodes.iter().zip(&rule.weights);
-        for apex in 0..3 {
-            let [b, c] = [(apex + 1) % 3, (apex + 2) % 3];
-            for (s, ws) in nodes() {
-                for (v, wv) in nodes() {
-                    for (w, ww) in nodes() {
-                        let mut t = piece.len.map(|l| l * s);
-                        t[b] *= v;
-                        t[c] *= w;
-                        let r = t.iter().map(|t| t * t).sum::<f64>().sqrt();
-                        let up: f64 = (0..3).map(|k| t[k].powi(power[k])).product();
-                        let value = volume * ws * wv * ww * s * s * up * r.powi(-q) * (-self.kappa * r).exp();
-                        let [x, y, z]: [[f64; 6]; 3] =
-                            std::array::from_fn(|k| self.densities(k, t[k] / self.edges[k]));
-                        for (plane, x) in shares.iter_mut().zip(x) {
-                            for (line, y) in plane.iter_mut().zip(y) {
-                                let by = value * x * y;
-                                line.iter_mut().zip(z).for_each(|(o, z)| *o += by * z);
-                            }
-                        }
-                    }
-                }
-            }
         }
     }
 }
@@ -336,11 +305,7 @@ impl simd::SimdKernel for TensorWork<'_, '_> {
     type Output = ();
     #[inline(always)]
     fn evaluate(self) {
-        let used = self.pairs.along.map(|a| match a {
-            AxisRelation::Extended => 6,
-            AxisRelation::OffWall => 2,
-            AxisRelation::OppositeWalls => 1,
-        });
+        let used = self.pairs.along.map(density_count);
         let patches: i32 = self.pairs.power().iter().sum();
         let nodes = self.nodes();
         // Lay the squared distances of a plane of nodes out in lanes.
@@ -359,7 +324,7 @@ impl simd::SimdKernel for TensorWork<'_, '_> {
             for g in 0..groups {
                 value[g] = self.kernel(patches, square[0][i], &plane[g]);
             }
-            let lines = contract_plane(&nodes, &value, used[1]);
+            let lines = contract_plane(&nodes.density[1][..ny], &nodes.density[2][..nz], &value, used[1]);
             for e in 0..used[0] {
                 for f in 0..used[1] {
                     for l in 0..LANES {
@@ -386,13 +351,8 @@ impl TensorWork<'_, '_> {
             for i in 0..count[k] {
                 let t = piece.lo[k] + piece.len[k] * rule.nodes[i];
                 let length = if piece.len[k] > 0.0 { piece.len[k] } else { 1.0 };
-                let up = match power[k] {
-                    0 => 1.0,
-                    1 => t,
-                    _ => t * t,
-                };
                 square[k][i] = t * t;
-                let by = rule.weights[i] * length * up;
+                let by = rule.weights[i] * length * power_of(t, power[k]);
                 let d = pairs.densities(k, (t - self.origin[k]) / pairs.edges[k]);
                 for f in 0..6 {
                     density[k][i][f] = by * d[f];
@@ -415,11 +375,7 @@ impl TensorWork<'_, '_> {
         }
         let mut v = [0.0; LANES];
         for l in 0..LANES {
-            v[l] = match patches {
-                0 => 1.0 / r2[l],
-                1 => 1.0 / (r2[l] * r[l]),
-                _ => 1.0 / (r2[l] * r2[l]),
-            };
+            v[l] = inverse_power(patches, r2[l], r[l]);
         }
         if self.pairs.kappa > 0.0 {
             let e = simd::exp(r.map(|r| -self.pairs.kappa * r));
@@ -431,31 +387,147 @@ impl TensorWork<'_, '_> {
     }
 }
 
-/// Sums a plane of kernel values against the densities of the second and third axis.
+/// Sums a plane of kernel values against the densities of its two axes, of which the first has `used` densities.
 #[inline(always)]
 fn contract_plane(
-    nodes: &DensityNodes,
-    value: &[[f64; LANES]; PLANE_LANES],
+    first: &[[f64; LANES]],
+    second: &[[f64; LANES]],
+    value: &[[f64; LANES]],
     used: usize,
 ) -> [[f64; LANES]; 6] {
-    let [_, ny, nz] = nodes.count;
-    let mut lines = [[0.0; LANES]; 6];
-    for j in 0..ny {
+    let (mut lines, n) = ([[0.0; LANES]; 6], second.len());
+    for (j, first) in first.iter().enumerate() {
         let mut line = [0.0; LANES];
-        for k in 0..nz {
-            let m = j * nz + k;
+        for (k, second) in second.iter().enumerate() {
+            let m = j * n + k;
             let v = value[m / LANES][m % LANES];
             for l in 0..LANES {
-                line[l] += v * nodes.density[2][k][l];
+                line[l] += v * second[l];
             }
         }
         for f in 0..used {
             for l in 0..LANES {
-                lines[f][l] += nodes.density[1][j][f] * line[l];
+                lines[f][l] += first[f] * line[l];
             }
         }
     }
     lines
+}
+
+/// Lanes of the nodes of a face of a pyramid.
+const FACE_LANES: usize = (PYRAMID_POINTS * PYRAMID_POINTS).div_ceil(LANES);
+
+/// The integral over one pyramid of a box with a corner at zero, with the apex there and its base across axis a = `apex`: t_a = ℓ_a s, t_b = ℓ_b s v and
+/// t_c = ℓ_c s w with the Jacobian ℓ_a ℓ_b ℓ_c s². All powers of s cancel: with Q = r/s the kernel is a function of v and w times e^{−κ s Q}.
+struct PyramidWork<'a, 'b> {
+    pairs: &'a LinearBasisPairs<'b>,
+    piece: OctantBox,
+    apex: usize,
+    shares: &'a mut DensityShares,
+}
+
+impl simd::SimdKernel for PyramidWork<'_, '_> {
+    type Output = ();
+    #[inline(always)]
+    fn evaluate(self) {
+        let (rule, kappa) = (gauss_legendre::rule(PYRAMID_POINTS), self.pairs.kappa);
+        let axes @ [a, b, c] = [0, 1, 2].map(|k| (self.apex + k) % 3);
+        let used = axes.map(|k| density_count(self.pairs.along[k]));
+        let [shape, depth] = self.face([b, c]);
+        let mut value = shape;
+        let mut own: DensityShares = [[[0.0; LANES]; 6]; 6];
+        for (s, weight) in rule.nodes.iter().zip(&rule.weights) {
+            if kappa > 0.0 {
+                for g in 0..FACE_LANES {
+                    let e = simd::exp(depth[g].map(|x| x * s));
+                    for l in 0..LANES {
+                        value[g][l] = shape[g][l] * e[l];
+                    }
+                }
+            }
+            let [first, second] = [b, c].map(|k| {
+                let mut density = [[0.0; LANES]; PYRAMID_POINTS];
+                for (density, u) in density.iter_mut().zip(&rule.nodes) {
+                    density[..6].copy_from_slice(&self.densities(k, s * u));
+                }
+                density
+            });
+            let lines = contract_plane(&first, &second, &value, used[1]);
+            let along = self.densities(a, *s);
+            for e in 0..used[0] {
+                for f in 0..used[1] {
+                    for l in 0..LANES {
+                        own[e][f][l] += weight * along[e] * lines[f][l];
+                    }
+                }
+            }
+        }
+        for (e, f, l) in (0..6).flat_map(|e| (0..6).flat_map(move |f| (0..6).map(move |l| (e, f, l)))) {
+            let mut at = [0; 3];
+            (at[a], at[b], at[c]) = (e, f, l);
+            self.shares[at[0]][at[1]][at[2]] += own[e][f][l];
+        }
+    }
+}
+
+impl PyramidWork<'_, '_> {
+    /// The densities along axis `k` at the part `u` of the edge of the box.
+    #[inline(always)]
+    fn densities(&self, k: usize, u: f64) -> [f64; 6] {
+        self.pairs.densities(k, self.piece.len[k] * u / self.pairs.edges[k])
+    }
+
+    /// Weights times numerator and Q^{−q}, and −κQ, at the nodes of the base, whose axes are `b` and `c`. Padding has weights of zero.
+    #[inline(always)]
+    fn face(&self, [b, c]: [usize; 2]) -> [[[f64; LANES]; FACE_LANES]; 2] {
+        let (rule, len, power) = (gauss_legendre::rule(PYRAMID_POINTS), self.piece.len, self.pairs.power());
+        let patches: i32 = power.iter().sum();
+        let volume: f64 = len.iter().product();
+        let [mut shape, mut depth] = [[[0.0; LANES]; FACE_LANES]; 2];
+        for (m, (v, w)) in
+            (0..PYRAMID_POINTS).flat_map(|j| (0..PYRAMID_POINTS).map(move |k| (j, k))).enumerate()
+        {
+            let mut t = len;
+            t[b] *= rule.nodes[v];
+            t[c] *= rule.nodes[w];
+            let square: f64 = t.iter().map(|t| t * t).sum();
+            let r_power = inverse_power(patches, square, square.sqrt());
+            let up: f64 = (0..3).map(|k| power_of(t[k], power[k])).product();
+            let weight = volume * rule.weights[v] * rule.weights[w];
+            shape[m / LANES][m % LANES] = weight * up * r_power;
+            depth[m / LANES][m % LANES] = -self.pairs.kappa * square.sqrt();
+        }
+        [shape, depth]
+    }
+}
+
+/// 1/r^{2+m} for m = `patches`.
+#[inline(always)]
+fn inverse_power(patches: i32, square: f64, r: f64) -> f64 {
+    match patches {
+        0 => 1.0 / square,
+        1 => 1.0 / (square * r),
+        _ => 1.0 / (square * square),
+    }
+}
+
+/// t^p for p ≤ 2.
+#[inline(always)]
+fn power_of(t: f64, p: i32) -> f64 {
+    match p {
+        0 => 1.0,
+        1 => t,
+        _ => t * t,
+    }
+}
+
+/// Number of densities of an axis.
+fn density_count(along: AxisRelation) -> usize {
+    match along {
+        AxisRelation::Extended => 6,
+        AxisRelation::OffWall => 2,
+        AxisRelation::OppositeWalls => 1,
+    }
 }
 
 #[cfg(test)]
