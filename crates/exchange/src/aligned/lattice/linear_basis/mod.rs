@@ -40,8 +40,9 @@ type DensityShares = [[[f64; LANES]; 6]; 6];
 
 /// Distance in mean free paths beyond which a cell is left out: e^{−36} of a row.
 const MAX_OPTICAL_DEPTH: f64 = 36.0;
-/// Planes of the lattice of t per task.
+/// Planes of the lattice of t per task, and number of planes below which each is a task of its own.
 const PLANES_PER_CHUNK: usize = 4;
+const MIN_PLANES_OF_CHUNKS: usize = 32;
 /// Tasks whose planes are in memory at a time.
 const CHUNKS_IN_MEMORY: usize = 16;
 /// Points of the rules in pyramid coordinates.
@@ -50,8 +51,10 @@ const PYRAMID_POINTS: usize = 20;
 const MAX_EDGE_OVER_DISTANCE: f64 = 1.25;
 /// Longest over shortest edge of an undivided touching cell.
 const MAX_TOUCHING_ASPECT: f64 = 1.5;
-/// Longest edge of an undivided cell, mean free paths.
+/// Largest optical depth along an edge of an undivided cell ([`LinearBasisPairs::optical_depths`]), mean free paths.
 const MAX_CELL_DEPTH: f64 = 4.0;
+/// Factor on this depth in the choice of points: e^{−κr} is curved along an edge across the ray.
+const CURVATURE_FACTOR: f64 = 1.3;
 /// Nested cuts of a cell, at most.
 const MAX_CUTS: u32 = 60;
 
@@ -88,9 +91,9 @@ impl OctantBox {
     }
 }
 
-/// Points per axis for a cell whose longest edge is `ratio` of its nearest distance and `depth` mean free paths: densities take three of the 2n
-/// degrees, for the kernel ϱ^{−(2n−3)} is left (ϱ = 4/ratio + 2 at least, see `density_rules.rs`) and the remainder of e^{−depth·x}, both about
-/// 1e-11.
+/// Points along an axis for a cell whose longest edge is `ratio` of its nearest distance, and along whose edge the optical depth changes by `depth`:
+/// densities take three of the 2n degrees, for the kernel ϱ^{−(2n−3)} is left (ϱ = 4/ratio + 2 at least, see `density_rules.rs`) and the remainder
+/// of e^{−depth·x}, both about 1e-11.
 fn points(ratio: f64, depth: f64) -> usize {
     let of_distance = match ratio {
         r if r <= 0.025 => 4,
@@ -125,7 +128,7 @@ impl LinearBasisPairs<'_> {
         }
         let [n0, n1, n2] = self.slots();
         let mut out = vec![vec![0.0; n0 * n1 * n2]; terms.len()];
-        let firsts: Vec<usize> = (0..self.slots()[0]).step_by(PLANES_PER_CHUNK).collect();
+        let firsts: Vec<usize> = (0..n0).step_by(self.planes_per_chunk()).collect();
         for some in firsts.chunks(CHUNKS_IN_MEMORY) {
             let done = evaluator.evaluate(some.len(), &|k| self.compute_planes(some[k], terms).concat());
             for (&first, planes) in some.iter().zip(done) {
@@ -135,6 +138,10 @@ impl LinearBasisPairs<'_> {
             }
         }
         out
+    }
+
+    fn planes_per_chunk(&self) -> usize {
+        if self.slots()[0] < MIN_PLANES_OF_CHUNKS { 1 } else { PLANES_PER_CHUNK }
     }
 
     /// The entries to which the shares of cell `i` along axis `k` are added.
@@ -178,7 +185,7 @@ impl LinearBasisPairs<'_> {
 
     /// Some planes of the lattice of t: their shares by raw offset along the first axis and term.
     fn compute_planes(&self, first: usize, terms: &[[usize; 3]]) -> Vec<Vec<f64>> {
-        let last = (first + PLANES_PER_CHUNK).min(self.slots()[0]);
+        let last = (first + self.planes_per_chunk()).min(self.slots()[0]);
         let [_, n1, n2] = self.slots();
         let above = usize::from(self.along[0] == AxisRelation::Extended);
         let mut planes = vec![vec![0.0; n1 * n2]; (last - first + above) * terms.len()];
@@ -237,7 +244,7 @@ impl LinearBasisPairs<'_> {
     /// Integrates a box inside the cell at `origin`, cut until the limits hold.
     fn integrate_box(&self, piece: OctantBox, origin: [f64; 3], cuts: u32, shares: &mut DensityShares) {
         let k = piece.longest();
-        let (near, long) = (piece.nearest(), piece.len[k]);
+        let (near, long, depths) = (piece.nearest(), piece.len[k], self.optical_depths(&piece));
         if cuts < MAX_CUTS {
             let shortest = piece.len.iter().copied().fold(f64::INFINITY, f64::min);
             let unfit = if near == 0.0 {
@@ -245,8 +252,9 @@ impl LinearBasisPairs<'_> {
             } else {
                 long > MAX_EDGE_OVER_DISTANCE * near
             };
-            if unfit || self.kappa * long > MAX_CELL_DEPTH {
-                return piece.halves(k).into_iter().for_each(|half| {
+            let deepest = (0..3).fold(0, |m, k| if depths[k] > depths[m] { k } else { m });
+            if unfit || depths[deepest] > MAX_CELL_DEPTH {
+                return piece.halves(if unfit { k } else { deepest }).into_iter().for_each(|half| {
                     if self.kappa * half.nearest() <= MAX_OPTICAL_DEPTH {
                         self.integrate_box(half, origin, cuts + 1, shares);
                     }
@@ -256,9 +264,19 @@ impl LinearBasisPairs<'_> {
         if near == 0.0 {
             (0..3).for_each(|apex| simd::run(PyramidWork { pairs: self, piece, apex, shares: &mut *shares }));
         } else {
-            let n = points(long / near, self.kappa * long);
-            simd::run(TensorWork { pairs: self, piece, origin, points: n, shares });
+            let points = depths.map(|depth| points(long / near, CURVATURE_FACTOR * depth));
+            simd::run(TensorWork { pairs: self, piece, origin, points, shares });
         }
+    }
+
+    /// Bounds of the change of κr along each edge of a box: the slope of r along axis k is t_k/r, largest at the far end nearest to the axis.
+    fn optical_depths(&self, piece: &OctantBox) -> [f64; 3] {
+        [0, 1, 2].map(|k| {
+            let mut at = piece.lo;
+            at[k] += piece.len[k];
+            let r = at.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if piece.len[k] == 0.0 { 0.0 } else { self.kappa * piece.len[k] * (at[k] / r) }
+        })
     }
 
     /// The densities along axis `k` at the place `x` within the cell.
@@ -287,7 +305,7 @@ struct TensorWork<'a, 'b> {
     pairs: &'a LinearBasisPairs<'b>,
     piece: OctantBox,
     origin: [f64; 3],
-    points: usize,
+    points: [usize; 3],
     shares: &'a mut DensityShares,
 }
 
@@ -345,7 +363,7 @@ impl TensorWork<'_, '_> {
         let mut density = [[[0.0; LANES]; MAX_POINTS]; 3];
         for k in 0..3 {
             if piece.len[k] > 0.0 {
-                count[k] = self.points;
+                count[k] = self.points[k];
             }
             let rule = gauss_legendre::rule(count[k]);
             for i in 0..count[k] {
