@@ -45,8 +45,8 @@ const PLANES_PER_CHUNK: usize = 4;
 const MIN_PLANES_OF_CHUNKS: usize = 32;
 /// Tasks whose planes are in memory at a time.
 const CHUNKS_IN_MEMORY: usize = 16;
-/// Points of the rules in pyramid coordinates.
-const PYRAMID_POINTS: usize = 20;
+/// Points along each axis of the base of a pyramid: its kernel has ϱ ≥ 3.4 up to the largest aspect, and ϱ^{−(2n−3)} is left of it.
+const BASE_POINTS: usize = 16;
 /// Longest edge over nearest distance of an undivided cell.
 const MAX_EDGE_OVER_DISTANCE: f64 = 1.25;
 /// Longest over shortest edge of an undivided touching cell.
@@ -113,6 +113,14 @@ fn points(ratio: f64, depth: f64) -> usize {
         _ => 10,
     };
     of_distance.max(of_depth)
+}
+
+/// Points along the radius of a pyramid with an optical depth, whose densities take nine of the 2n degrees.
+fn radial_points(depth: f64) -> usize {
+    const POINTS_OF_DENSITIES: usize = 3;
+    // A pyramid is deeper than its edges, by a factor √3 at most.
+    const MOST: usize = 16;
+    if depth > MAX_CELL_DEPTH { MOST } else { points(0.0, depth) + POINTS_OF_DENSITIES }
 }
 
 impl LinearBasisPairs<'_> {
@@ -432,8 +440,8 @@ fn contract_plane(
     lines
 }
 
-/// Lanes of the nodes of a face of a pyramid.
-const FACE_LANES: usize = (PYRAMID_POINTS * PYRAMID_POINTS).div_ceil(LANES);
+/// Lanes of the nodes of the base of a pyramid.
+const BASE_LANES: usize = (BASE_POINTS * BASE_POINTS).div_ceil(LANES);
 
 /// The integral over one pyramid of a box with a corner at zero, with the apex there and its base across axis a = `apex`: t_a = ℓ_a s, t_b = ℓ_b s v and
 /// t_c = ℓ_c s w with the Jacobian ℓ_a ℓ_b ℓ_c s². All powers of s cancel: with Q = r/s the kernel is a function of v and w times e^{−κ s Q}.
@@ -448,15 +456,17 @@ impl simd::SimdKernel for PyramidWork<'_, '_> {
     type Output = ();
     #[inline(always)]
     fn evaluate(self) {
-        let (rule, kappa) = (gauss_legendre::rule(PYRAMID_POINTS), self.pairs.kappa);
+        let kappa = self.pairs.kappa;
+        let depth = kappa * self.piece.len.iter().map(|l| l * l).sum::<f64>().sqrt();
+        let (rule, base) = (gauss_legendre::rule(radial_points(depth)), gauss_legendre::rule(BASE_POINTS));
         let axes @ [a, b, c] = [0, 1, 2].map(|k| (self.apex + k) % 3);
         let used = axes.map(|k| density_count(self.pairs.along[k]));
-        let [shape, depth] = self.face([b, c]);
+        let [shape, depth] = self.base([b, c]);
         let mut value = shape;
         let mut own: DensityShares = [[[0.0; LANES]; 6]; 6];
         for (s, weight) in rule.nodes.iter().zip(&rule.weights) {
             if kappa > 0.0 {
-                for g in 0..FACE_LANES {
+                for g in 0..BASE_LANES {
                     let e = simd::exp(depth[g].map(|x| x * s));
                     for l in 0..LANES {
                         value[g][l] = shape[g][l] * e[l];
@@ -464,8 +474,8 @@ impl simd::SimdKernel for PyramidWork<'_, '_> {
                 }
             }
             let [first, second] = [b, c].map(|k| {
-                let mut density = [[0.0; LANES]; PYRAMID_POINTS];
-                for (density, u) in density.iter_mut().zip(&rule.nodes) {
+                let mut density = [[0.0; LANES]; BASE_POINTS];
+                for (density, u) in density.iter_mut().zip(&base.nodes) {
                     density[..6].copy_from_slice(&self.densities(k, s * u));
                 }
                 density
@@ -497,14 +507,12 @@ impl PyramidWork<'_, '_> {
 
     /// Weights times numerator and Q^{−q}, and −κQ, at the nodes of the base, whose axes are `b` and `c`. Padding has weights of zero.
     #[inline(always)]
-    fn face(&self, [b, c]: [usize; 2]) -> [[[f64; LANES]; FACE_LANES]; 2] {
-        let (rule, len, power) = (gauss_legendre::rule(PYRAMID_POINTS), self.piece.len, self.pairs.power());
+    fn base(&self, [b, c]: [usize; 2]) -> [[[f64; LANES]; BASE_LANES]; 2] {
+        let (rule, len, power) = (gauss_legendre::rule(BASE_POINTS), self.piece.len, self.pairs.power());
         let patches: i32 = power.iter().sum();
         let volume: f64 = len.iter().product();
-        let [mut shape, mut depth] = [[[0.0; LANES]; FACE_LANES]; 2];
-        for (m, (v, w)) in
-            (0..PYRAMID_POINTS).flat_map(|j| (0..PYRAMID_POINTS).map(move |k| (j, k))).enumerate()
-        {
+        let [mut shape, mut depth] = [[[0.0; LANES]; BASE_LANES]; 2];
+        for (m, (v, w)) in (0..BASE_POINTS).flat_map(|j| (0..BASE_POINTS).map(move |k| (j, k))).enumerate() {
             let mut t = len;
             t[b] *= rule.nodes[v];
             t[c] *= rule.nodes[w];
