@@ -8,6 +8,10 @@ use rayon::prelude::*;
 const TASKS: usize = 128;
 /// Number of single items up to which rayon alone divides a task: the items of short loops are cheap.
 const MIN_TASK_ITEMS: usize = 8;
+/// Pairs of items of a task, at least.
+const MIN_PAIRS_OF_TASK: usize = 1 << 10;
+/// Operations of a task of a loop with a known number of them, at least: some ten microseconds.
+const MIN_TASK_OPERATIONS: usize = 1 << 15;
 /// Items of a block of a reduction.
 const BLOCK_LENGTH: usize = 4096;
 
@@ -39,6 +43,19 @@ pub fn collect_tasks<T: Send>(n: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T
         (0..n).into_par_iter().with_max_len(1).map(of).collect()
     }
     erased(n, &of)
+}
+
+/// As [`collect`], for values that take about a number of operations each: too few for a task run on the calling thread.
+pub fn collect_short<T: Send>(n: usize, operations: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    fn erased<T: Send>(n: usize, least: usize, of: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
+        (0..n).into_par_iter().with_max_len(task_items(n)).with_min_len(least).map(of).collect()
+    }
+    erased(n, least_items(operations), &of)
+}
+
+/// Least items of a task if each takes about a number of operations: to start a task, and to wake a thread for it, takes some microseconds.
+pub fn least_items(operations: usize) -> usize {
+    (MIN_TASK_OPERATIONS / operations.max(1)).max(1)
 }
 
 /// The values of `of` at the items of a slice.
@@ -118,12 +135,12 @@ pub fn for_each<T: Send>(items: &mut [T], each: impl Fn(usize, &mut T) + Sync) {
     });
 }
 
-/// Calls `each` with the items of two slices of one length.
+/// Calls `each` with the items of two slices of one length, for arithmetic: short slices are no task.
 ///
 /// # Panics
 /// If the second slice is shorter.
 pub fn for_each_pair<T: Send, U: Sync>(items: &mut [T], others: &[U], each: impl Fn(&mut T, &U) + Sync) {
-    let length = chunk_length(items.len());
+    let length = chunk_length(items.len()).max(MIN_PAIRS_OF_TASK);
     chunks_in_tasks(items, length, task_items(items.len()).div_ceil(length), |c, chunk| {
         let others = &others[c * length..][..chunk.len()];
         for (item, other) in chunk.iter_mut().zip(others) {
@@ -172,6 +189,7 @@ mod tests {
             let squares = collect(n, |i| i * i);
             assert_eq!(squares, (0..n).map(|i| i * i).collect::<Vec<_>>());
             assert_eq!(collect_tasks(n, |i| i * i), squares);
+            assert_eq!(collect_short(n, 1000, |i| i * i), squares);
             assert_eq!(map(&squares, |x| x + 1), squares.iter().map(|x| x + 1).collect::<Vec<_>>());
             let mut out = vec![0; n];
             for_each(&mut out, |i, x| *x += i);

@@ -51,8 +51,8 @@ pub(super) fn match_edges(lighting: &VertexLighting, trees: &mut [PatchQuadtree]
             more[e.tree as usize].push((e.side, all.iter().map(|t| from(e, *t)).collect()));
         }
     }
-    parallel::for_each_pair(trees, &more, |tree, lists| {
-        for (side, list) in lists {
+    parallel::for_each(trees, |i, tree| {
+        for (side, list) in &more[i] {
             list.iter().for_each(|t| tree.add_corner(lighting, *side, *t));
         }
     });

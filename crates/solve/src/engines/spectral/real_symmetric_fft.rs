@@ -16,6 +16,9 @@ use zonal_fourier::Complex64;
 use zonal_fourier::{Planner, RealToComplex};
 use zonal_math::parallel;
 
+/// Operations of the transform of a number.
+const OPERATIONS_PER_NUMBER: usize = 20;
+
 /// Symmetry of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Parity {
@@ -44,7 +47,8 @@ impl RealSymmetricFft {
         assert!(m <= n && data.len().is_multiple_of(m), "lines of {m} for a length of {n}");
         parallel::set_length(out, data.len() / m * h);
         let work = || (vec![0.0; n], vec![Complex64::default(); h], self.plan.make_scratch_vec());
-        out.par_chunks_mut(h).zip(data.par_chunks(m)).for_each_init(
+        let least = parallel::least_items(OPERATIONS_PER_NUMBER * n);
+        out.par_chunks_mut(h).zip(data.par_chunks(m)).with_min_len(least).for_each_init(
             work,
             |(line, spectrum, scratch), (out, k)| {
                 line.fill(0.0);
@@ -71,14 +75,18 @@ pub(crate) fn permute_axes(data: &[f64], dims: [usize; 3], order: [usize; 3], ou
     let [p, q, r] = order.map(|k| (dims[k], stride[k]));
     parallel::set_length(out, data.len());
     // A rank of many may have no rows.
-    parallel::chunks(out, (q.0 * r.0).max(1), |i, plane| {
+    let plane = (q.0 * r.0).max(1);
+    let planes = parallel::least_items(plane);
+    parallel::chunks(out, planes * plane, |c, chunk| {
         // Square tiles, so that reads and writes stay in the cache.
         const TILE: usize = 16;
-        for j0 in (0..q.0).step_by(TILE) {
-            for k0 in (0..r.0).step_by(TILE) {
-                for j in j0..(j0 + TILE).min(q.0) {
-                    for k in k0..(k0 + TILE).min(r.0) {
-                        plane[j * r.0 + k] = data[i * p.1 + j * q.1 + k * r.1];
+        for (i, plane) in (c * planes..).zip(chunk.chunks_mut(plane)) {
+            for j0 in (0..q.0).step_by(TILE) {
+                for k0 in (0..r.0).step_by(TILE) {
+                    for j in j0..(j0 + TILE).min(q.0) {
+                        for k in k0..(k0 + TILE).min(r.0) {
+                            plane[j * r.0 + k] = data[i * p.1 + j * q.1 + k * r.1];
+                        }
                     }
                 }
             }

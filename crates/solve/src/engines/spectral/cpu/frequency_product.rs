@@ -82,25 +82,51 @@ pub(super) struct BlockLines {
     /// Those of the frequencies f₂ that are copied at a time: their numbers adjoin in the block.
     loaded: Vec<Vec<Vec<Complex64>>>,
     scratch: Vec<Complex64>,
-    /// Incident power of a line, by component.
+    /// Incident power of a group of lines, by component.
     added: Vec<Vec<Complex64>>,
-    /// An unfolded spectrum, each value twice.
+    /// Their unfolded spectra, each value twice.
     full: Vec<f64>,
-    /// The exchange of a line with a pair of walls.
+    /// Their exchange with a pair of walls.
     pair: WallPairLines,
+}
+
+/// Numbers of a group of lines that are multiplied together: loops over short lines alone take longer to start than to run.
+const NUMBERS_OF_GROUP: usize = 96;
+
+/// Lines of a group, of a length each.
+fn lines_of_group(length: usize) -> usize {
+    (NUMBERS_OF_GROUP / length).clamp(1, FREQUENCIES_PER_BLOCK)
 }
 
 impl BlockLines {
     pub(super) fn new(product: &FrequencyProduct) -> BlockLines {
         let (l0, order) = (product.grid.lengths()[0], product.order);
-        let parts = order.voxel_components();
+        let (parts, group) = (order.voxel_components(), l0 * lines_of_group(l0));
         BlockLines {
             lines: Vec::new(),
             loaded: vec![vec![vec![ZERO; FREQUENCIES_PER_BLOCK * l0]; parts]; LOADED_FREQUENCIES],
             scratch: vec![ZERO; product.transforms.line_scratch()],
-            added: vec![vec![ZERO; l0]; parts],
-            full: vec![0.0; 2 * l0],
-            pair: WallPairLines::new(order.patch_components(), l0),
+            added: vec![vec![ZERO; group]; parts],
+            full: vec![0.0; 2 * group],
+            pair: WallPairLines::new(order.patch_components(), group),
+        }
+    }
+}
+
+/// The stored spectra of a group of lines.
+struct StoredLines {
+    /// Index of the first number of each line, and the half of the spectrum along y in which it lies.
+    places: [(usize, SpectrumHalf); FREQUENCIES_PER_BLOCK],
+    /// Numbers stored of a line.
+    half: usize,
+}
+
+impl StoredLines {
+    /// Unfolds the spectra of the lines of a length.
+    #[inline(always)]
+    fn unfold(&self, full: &mut [f64], array: &KernelSpectrum, length: usize) {
+        for (full, &(from, half)) in full.chunks_exact_mut(2 * length).zip(&self.places) {
+            unfold(full, &array.data[from..from + self.half], array.sign(1, half), array.odd[0]);
         }
     }
 }
@@ -123,7 +149,7 @@ impl simd::SimdKernel for FrequencyBlock<'_> {
     type Output = ();
     #[inline(always)]
     fn evaluate(mut self) {
-        let count = self.count();
+        let (count, group) = (self.count(), lines_of_group(self.product.grid.lengths()[0]));
         self.found.clear();
         let h2 = self.product.grid.halves()[2];
         for first in (0..h2).step_by(LOADED_FREQUENCIES) {
@@ -133,8 +159,8 @@ impl simd::SimdKernel for FrequencyBlock<'_> {
                 std::mem::swap(&mut self.lines.lines, &mut self.lines.loaded[k]);
                 self.receive_x_walls(f2);
                 self.transform_lines();
-                for j in 0..count {
-                    self.exchange_line(f2, j);
+                for j in (0..count).step_by(group) {
+                    self.exchange_lines(f2, j..(j + group).min(count));
                 }
                 self.inverse_transform_lines();
                 self.send_x_walls(f2);
@@ -287,67 +313,74 @@ impl FrequencyBlock<'_> {
         }
     }
 
-    /// Multiplies the line of frequency f₁ number `j` with the spectra of the voxels, and exchanges with the walls across y and z.
+    /// Multiplies the lines of a group of frequencies f₁ with the spectra of the voxels, and exchanges with the walls across y and z.
     #[inline(always)]
-    fn exchange_line(&mut self, f2: usize, j: usize) {
-        let f1 = self.first + j;
+    fn exchange_lines(&mut self, f2: usize, group: Range<usize>) {
         let (l0, h0) = (self.product.grid.lengths()[0], self.product.grid.halves()[0]);
-        let (from, half) = (self.stored_index(f1, f2) * h0, self.half_of(f1));
-        let line = j * l0..(j + 1) * l0;
-        self.lines.added.iter_mut().for_each(|a| a.fill(ZERO));
-        let write = |full: &mut [f64], array: &KernelSpectrum| {
-            unfold(full, &array.data[from..from + h0], array.sign(1, half), array.odd[0]);
-        };
-        self.exchange_line_with_walls(f2, j, &write);
+        let line = group.start * l0..group.end * l0;
+        self.lines.added.iter_mut().for_each(|a| a[..line.len()].fill(ZERO));
+        let mut spectra =
+            StoredLines { places: [(0, SpectrumHalf::Stored); FREQUENCIES_PER_BLOCK], half: h0 };
+        for (place, j) in spectra.places.iter_mut().zip(group.clone()) {
+            let f1 = self.first + j;
+            *place = (self.stored_index(f1, f2) * h0, self.half_of(f1));
+        }
+        self.exchange_lines_with_walls(f2, group, &spectra);
         let BlockLines { lines, added, full, .. } = &mut *self.lines;
+        let full = &mut full[..2 * line.len()];
         let set = &self.kernels.volume;
         for (k, array) in set.arrays.iter().enumerate() {
-            write(full, array);
+            spectra.unfold(full, array, l0);
             for &KernelTerm { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
                 add_product(&mut added[p], &lines[q][line.clone()], full);
             }
         }
         for (lines, added) in lines.iter_mut().zip(&*added) {
-            lines[line.clone()].copy_from_slice(added);
+            lines[line.clone()].copy_from_slice(&added[..line.len()]);
         }
     }
 
-    /// Exchanges the line of frequency f₁ number `j` with the walls across y and z; `write` unfolds a spectrum.
+    /// Exchanges the lines of a group with the walls across y and z.
     #[inline(always)]
-    fn exchange_line_with_walls(
-        &mut self,
-        f2: usize,
-        j: usize,
-        write: &impl Fn(&mut [f64], &KernelSpectrum),
-    ) {
-        let (v, f1, count) = (self.product, self.first + j, self.count());
+    fn exchange_lines_with_walls(&mut self, f2: usize, group: Range<usize>, spectra: &StoredLines) {
+        let (v, first, count) = (self.product, self.first, self.count());
         let ([l0, l1, _], h2) = (v.grid.lengths(), v.grid.halves()[2]);
         let BlockLines { lines, added, full, pair, .. } = &mut *self.lines;
+        let all = group.start * l0..group.end * l0;
+        let full = &mut full[..2 * all.len()];
         for a in [1, 2] {
             let Some(sent) = &self.walls[a] else { continue };
-            let (met, place, of) = match a {
-                1 => (&mut self.found.y, f2, h2),
-                _ => (&mut self.found.z, j, count),
+            let (met, of) = match a {
+                1 => (&mut self.found.y, h2),
+                _ => (&mut self.found.z, count),
             };
-            let across = match a {
-                1 => FrequencyAcross { phase: v.phase[0][f1], weight: 1.0 },
+            let across = |j: usize| match a {
+                1 => FrequencyAcross { phase: v.phase[0][first + j], weight: 1.0 },
                 _ => FrequencyAcross { phase: v.phase[1][f2], weight: half_weight(&v.grid, f2) },
             };
             // Spectra of a wall have the frequencies along its axis other than x.
-            let (g, others) = if a == 1 { (f2, h2) } else { (f1, l1) };
+            let place = |j: usize| if a == 1 { f2 } else { j };
+            let (frequency, others) =
+                (|j: usize| if a == 1 { f2 } else { first + j }, if a == 1 { h2 } else { l1 });
             let set = &self.kernels.walls[a];
             if let [array] = &set.arrays[..] {
-                write(full, array);
-                let sent = sent.each_ref().map(|s| &s[g * l0..][..l0]);
-                let met = met.each_mut().map(|m| &mut m[place * l0..][..l0]);
-                exchange(&lines[0][j * l0..(j + 1) * l0], full, &mut added[0], met, sent, across);
+                spectra.unfold(full, array, l0);
+                for (k, j) in group.clone().enumerate() {
+                    let sent = sent.each_ref().map(|s| &s[frequency(j) * l0..][..l0]);
+                    let met = met.each_mut().map(|m| &mut m[place(j) * l0..][..l0]);
+                    let (line, full) = (&lines[0][j * l0..(j + 1) * l0], &full[2 * k * l0..][..2 * l0]);
+                    exchange(line, full, &mut added[0][k * l0..][..l0], met, sent, across(j));
+                }
                 continue;
             }
-            pair.load(|q| sent.each_ref().map(|s| &s[(q * others + g) * l0..][..l0]), across.phase);
+            for (k, j) in group.clone().enumerate() {
+                let of = |q: usize| sent.each_ref().map(|s| &s[(q * others + frequency(j)) * l0..][..l0]);
+                pair.load(k * l0..(k + 1) * l0, of, across(j).phase);
+            }
             for (k, array) in set.arrays.iter().enumerate() {
-                write(full, array);
+                spectra.unfold(full, array, l0);
                 for &KernelTerm { p, q, .. } in set.terms.iter().filter(|t| t.array == k) {
-                    let (line, added) = (&lines[p][j * l0..(j + 1) * l0], &mut added[p][..]);
+                    let (line, added) = (&lines[p][all.clone()], &mut added[p][..]);
                     // The slope across the walls is stored times i, with the opposite sign at the high wall.
                     let parity = usize::from(p == a + 1);
                     let (sent, met) = (&pair.sent[parity][q], &mut pair.met[parity][q]);
@@ -355,9 +388,11 @@ impl FrequencyBlock<'_> {
                     add_product(added, sent, full);
                 }
             }
-            for q in 0..v.order.patch_components() {
-                let met = met.each_mut().map(|m| &mut m[(q * of + place) * l0..][..l0]);
-                pair.store(q, met, across);
+            for (q, (k, j)) in
+                (0..v.order.patch_components()).flat_map(|q| group.clone().enumerate().map(move |x| (q, x)))
+            {
+                let met = met.each_mut().map(|m| &mut m[(q * of + place(j)) * l0..][..l0]);
+                pair.store(k * l0..(k + 1) * l0, q, met, across(j));
             }
         }
     }

@@ -8,6 +8,7 @@
 //!     ŵ_± = ŵ_low ± φ ŵ_high,   φ = e^{−2πi f (n−1)/N}         P̂ += Ŝ ŵ_±         û_± += Ŝ ŝ         ŵ_low = û_+ + û_−,   ŵ_high = φ* (û_+ − û_−)
 //! ```
 
+use std::ops::Range;
 use zonal_fourier::Complex64;
 use zonal_math::simd::{complex_parts, complex_parts_mut};
 
@@ -110,26 +111,38 @@ impl WallPairLines {
         let lines = || [(); 2].map(|_| vec![vec![ZERO; length]; components]);
         WallPairLines { sent: lines(), met: lines() }
     }
-    /// Takes the spectra of the walls, given by component, and forgets the incident radiation. The odd part is multiplied by i, as the slope across
-    /// the walls is.
+    /// Takes the spectra of the walls, given by component, into `place`, and forgets the incident radiation there. The odd part is multiplied by i, as the
+    /// slope across the walls is.
     #[inline(always)]
-    pub(super) fn load<'a>(&mut self, sent: impl Fn(usize) -> [&'a [Complex64]; 2], phase: Complex64) {
+    pub(super) fn load<'a>(
+        &mut self,
+        place: Range<usize>,
+        sent: impl Fn(usize) -> [&'a [Complex64]; 2],
+        phase: Complex64,
+    ) {
         let [even, odd] = &mut self.sent;
         for (q, (even, odd)) in even.iter_mut().zip(odd).enumerate() {
             let [low, high] = sent(q);
-            for ((e, o), (l, h)) in even.iter_mut().zip(odd).zip(low.iter().zip(high)) {
+            let own = even[place.clone()].iter_mut().zip(&mut odd[place.clone()]);
+            for ((e, o), (l, h)) in own.zip(low.iter().zip(high)) {
                 let shifted = h * phase;
                 let difference = l - shifted;
                 (*e, *o) = (l + shifted, Complex64::new(-difference.im, difference.re));
             }
         }
-        self.met.iter_mut().flatten().for_each(|line| line.fill(ZERO));
+        self.met.iter_mut().flatten().for_each(|line| line[place.clone()].fill(ZERO));
     }
-    /// Adds the incident radiation of component `q` to that of the low and of the high wall.
+    /// Adds the incident radiation of component `q` in `place` to the low and the high wall.
     #[inline(always)]
-    pub(super) fn store(&self, q: usize, [low, high]: [&mut [Complex64]; 2], across: FrequencyAcross) {
+    pub(super) fn store(
+        &self,
+        place: Range<usize>,
+        q: usize,
+        [low, high]: [&mut [Complex64]; 2],
+        across: FrequencyAcross,
+    ) {
         let FrequencyAcross { phase, weight } = across;
-        let (even, odd) = (&self.met[0][q], &self.met[1][q]);
+        let (even, odd) = (&self.met[0][q][place.clone()], &self.met[1][q][place]);
         for ((l, h), (e, o)) in low.iter_mut().zip(high).zip(even.iter().zip(odd)) {
             let (e, o) = (e * weight, Complex64::new(o.im, -o.re) * weight);
             *l += e + o;

@@ -40,6 +40,9 @@ impl Device for Processor {
     }
 }
 
+/// Values of voxels from which the transforms of the walls are a task.
+const MIN_VALUES_TOGETHER: usize = 1 << 10;
+
 /// The products of a grid on the processor.
 struct ProcessorConvolution<'a> {
     volume: VolumeConvolution<'a>,
@@ -67,7 +70,7 @@ impl GridConvolution for ProcessorConvolution<'_> {
     fn exchange(&self, extinction: usize, voxels: &mut [f64], walls: &WallValues) -> WallValues {
         let (kernels, mut buffers) = (&self.spectra[extinction], self.volume.buffers());
         // Walls have few transforms: in one process they run beside those of the voxels. Several exchange messages in one order.
-        let together = self.ranks == 1;
+        let together = self.ranks == 1 && voxels.len() >= MIN_VALUES_TOGETHER;
         let transform_walls = || self.walls.spectra(walls);
         let strengths = &*voxels;
         let transform_voxels = || self.volume.transform(&mut buffers, strengths);

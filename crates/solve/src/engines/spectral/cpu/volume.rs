@@ -108,8 +108,14 @@ impl<'a> VolumeConvolution<'a> {
     ) -> Vec<(BoxWall, Vec<Complex64>)> {
         let ProductBuffers { spectrum, sums, .. } = buffers;
         let blocks: Vec<usize> = self.slabs.blocks().collect();
-        let size = self.product.order.voxel_components() * self.product.component_size();
-        let chunks = spectrum.par_chunks_mut(size).zip(&mut *sums).enumerate().with_max_len(1);
+        let parts = self.product.order.voxel_components();
+        let size = parts * self.product.component_size();
+        let chunks = spectrum
+            .par_chunks_mut(size)
+            .zip(&mut *sums)
+            .enumerate()
+            .with_max_len(1)
+            .with_min_len(parallel::least_items(parts * size));
         chunks.for_each_init(
             || BlockLines::new(&self.product),
             |lines, (i, (block, found))| {

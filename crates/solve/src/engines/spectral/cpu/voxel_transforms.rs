@@ -21,6 +21,10 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use zonal_fourier::Complex64;
 use zonal_fourier::{ComplexToReal, Fft, Planner, RealToComplex};
+use zonal_math::parallel;
+
+/// Operations of the transforms of a number of a plane.
+const PLANE_OPERATIONS: usize = 20;
 
 /// Plans of the transforms of a grid.
 pub(super) struct VoxelTransforms {
@@ -73,7 +77,8 @@ impl VoxelTransforms {
             let spectra = vec![ZERO; NUMBERS_PER_CACHE_LINE * h2];
             (vec![0.0; l2], spectra, vec![ZERO; h2 * l1], self.real.make_scratch_vec(), scratch)
         };
-        slots.into_par_iter().zip(s.par_chunks(n1 * n2)).with_max_len(1).for_each_init(
+        let least = parallel::least_items(PLANE_OPERATIONS * l1 * l2);
+        slots.into_par_iter().zip(s.par_chunks(n1 * n2)).with_max_len(1).with_min_len(least).for_each_init(
             work,
             |(line, spectra, plane, scratch_z, scratch_y), (mut slot, cells)| {
                 // Lines y go to the plane together, so that each line of the cache is written once.
@@ -111,7 +116,8 @@ impl VoxelTransforms {
             let spectra = vec![ZERO; NUMBERS_PER_CACHE_LINE * h2];
             (vec![0.0; l2], spectra, vec![ZERO; h2 * l1], self.unreal.make_scratch_vec(), scratch)
         };
-        out.par_chunks_mut(n1 * n2).enumerate().with_max_len(1).for_each_init(
+        let least = parallel::least_items(PLANE_OPERATIONS * l1 * l2);
+        out.par_chunks_mut(n1 * n2).enumerate().with_max_len(1).with_min_len(least).for_each_init(
             work,
             |(line, spectra, plane, scratch_z, scratch_y), (x, cells)| {
                 for (b, block) in blocks.iter().enumerate() {

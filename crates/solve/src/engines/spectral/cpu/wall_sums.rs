@@ -172,7 +172,7 @@ impl WallSumLayout<'_> {
                     fixed_tree::node_sum(&mut known, root, &|a, b| a + b)
                 }
             };
-            let lines = sum.par_chunks_mut(l0).enumerate();
+            let lines = sum.par_chunks_mut(l0).enumerate().with_min_len(NUMBERS_PER_TASK / l0);
             lines.for_each(|(k, line)| {
                 line.iter_mut().for_each(|o| *o *= half_weight(&self.part.grid, k % h2))
             });

@@ -17,7 +17,7 @@ use super::line_exchange::{ZERO, times_i, times_minus_i};
 use super::wall_sums::{BoxWall, walls};
 use crate::device::basis::patch_axis;
 use crate::device::grid::OTHER_AXES;
-use crate::device::spectra::{GridSpectra, SpectrumHalf};
+use crate::device::spectra::{GridSpectra, KernelSet, SpectrumHalf};
 use crate::device::{GridPart, WallValues};
 use crate::distribution::Blocks;
 use crate::distribution::part_of;
@@ -63,6 +63,10 @@ impl EdgeComponent {
     }
 }
 
+/// Operations of the transforms of a number of a wall, and of the product of a number of opposite walls.
+const TRANSFORM_OPERATIONS: usize = 40;
+const OPPOSITE_OPERATIONS: usize = 8;
+
 /// Real columns that one product of a matrix of adjacent walls serves: four complex ones.
 type ReversedColumns = [f64; LANES];
 
@@ -78,6 +82,12 @@ impl<'a> WallConvolution<'a> {
             unreal: n.map(|n| plans.real_inverse(n)),
             part,
         }
+    }
+
+    /// About the operations of the transforms of a component of a wall.
+    fn wall_operations(&self) -> usize {
+        let [x, y, z] = self.part.grid.lengths();
+        TRANSFORM_OPERATIONS * (x * y).max(y * z).max(x * z)
     }
 
     /// Number of stored frequencies along the second direction of a wall: half of them along z.
@@ -156,7 +166,8 @@ impl<'a> WallConvolution<'a> {
             }
             face
         };
-        let own: Vec<Vec<f64>> = from_voxels.into_par_iter().map(one).collect();
+        let least = parallel::least_items(self.wall_operations());
+        let own: Vec<Vec<f64>> = from_voxels.into_par_iter().with_min_len(least).map(one).collect();
         let list = walls(&self.part.grid);
         let length = |w: usize| self.part.order.patch_components() * self.part.grid.patches(list[w].axis);
         let all = Blocks::new(communicator, list.len(), 1).gather_lists(communicator, length, own);
@@ -198,16 +209,18 @@ impl<'a> WallConvolution<'a> {
             let array = &k.opposite[a].arrays[term.array];
             let from = sent[1 - side][term.q * size..(term.q + 1) * size].par_chunks(lb);
             let to = met[term.p * size..(term.p + 1) * size].par_chunks_mut(lb);
-            to.zip(from).enumerate().for_each(|(f, (met, sent))| {
-                // Across z all frequencies are stored, with half of their weight; else half of them.
-                let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
-                let weight = weight * array.sign(c, SpectrumHalf::of(f, lc));
-                let kernel = &array.data[f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
-                for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
-                    let sign = array.sign(b, SpectrumHalf::of(i, lb));
-                    *m += s * (weight * sign * kernel[i.min(lb - i)]);
-                }
-            });
+            to.zip(from).enumerate().with_min_len(parallel::least_items(OPPOSITE_OPERATIONS * lb)).for_each(
+                |(f, (met, sent))| {
+                    // Across z all frequencies are stored, with half of their weight; else half of them.
+                    let weight = if a == 2 || f == 0 || 2 * f == lc { 0.5 } else { 1.0 };
+                    let weight = weight * array.sign(c, SpectrumHalf::of(f, lc));
+                    let kernel = &array.data[f.min(lc - f) * hb..(f.min(lc - f) + 1) * hb];
+                    for (i, (m, s)) in met.iter_mut().zip(sent).enumerate() {
+                        let sign = array.sign(b, SpectrumHalf::of(i, lb));
+                        *m += s * (weight * sign * kernel[i.min(lb - i)]);
+                    }
+                },
+            );
         }
     }
 
@@ -235,7 +248,8 @@ impl<'a> WallConvolution<'a> {
             self.along(EdgeComponent { a, c, q }, &sent[a])
         };
         let list: Vec<(usize, usize)> = own.iter().flat_map(|&e| components(e)).collect();
-        let spectra: Vec<Vec<Complex64>> = parallel::map(&list, one);
+        let operations = self.wall_operations();
+        let spectra: Vec<Vec<Complex64>> = parallel::collect_short(list.len(), operations, |k| one(&list[k]));
         // Bring the own frequencies of all walls here, multiply, and bring the products back.
         let from = self.to_frequencies(&edges, spectra);
         let to = self.adjacent_products(k, &edges, &from);
@@ -250,7 +264,7 @@ impl<'a> WallConvolution<'a> {
             }
             faces.concat()
         };
-        let added: Vec<Vec<f64>> = parallel::collect(own.len(), one);
+        let added: Vec<Vec<f64>> = parallel::collect_short(own.len(), parts * operations, one);
         let length = |e: usize| 2 * parts * self.part.grid.patches(edges[e].a);
         let all = Blocks::new(communicator, edges.len(), 1).gather_lists(communicator, length, added);
         for (&WallEdge { a, .. }, added) in edges.iter().zip(&all) {
@@ -332,25 +346,18 @@ impl<'a> WallConvolution<'a> {
         let parts = self.part.order.patch_components();
         let mut to: Vec<Vec<Complex64>> = from.iter().map(|list| vec![ZERO; list.len()]).collect();
         for (i, pair) in self.part.grid.corners().enumerate() {
-            let [a, b] = pair;
-            let [of_a, of_b] = [2 * i, 2 * i + 1];
-            let [nb, na] = [of_a, of_b].map(|e| self.edge_line(edges[e]) / 2);
-            let set = &k.adjacent[a + b - 1];
-            let (head, tail) = to.split_at_mut(of_b * parts);
-            for term in &set.terms {
-                let q = &set.arrays[term.array].data;
-                let (to_a, to_b) = (&mut head[of_a * parts + term.p], &mut tail[term.q]);
-                let (from_a, from_b) = (&from[of_a * parts + term.p], &from[of_b * parts + term.q]);
-                let sign = |turned: bool| if turned { -1.0 } else { 1.0 };
-                let signs = [patch_axis(a, term.p) == Some(b), patch_axis(b, term.q) == Some(a)].map(sign);
-                to_a.par_chunks_mut(2 * nb).zip(to_b.par_chunks_mut(2 * na)).enumerate().for_each(
-                    |(f, to)| {
-                        let from =
-                            [&from_a[f * 2 * nb..(f + 1) * 2 * nb], &from_b[f * 2 * na..(f + 1) * 2 * na]];
-                        let q = &q[f * na * nb..(f + 1) * na * nb];
-                        simd::run(AdjacentWallProduct { q, from, to: [to.0, to.1], signs });
-                    },
-                );
+            let of = [2 * i, 2 * i + 1];
+            let line = of.map(|e| self.edge_line(edges[e]));
+            let from = of.map(|e| &from[e * parts..(e + 1) * parts]);
+            let set = &k.adjacent[pair[0] + pair[1] - 1];
+            let product = |f| simd::run(AdjacentWallProduct { set, pair, line, frequency: f, from });
+            let operations = set.terms.len() * line[0] * line[1] * LANES;
+            let products = parallel::collect_short(from[0][0].len() / line[0], operations, product);
+            for (f, product) in products.iter().enumerate() {
+                for w in [0, 1] {
+                    let lists = to[of[w] * parts..].iter_mut().zip(product[w].chunks(line[w]));
+                    lists.for_each(|(to, own)| to[f * line[w]..(f + 1) * line[w]].copy_from_slice(own));
+                }
             }
         }
         to
@@ -409,58 +416,86 @@ impl<'a> WallConvolution<'a> {
     }
 }
 
-/// One frequency of two pairs of adjacent walls: q by `[i_a][i_b]`, walls by `[side][i]`, and the signs of the components under reversal.
+/// One frequency of the walls across two axes that are adjacent to each other.
 struct AdjacentWallProduct<'a> {
-    q: &'a [f64],
-    from: [&'a [Complex64]; 2],
-    to: [&'a mut [Complex64]; 2],
-    signs: [f64; 2],
+    /// Kernels by `[f][i_a][i_b]`.
+    set: &'a KernelSet,
+    /// The axes of the normals.
+    pair: [usize; 2],
+    /// Numbers of one frequency of a component: both sides of each.
+    line: [usize; 2],
+    frequency: usize,
+    /// The components of each by `[f][side][i]`.
+    from: [&'a [Vec<Complex64>]; 2],
 }
 
 impl simd::SimdKernel for AdjacentWallProduct<'_> {
-    type Output = ();
+    /// Incident power of each by `[component][side][i]`.
+    type Output = [Vec<Complex64>; 2];
     #[inline(always)]
-    fn evaluate(self) {
-        let AdjacentWallProduct { q, from: [from_a, from_b], to: [to_a, to_b], signs: [sign_a, sign_b] } =
-            self;
-        let (nb, na) = (from_a.len() / 2, from_b.len() / 2);
-        let (of_a, of_b) = (reversed_columns(from_a), reversed_columns(from_b));
-        let (mut sum_a, mut sum_b) = (vec![[0.0; LANES]; nb], vec![[0.0; LANES]; na]);
-        for i in 0..na {
-            let row = &q[i * nb..(i + 1) * nb];
-            let x = of_b[i];
-            let mut own = [0.0; LANES];
-            for j in 0..nb {
+    fn evaluate(self) -> Self::Output {
+        let (set, [nb, na]) = (self.set, self.line.map(|n| n / 2));
+        let (of_a, of_b) = (self.reversed_columns(0), self.reversed_columns(1));
+        let (mut sum_a, mut sum_b) = (vec![[0.0; LANES]; of_a.len()], vec![[0.0; LANES]; of_b.len()]);
+        for term in &set.terms {
+            let (of_a, of_b) = (&of_a[term.p * nb..][..nb], &of_b[term.q * na..][..na]);
+            let (sum_a, sum_b) = (&mut sum_a[term.p * nb..][..nb], &mut sum_b[term.q * na..][..na]);
+            let kernel = &set.arrays[term.array].data[self.frequency * na * nb..][..na * nb];
+            for i in 0..na {
+                let row = &kernel[i * nb..(i + 1) * nb];
+                let (x, mut own) = (of_b[i], [0.0; LANES]);
+                for j in 0..nb {
+                    for l in 0..LANES {
+                        sum_a[j][l] += row[j] * x[l];
+                        own[l] += row[j] * of_a[j][l];
+                    }
+                }
                 for l in 0..LANES {
-                    sum_a[j][l] += row[j] * x[l];
-                    own[l] += row[j] * of_a[j][l];
+                    sum_b[i][l] += own[l];
                 }
             }
-            sum_b[i] = own;
         }
-        add_products(&sum_a, to_a, [sign_a, sign_b]);
-        add_products(&sum_b, to_b, [sign_b, sign_a]);
+        [self.unreversed(0, &sum_a), self.unreversed(1, &sum_b)]
     }
 }
 
-/// (low, high, R low, R high) of two walls by `[side][i]`.
-#[inline(always)]
-fn reversed_columns(walls: &[Complex64]) -> Vec<ReversedColumns> {
-    let n = walls.len() / 2;
-    let at = |i: usize| {
-        let z = [walls[i], walls[n + i], walls[n - 1 - i], walls[2 * n - 1 - i]];
-        std::array::from_fn(|l| if l % 2 == 0 { z[l / 2].re } else { z[l / 2].im })
-    };
-    (0..n).map(at).collect()
-}
+impl AdjacentWallProduct<'_> {
+    /// The sign of a component under reversal: slopes along the reversed index change theirs.
+    #[inline(always)]
+    fn sign(&self, w: usize, component: usize) -> f64 {
+        if patch_axis(self.pair[w], component) == Some(self.pair[1 - w]) { -1.0 } else { 1.0 }
+    }
 
-/// Adds the four products to two walls; the signs are those of reversal of their own index and of the index of the other walls.
-#[inline(always)]
-fn add_products(sums: &[ReversedColumns], to: &mut [Complex64], [own_sign, other_sign]: [f64; 2]) {
-    let n = sums.len();
-    for i in 0..n {
-        let (own, turned) = (sums[i], sums[n - 1 - i].map(|x| own_sign * x));
-        to[i] += Complex64::new(own[0] + turned[2], own[1] + turned[3]);
-        to[n + i] += Complex64::new(own[4] + turned[6], own[5] + turned[7]) * other_sign;
+    /// (low, high, R low, R high) by `[component][i]`.
+    #[inline(always)]
+    fn reversed_columns(&self, w: usize) -> Vec<ReversedColumns> {
+        let (line, n) = (self.line[w], self.line[w] / 2);
+        let mut out = vec![[0.0; LANES]; self.from[w].len() * n];
+        for (q, values) in self.from[w].iter().enumerate() {
+            let (values, sign) = (&values[self.frequency * line..][..line], self.sign(w, q));
+            for i in 0..n {
+                let [low, high] = [values[i], values[n + i]];
+                let [back_low, back_high] = [values[n - 1 - i] * sign, values[line - 1 - i] * sign];
+                out[q * n + i] =
+                    [low.re, low.im, high.re, high.im, back_low.re, back_low.im, back_high.re, back_high.im];
+            }
+        }
+        out
+    }
+
+    /// Both sides by `[component][side][i]`, from the products with all four columns.
+    #[inline(always)]
+    fn unreversed(&self, w: usize, sums: &[ReversedColumns]) -> Vec<Complex64> {
+        let (line, n) = (self.line[w], self.line[w] / 2);
+        let mut out = vec![ZERO; 2 * sums.len()];
+        for (q, (out, sums)) in out.chunks_exact_mut(line).zip(sums.chunks_exact(n)).enumerate() {
+            let sign = self.sign(w, q);
+            for i in 0..n {
+                let (own, back) = (&sums[i], &sums[n - 1 - i]);
+                out[i] = Complex64::new(own[0] + sign * back[2], own[1] + sign * back[3]);
+                out[n + i] = Complex64::new(own[4] + sign * back[6], own[5] + sign * back[7]);
+            }
+        }
+        out
     }
 }
