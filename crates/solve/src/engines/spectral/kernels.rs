@@ -135,6 +135,8 @@ struct KernelBuilder<'a> {
     wall_tables: Vec<(Vec<usize>, Arc<FactorTable>)>,
     /// The same for a linear basis.
     linear_tables: Vec<LinearBasisTables>,
+    /// Tables of a small grid for a linear basis that no kernel has used, by normals.
+    prepared: Vec<(Vec<usize>, Vec<Vec<f64>>)>,
     /// A buffer for the next table: each kernel needs one beside its own spectrum.
     spare: Vec<f64>,
     /// What is known of the finished tables.
@@ -175,6 +177,7 @@ impl GridKernels {
             counts: grid.distances(),
             wall_tables: Vec::new(),
             linear_tables: Vec::new(),
+            prepared: Vec::new(),
             spare: std::mem::take(spare),
             tables: TableSummary { tally: Vec::new(), radius: 0.0 },
         };
@@ -183,6 +186,10 @@ impl GridKernels {
             BasisOrder::Linear => LINEAR_TOLERANCE,
             BasisOrder::Constant => 0.0,
         };
+        if order == BasisOrder::Linear && slabs.ranks() == 1 && grid.count() <= MAX_VOXELS_OF_TABLES_TOGETHER
+        {
+            builder.prepare_tables();
+        }
         let mut spectra = GridSpectra { first: slabs.stored().start, ..GridSpectra::default() };
         spectra.volume = builder.volume();
         for a in grid.walled() {
@@ -205,6 +212,9 @@ impl TableSummary {
         self.radius = self.radius.max(radius);
     }
 }
+
+/// Most voxels of a grid whose tables for a linear basis are computed at the same time: each of them has few planes.
+const MAX_VOXELS_OF_TABLES_TOGETHER: usize = 1 << 15;
 
 /// Offsets along an edge of a tile.
 const TILE: usize = 8;
@@ -301,9 +311,11 @@ impl KernelBuilder<'_> {
             };
             return layout.densities.iter().map(|d| permuted(&tables[other(d)], dims(made), turn)).collect();
         }
-        let along = axis_relations(normals);
-        let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
-        let tables = pairs.tables(&layout.densities, &SharedChunks(self.slabs.communicator));
+        let known = self.prepared.iter().position(|(made, _)| made == normals);
+        let tables = match known {
+            Some(k) => self.prepared.swap_remove(k).1,
+            None => self.new_tables(normals, layout),
+        };
         let count = tables.iter().map(Vec::len).sum();
         let tally = if self.images.is_periodic() {
             MethodCounts { gaussians: count, ..MethodCounts::default() }
@@ -317,6 +329,28 @@ impl KernelBuilder<'_> {
             self.linear_tables.push(LinearBasisTables { normals, densities, tables: tables.clone() });
         }
         tables
+    }
+
+    fn new_tables(&self, normals: &[usize], layout: &KernelLayout) -> Vec<Vec<f64>> {
+        let along = axis_relations(normals);
+        let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
+        pairs.tables(&layout.densities, &SharedChunks(self.slabs.communicator))
+    }
+
+    /// Computes the tables of voxels and of all walls that are not equal, at the same time.
+    fn prepare_tables(&mut self) {
+        let (grid, order) = (self.grid, self.order);
+        let walls = grid.walled().map(|a| (vec![a], order.wall_layout(a)));
+        let opposite = grid.walled().map(|a| (vec![a, a], order.opposite_layout(a)));
+        let adjacent = grid.corners().map(|pair| (pair.to_vec(), order.adjacent_layout(pair)));
+        let mut list = vec![(Vec::new(), order.volume_layout())];
+        for next in walls.chain(opposite).chain(adjacent) {
+            if !list.iter().any(|(made, _)| grid.permutation(&next.0, made).is_some()) {
+                list.push(next);
+            }
+        }
+        let tables = parallel::collect_tasks(list.len(), |k| self.new_tables(&list[k].0, &list[k].1));
+        self.prepared = list.into_iter().map(|(normals, _)| normals).zip(tables).collect();
     }
 
     /// Kernels of a constant basis.
