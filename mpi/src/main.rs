@@ -14,7 +14,6 @@ use clap::{Parser, Subcommand};
 use mpi::Threading;
 use mpi::traits::Communicator as _;
 use std::process::ExitCode;
-use zonal_app::timeline::Timeline;
 use zonal_cli::commands::context::Context;
 use zonal_cli::commands::{render, solve};
 use zonal_report::{Failure, note};
@@ -100,7 +99,7 @@ fn main() -> ExitCode {
 fn run(cli: Cli, ranks: &mpi_ranks::MpiRanks) -> Result<(), Failure> {
     let quiet = cli.quiet || ranks.rank() > 0;
     zonal_cli::commands::start_threads(Some(placement::threads(ranks, cli.threads)))?;
-    let timeline = cli.timings.then(Timeline::default);
+    let timeline = cli.timings.then(Default::default);
     let context = Context { json: cli.json, quiet, strict: cli.strict, timeline: timeline.as_ref() };
     let counted = CountedRanks::new(ranks);
     match cli.command {
