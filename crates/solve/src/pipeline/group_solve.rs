@@ -14,6 +14,7 @@ use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::SolveSettings;
 use crate::settings::zone_power::{closure_targets, reflection_weights};
 use zonal_exchange::pair::scaled_radiosity_coefficient;
+use zonal_math::parallel;
 use zonal_scene::{Band, Bands, Engine, LightGroup, NoCheckpoints, NoProgress, SolveStatus};
 
 /// Residual over the tolerance at which the iteration ends for the rays engine, far below the errors of its rays.
@@ -151,7 +152,9 @@ fn iterate(block: &BlockEngine, engine: Engine) -> SolvedColumns {
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
     let processes = system.sums.shared_by();
-    let parts = built.operator.in_blocks();
+    let reflects = parallel::any(targets.len(), |i| system.weights[i] != Bands::ZERO);
+    let reflects = system.sums.over_processes(reflects, |a, b| a || b);
+    let parts = reflects.then(|| built.operator.in_blocks()).flatten();
     let coarse = parts.map(|(blocks, operator)| CoarseSystem::new(blocks, operator, &system, processes));
     let (results, products) = solve_system(context, system, coarse.as_ref(), columns, initial, stop);
     SolvedColumns { results, incident: None, products }

@@ -46,8 +46,9 @@ use zonal_scene::{Band, Bands, CheckpointStore, PerBand, Progress, SolveStatus};
 /// Iterations between two saved states.
 const CHECKPOINT_INTERVAL: usize = 10;
 
-/// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any, with a correction by the `coarse` equations if there are any. If all bands are identical, one is solved. The
-/// strengths take the memory of the sources. The second result is the incident power P = g s of every column, in the memory of the iteration.
+/// Solves s = s⁰ + w g s for every column of `sources`, from the `initial` strengths if there are any, corrected by the `coarse` equations if there are
+/// any. If all bands are identical, one is solved. The strengths take the memory of the sources. The second result is the incident power P = g s of every
+/// column, in the memory of the iteration.
 ///
 /// The state is saved in `checkpoints` every [`CHECKPOINT_INTERVAL`] iterations as stage `state-gradients`, and resumed from there. The iteration ends
 /// early if the observer interrupts it.
