@@ -119,8 +119,8 @@ fn points(ratio: f64, depth: f64) -> usize {
 fn radial_points(depth: f64) -> usize {
     const POINTS_OF_DENSITIES: usize = 3;
     // A pyramid is deeper than its edges, by a factor √3 at most.
-    const MOST: usize = 16;
-    if depth > MAX_CELL_DEPTH { MOST } else { points(0.0, depth) + POINTS_OF_DENSITIES }
+    const POINTS_OF_DEEP_PYRAMIDS: usize = 16;
+    if depth > MAX_CELL_DEPTH { POINTS_OF_DEEP_PYRAMIDS } else { points(0.0, depth) + POINTS_OF_DENSITIES }
 }
 
 impl LinearBasisPairs<'_> {
