@@ -68,8 +68,9 @@ pub(crate) fn respond(
         let series = neumann_series::solve(&system, &columns, orders, &NoCheckpoints, &NoProgress);
         return series.into_iter().next().map_or_else(Vec::new, |sum| sum.strengths);
     }
-    let Some(result) = solve_system(&context, system.clone(), None, columns.clone(), None, stop).0.pop()
-    else {
+    let coarse = coarse_system(operator, &system);
+    let solved = solve_system(&context, system.clone(), coarse.as_ref(), columns.clone(), None, stop);
+    let Some(result) = solved.0.into_iter().next() else {
         return Vec::new();
     };
     let has_converged = |b: Band| result.status[b] == SolveStatus::Converged;
@@ -151,13 +152,17 @@ fn iterate(block: &BlockEngine, engine: Engine) -> SolvedColumns {
     let floor = if engine == Engine::Rays { RESIDUAL_OVER_TOLERANCE * options.tolerance } else { 0.0 };
     let stop =
         StoppingCriterion { residual: options.residual.max(floor), max_iterations: options.max_iterations };
-    let processes = system.sums.shared_by();
-    let reflects = parallel::any(targets.len(), |i| system.weights[i] != Bands::ZERO);
-    let reflects = system.sums.over_processes(reflects, |a, b| a || b);
-    let parts = reflects.then(|| built.operator.in_blocks()).flatten();
-    let coarse = parts.map(|(blocks, operator)| CoarseSystem::new(blocks, operator, &system, processes));
+    let coarse = coarse_system(built.operator.as_ref(), &system);
     let (results, products) = solve_system(context, system, coarse.as_ref(), columns, initial, stop);
     SolvedColumns { results, incident: None, products }
+}
+
+/// The equations on blocks of zones, where the operator has blocks and some zone reflects.
+fn coarse_system<'a>(operator: &'a dyn ErrorModel, system: &LinearSystem<'a>) -> Option<CoarseSystem<'a>> {
+    let reflects = parallel::any(system.targets.len(), |i| system.weights[i] != Bands::ZERO);
+    let reflects = system.sums.over_processes(reflects, |a, b| a || b);
+    let (blocks, exchange) = reflects.then(|| operator.in_blocks()).flatten()?;
+    Some(CoarseSystem::new(blocks, exchange, system, system.sums.shared_by()))
 }
 
 /// Stabilised bi-conjugate gradients where sheets transmit, else conjugate gradients; the results, and the incident power if the iteration has it.
