@@ -18,8 +18,8 @@
 //! ```
 //!
 //! is symmetric and positive definite, and M⁻¹ (I − K) = I up to what K has outside the blocks' constants, O(κℓ) for blocks of edge ℓ (two-grid methods for
-//! integral equations of the second kind: Hackbusch, Multi-Grid Methods and Applications, ch. 16). Blocks of 4³ voxels cost 1/64 of a product, and the
-//! iteration needs about a third of the products.
+//! integral equations of the second kind: Hackbusch, Multi-Grid Methods and Applications, ch. 16). A product of blocks of 4³ voxels costs 1/64 of one of
+//! voxels, and the iteration needs about half of the steps.
 //!
 //! Zones without weight have no part in a block, and slopes of a linear basis none at all: there M⁻¹ is the identity.
 

@@ -34,9 +34,7 @@ struct VectorLayout<'a> {
     patches: usize,
     /// Number of voxels in vectors: all, or those of this rank.
     voxels: usize,
-    /// True if vectors have the voxels of this rank alone.
-    is_divided: bool,
-    /// Order of sums.
+    /// Order of sums, which knows whether vectors have the voxels of this rank alone.
     sums: SumOrder<'a>,
 }
 
@@ -73,7 +71,6 @@ impl<'a> SpectralOperator<'a> {
         let layout = VectorLayout {
             patches: zones.patches.len(),
             voxels: zones.voxels.len(),
-            is_divided: zones.voxels.is_divided(),
             sums: SumOrder::of_zones(zones, execution.communicator),
         };
         SpectralOperator::with_layout(enclosure, layout, order, device, execution)
@@ -182,12 +179,12 @@ impl<'a> SpectralOperator<'a> {
 
     /// True if vectors have exactly the voxels of this rank.
     fn has_own_voxels(&self) -> bool {
-        self.layout.is_divided || self.part.slabs.ranks() == 1
+        self.layout.sums.is_divided() || self.part.slabs.ranks() == 1
     }
 
     /// The voxels of this rank among those of a vector.
     fn own_voxels(&self) -> Range<usize> {
-        if self.layout.is_divided {
+        if self.layout.sums.is_divided() {
             return 0..self.layout.voxels;
         }
         let plane = self.grid().cells[1] * self.grid().cells[2];
@@ -498,13 +495,12 @@ impl ErrorModel for SpectralOperator<'_> {
     }
     fn in_blocks(&self) -> Option<(ZoneBlocks, Box<dyn ExchangeOperator + '_>)> {
         let own = &self.layout;
-        let planes = if own.is_divided { self.part.slabs.planes() } else { 0..self.grid().cells[0] };
+        let planes = if own.sums.is_divided() { self.part.slabs.planes() } else { 0..self.grid().cells[0] };
         let (enclosure, blocks) = box_in_blocks::divide(&self.enclosure, planes, own.patches)?;
         // Each process has all blocks.
         let layout = VectorLayout {
             patches: blocks.patch_sizes.len(),
             voxels: enclosure.grid.count(),
-            is_divided: false,
             sums: SumOrder::plain(),
         };
         let execution = Execution::alone(&NoProgress);

@@ -47,7 +47,7 @@ impl<E> ColumnVectors<E> {
     }
 }
 
-/// What the iteration of every column reads of the system.
+/// Data of the linear system that all columns have in common.
 #[derive(Clone, Copy)]
 pub(super) struct Metric<'a, E> {
     /// √w.

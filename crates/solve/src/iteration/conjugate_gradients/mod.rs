@@ -28,13 +28,13 @@
 //!
 //! **Warm start.** From strengths s near the solution: √w y = s − s⁰ where w > 0, r = √w g s − y; one product, as for a cold start.
 
-use super::coarse_system::CoarseSystem;
-use super::divided_state;
 mod band_entry;
 mod coarse_correction;
 mod column;
 mod state_codec;
 
+use super::coarse_system::CoarseSystem;
+use super::divided_state;
 use super::linear_system::{IterationResult, LinearSystem, StoppingCriterion, source_power};
 use crate::operator::ExchangeOperator;
 use band_entry::{BandEntry, first_lanes, is_grey, per_band};

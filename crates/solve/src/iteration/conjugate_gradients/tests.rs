@@ -103,7 +103,6 @@ fn warm_start_at_the_solution_needs_no_iteration() {
     assert!(once[0].residuals[Band::first()].len() > 2);
 }
 
-/// Without a coarse grid, on 40 zones whose factors are all in memory.
 #[test]
 fn incident_power_is_the_product_of_the_strengths() {
     let (g, rows) = forty_zones();

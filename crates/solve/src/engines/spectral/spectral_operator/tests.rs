@@ -32,8 +32,7 @@ fn enclosure(cells: [usize; 3], is_periodic: bool) -> (BoxEnclosure, usize) {
 }
 
 fn operator(enclosure: &BoxEnclosure, patches: usize) -> SpectralOperator<'static> {
-    let layout =
-        VectorLayout { patches, voxels: enclosure.grid.count(), is_divided: false, sums: SumOrder::plain() };
+    let layout = VectorLayout { patches, voxels: enclosure.grid.count(), sums: SumOrder::plain() };
     let execution = Execution::alone(&NoProgress);
     SpectralOperator::with_layout(enclosure.clone(), layout, BasisOrder::Constant, &Processor, execution)
 }
