@@ -177,7 +177,7 @@ impl DensityFamily {
 
 /// 1/r^{2+m} from r².
 #[inline(always)]
-pub(super) fn shell(patches: i32, r2: f64) -> f64 {
+pub(in crate::aligned) fn shell(patches: i32, r2: f64) -> f64 {
     match patches {
         0 => 1.0 / r2,
         1 => 1.0 / (r2 * r2.sqrt()),
@@ -185,8 +185,9 @@ pub(super) fn shell(patches: i32, r2: f64) -> f64 {
     }
 }
 
+/// t^p for p ≤ 2.
 #[inline(always)]
-fn power(t: f64, p: i32) -> f64 {
+pub(in crate::aligned) fn power(t: f64, p: i32) -> f64 {
     match p {
         0 => 1.0,
         1 => t,

@@ -31,7 +31,7 @@ mod family;
 mod plan;
 mod triangle_rule;
 
-pub(super) use family::{DensityFamily, RulePlan};
+pub(super) use family::{DensityFamily, RulePlan, power, shell};
 pub(super) use plan::PlanHint;
 
 #[cfg(test)]

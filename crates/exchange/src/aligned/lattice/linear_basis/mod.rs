@@ -30,6 +30,7 @@
 use super::chunk_evaluator::ChunkEvaluator;
 use super::gaussian_sums;
 use super::pair_layout::{AxisRelation, LinearBasisPairs};
+use crate::aligned::density_rules;
 use zonal_math::gauss_legendre;
 use zonal_math::simd::{self, LANES};
 
@@ -378,7 +379,7 @@ impl TensorWork<'_, '_> {
                 let t = piece.lo[k] + piece.len[k] * rule.nodes[i];
                 let length = if piece.len[k] > 0.0 { piece.len[k] } else { 1.0 };
                 square[k][i] = t * t;
-                let by = rule.weights[i] * length * power_of(t, power[k]);
+                let by = rule.weights[i] * length * density_rules::power(t, power[k]);
                 let d = pairs.densities(k, (t - self.origin[k]) / pairs.edges[k]);
                 for f in 0..6 {
                     density[k][i][f] = by * d[f];
@@ -401,7 +402,7 @@ impl TensorWork<'_, '_> {
         }
         let mut v = [0.0; LANES];
         for l in 0..LANES {
-            v[l] = inverse_power(patches, r2[l], r[l]);
+            v[l] = density_rules::shell(patches, r2[l]);
         }
         if self.pairs.kappa > 0.0 {
             let e = simd::exp(r.map(|r| -self.pairs.kappa * r));
@@ -517,33 +518,13 @@ impl PyramidWork<'_, '_> {
             t[b] *= rule.nodes[v];
             t[c] *= rule.nodes[w];
             let square: f64 = t.iter().map(|t| t * t).sum();
-            let r_power = inverse_power(patches, square, square.sqrt());
-            let up: f64 = (0..3).map(|k| power_of(t[k], power[k])).product();
+            let r_power = density_rules::shell(patches, square);
+            let up: f64 = (0..3).map(|k| density_rules::power(t[k], power[k])).product();
             let weight = volume * rule.weights[v] * rule.weights[w];
             shape[m / LANES][m % LANES] = weight * up * r_power;
             depth[m / LANES][m % LANES] = -self.pairs.kappa * square.sqrt();
         }
         [shape, depth]
-    }
-}
-
-/// 1/r^{2+m} for m = `patches`.
-#[inline(always)]
-fn inverse_power(patches: i32, square: f64, r: f64) -> f64 {
-    match patches {
-        0 => 1.0 / square,
-        1 => 1.0 / (square * r),
-        _ => 1.0 / (square * square),
-    }
-}
-
-/// t^p for p ≤ 2.
-#[inline(always)]
-fn power_of(t: f64, p: i32) -> f64 {
-    match p {
-        0 => 1.0,
-        1 => t,
-        _ => t * t,
     }
 }
 
