@@ -39,6 +39,20 @@ pub fn first_dimensions(n: usize, seed: u32) -> [f64; 4] {
     four_dimensions(n, 0, seed)
 }
 
+/// Four further dimensions of the `n`-th point, number 4 `part` to 4 `part` + 3, for parts from 2 on. Points of another seed would not do: their halves
+/// change with those of the first dimensions, so that pairs of coordinates fill half of a square.
+///
+/// ```
+/// use zonal_math::scrambled_sobol::{further_dimensions, point};
+/// // Each quarter of the square of two coordinates has its share of points.
+/// let upper = |n: usize| point(n, 7)[0] > 0.5 && further_dimensions(n, 2, 7)[0] > 0.5;
+/// assert_eq!((0..256).filter(|&n| upper(n)).count(), 64);
+/// ```
+#[inline]
+pub fn further_dimensions(n: usize, part: u32, seed: u32) -> [f64; 4] {
+    four_dimensions(n, part, seed)
+}
+
 /// The `n`-th point of a sequence of any length: blocks of [`MAX_POINTS`] points, each with a seed of its own.
 #[inline]
 pub fn point_of_blocks(n: usize, seed: u64) -> [f64; 8] {
