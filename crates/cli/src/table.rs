@@ -69,6 +69,9 @@ fn quality(out: &mut String, s: &Solution) {
     if s.zones.len() > s.zones.patches.len() {
         band_row(out, "estimated error of G, relative", &s.all_bands(|t| t.report.estimate.volumes));
     }
+    for (name, parts) in s.error_parts() {
+        let _ = writeln!(out, "  parts of the error of {name}: {parts}");
+    }
     let _ = writeln!(out, "  {:<34}{:>12}", "grade of the estimate", r.estimate.grade.name());
     band_row(out, "closure, largest defect", &s.all_bands(|t| t.report.closure.worst));
     band_row(out, "closure, rms defect", &s.all_bands(|t| t.report.closure.rms));

@@ -76,7 +76,9 @@ pub use solution::fields::{FieldList, Fields, ThermalFields};
 pub use solution::heat_report::{HeatReport, HeatRow, HeatRowKind, NodeResult};
 pub use solution::light_group::{LightGroup, LightGroupKind, ZoneValues};
 pub use solution::photometry::{Photometry, SurfaceIlluminance};
-pub use solution::report::{ClosureDefect, DiscretizationError, ErrorEstimate, Report, SquareSums};
+pub use solution::report::{
+    ClosureDefect, DiscretizationError, ErrorEstimate, ErrorParts, Report, SquareSums,
+};
 pub use solution::results::SurfaceResult;
 pub use solution::solve_status::SolveStatus;
 pub use thermal::emissivity::{EmissivityTable, SideEmissivity, SurfaceEmissivity};

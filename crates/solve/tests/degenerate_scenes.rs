@@ -52,7 +52,7 @@ fn voxel_grid_larger_than_a_closed_room_changes_nothing() {
         let medium = format!(
             "[medium]\nmin=[{min},{min},{min}]\nmax=[{max},{max},{max}]\ncells=[{n},{n},{n}]\nextinction=1\nalbedo=0.5"
         );
-        let solve = "patch_size=0.25\nzone_basis=\"constant\"";
+        let solve = "patch_size=0.25\nzone_basis=\"constant\"\nengine=\"dense\"";
         solved(&unit_room(solve, "reflectance=0.5\nfaces.x0={emission=1}", &medium))
     };
     // Cells coincide inside the room.

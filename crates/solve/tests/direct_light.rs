@@ -48,7 +48,7 @@ fn power_balances_with_restoration() {
     for (&(name, closed, ref rest, bound), closure) in sampled_cases(pairs, &[3, 6, 7]) {
         let omit = if closed { "" } else { "omit=[\"y1\"]\n" };
         let s = solved(&unit_room(
-            &format!("patch_size=0.25\nclosure=\"{closure}\""),
+            &format!("patch_size=0.25\nengine=\"dense\"\nclosure=\"{closure}\""),
             &format!("{omit}reflectance=0.6\n"),
             rest,
         ));
@@ -87,7 +87,11 @@ fn emitter_as_direct_light_agrees_with_emitter_as_zone() {
         let room = |light: &str| {
             let lamp =
                 LAMP.replace("[0,0.2,0],edge2=[0.2,0,0]}", "[0,0.2,0],edge2=[0.2,0,0]}\npatch_size=0.05");
-            solved(&unit_room("patch_size=0.2", "reflectance=0.5", &format!("{lamp}{light}{medium}")))
+            solved(&unit_room(
+                "patch_size=0.2\nengine=\"dense\"",
+                "reflectance=0.5",
+                &format!("{lamp}{light}{medium}"),
+            ))
         };
         let (zone, light) = (room(""), room(LAMP_LIGHT));
         for face in ["z0", "x0", "y1"] {

@@ -320,7 +320,7 @@ fn small_lamp_has_equal_errors_as_surface_and_direct_light() {
 fn lamps_in_flat_cells_are_within_the_estimate() {
     let by = |cells: &str, estimate: bool| {
         let s = solved(&unit_room(
-            &format!("patch_size = 0.5\ndiscretization_error = {estimate}"),
+            &format!("patch_size = 0.5\nengine = \"dense\"\ndiscretization_error = {estimate}"),
             "reflectance = 0",
             &format!(
                 "[[surface]]\nname = \"lamp\"\nrectangle = {{ origin = [0.4,0.4,0.52], edge1 = [0.2,0,0], edge2 = [0,0.2,0] }}\nreflectance = 0\nemission = 100\n[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = {cells}\nextinction = 1\nalbedo = 0.95\n[[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n"

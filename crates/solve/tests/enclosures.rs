@@ -22,7 +22,11 @@ fn isothermal_room(options: &str, rest: &str) -> String {
         EMISSIVE_POWER
     );
     let rest = rest.replace("LOOK", &format!("reflectance=0.5\nemission={}", 0.5 * EMISSIVE_POWER));
-    unit_room(&format!("patch_size=0.2\nresidual=1e-13\n{options}"), &walls, &format!("{rest}\n{medium}"))
+    unit_room(
+        &format!("patch_size=0.2\nengine=\"dense\"\nresidual=1e-13\n{options}"),
+        &walls,
+        &format!("{rest}\n{medium}"),
+    )
 }
 
 fn report(name: &str, s: &Solution) -> (f64, f64) {
@@ -147,7 +151,7 @@ fn open_rooms_in_isothermal_surroundings_are_uniform() {
 fn divided(wall: &str, medium: &str) -> Solution {
     let wall = format!("[[surface]]\nname=\"wall\"\n{wall}\nsides=\"both\"\nreflectance=0.5\n");
     solved(&unit_room(
-        "patch_size=0.25",
+        "patch_size=0.25\nengine=\"dense\"",
         "reflectance=0.5\nfaces.x0={emission=1}",
         &format!("{wall}{medium}"),
     ))
@@ -209,7 +213,11 @@ fn walls_slightly_inside_the_voxel_grid_do_not_change_the_result() {
         "[medium]\nmin=[-0.001,-0.001,-0.001]\nmax=[1.001,1.001,1.001]\ncells=[3,3,3]\nextinction=[0.5,0,2]\nalbedo=0.4\nemission={EMISSIVE_POWER}"
     );
     let worst_deviation = |options: &str| {
-        let s = solved(&unit_room(&format!("patch_size=0.34\nresidual=1e-13\n{options}"), &walls, &medium));
+        let s = solved(&unit_room(
+            &format!("patch_size=0.34\nengine=\"dense\"\nresidual=1e-13\n{options}"),
+            &walls,
+            &medium,
+        ));
         // Slivers beyond the walls exchange with no emitter of the room and are excluded.
         let inside = |i: usize| {
             i < s.zones.voxel_offset() || {

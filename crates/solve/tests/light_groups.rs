@@ -21,6 +21,7 @@ const ROOM: &str = "
 patch_size = 0.5
 residual = 1e-12
 tolerance = 0.05
+engine = 'dense'
 [[surface]]
 name = 'floor'
 rectangle = { origin = [0,0,0], edge1 = [1,0,0], edge2 = [0,1,0] }

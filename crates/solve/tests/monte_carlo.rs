@@ -26,7 +26,7 @@ fn best(file: &str, quantity: &str) -> Option<Vec<f64>> {
 
 fn room(kappa: f64, albedo: f64, rho: f64, block: bool) -> Scene {
     let mut t = format!(
-        "[solve]\npatch_size = {}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\n\
+        "[solve]\nengine = \"dense\"\npatch_size = {}\n[[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [1,1,1] }}\n\
          reflectance = {rho}\nfaces.x0 = {{ emission = 1 }}\n",
         1.0 / N as f64
     );

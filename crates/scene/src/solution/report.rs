@@ -6,6 +6,7 @@ use crate::base::diagnostic::Diagnostic;
 use crate::solution::energy_balance::EnergyBalance;
 use crate::solution::heat_report::HeatReport;
 use crate::solution::solve_status::SolveStatus;
+use std::fmt::{Display, Formatter};
 use zonal_math::Grade;
 
 /// Defect of the closure relation Σ_j F_ij = A_i or 4 κ_i V_i, with the exchange to surroundings and back faces in the sum.
@@ -31,6 +32,48 @@ impl ClosureDefect {
     }
 }
 
+/// Parts of the stated error of the zones of one kind, without unit: each over the root of the sum of squares of their incident radiation, in its worst band.
+/// The parts are independent; the error is the root of the sum of their squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+pub struct ErrorParts {
+    /// Sampling of the incident radiation; grade statistical.
+    pub sampling: f64,
+    /// Noise of the radiosities that the samples read; grade statistical.
+    pub radiosities: f64,
+    /// Radiation of the surroundings, and reflected direct light; grade statistical.
+    pub direct: f64,
+    /// Direct light and textures that are constant on zones; grade estimated. 0 where they are read at points.
+    pub zoning: f64,
+    /// The same error of zones whose direct light and textures are read at points, which removes it; 0 elsewhere.
+    pub zoning_removed: f64,
+}
+
+impl ErrorParts {
+    /// The larger of each part.
+    #[must_use]
+    pub fn max(self, other: ErrorParts) -> ErrorParts {
+        ErrorParts {
+            sampling: self.sampling.max(other.sampling),
+            radiosities: self.radiosities.max(other.radiosities),
+            direct: self.direct.max(other.direct),
+            zoning: self.zoning.max(other.zoning),
+            zoning_removed: self.zoning_removed.max(other.zoning_removed),
+        }
+    }
+}
+
+impl Display for ErrorParts {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let ErrorParts { sampling, radiosities, direct, zoning, zoning_removed } = *self;
+        write!(f, "sampling {sampling:.1e}, radiosities {radiosities:.1e}, direct {direct:.1e}, ")?;
+        if zoning_removed > 0.0 {
+            write!(f, "zoning of direct light removed ({zoning_removed:.1e})")
+        } else {
+            write!(f, "zoning of direct light {zoning:.1e}")
+        }
+    }
+}
+
 /// Estimated error of a whole solution, a band: the root mean square of the estimated error of `incident` over that of `incident`, or the
 /// same of the total incident flux (direct light included), whichever is larger.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +84,8 @@ pub struct ErrorEstimate {
     pub volumes: Bands,
     /// Grade of the estimate.
     pub grade: Grade,
+    /// Its parts for the patches, and for voxel zones and pane zones, where the engine tells them apart.
+    pub parts: Option<[ErrorParts; 2]>,
 }
 
 /// Sums over zones of the squares of fields and of their errors, W²/m⁴.
@@ -57,6 +102,14 @@ pub struct SquareSums {
 }
 
 impl ErrorEstimate {
+    /// The parts of the patches, and of the volume zones and panes, the largest of several estimates; `None` where one of them has none.
+    pub(crate) fn largest_parts<'a>(
+        estimates: impl Iterator<Item = &'a ErrorEstimate>,
+    ) -> Option<[ErrorParts; 2]> {
+        let larger = |[a, b]: [ErrorParts; 2], [c, d]: [ErrorParts; 2]| [a.max(c), b.max(d)];
+        estimates.map(|e| e.parts).reduce(|a, b| Some(larger(a?, b?)))?
+    }
+
     /// The estimate from the sums over patches and over volume zones: the larger of the relative errors without and with direct light.
     ///
     /// ```
@@ -69,13 +122,13 @@ impl ErrorEstimate {
     pub fn of_sums(sums: [SquareSums; 2], grade: Grade) -> ErrorEstimate {
         let ratio = |e: Bands, h: Bands| e.zip_map(h, relative_error).sqrt();
         let [patches, volumes] = sums.map(|s| ratio(s.error, s.incident).max(ratio(s.total_error, s.total)));
-        ErrorEstimate { patches, volumes, grade }
+        ErrorEstimate { patches, volumes, grade, parts: None }
     }
 }
 
 impl Default for ErrorEstimate {
     fn default() -> ErrorEstimate {
-        ErrorEstimate { patches: Bands::ZERO, volumes: Bands::ZERO, grade: Grade::Estimated }
+        ErrorEstimate { patches: Bands::ZERO, volumes: Bands::ZERO, grade: Grade::Estimated, parts: None }
     }
 }
 

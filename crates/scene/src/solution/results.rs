@@ -1,7 +1,7 @@
 //! Results of a solution by name, with errors and units.
 
 use crate::bands::band_set::BANDS_PER_BLOCK;
-use crate::{Bands, HeatReport, HeatRowKind, Solution};
+use crate::{Bands, ErrorEstimate, ErrorParts, HeatReport, HeatRowKind, Solution};
 
 /// What one named surface emits, absorbs and gives.
 ///
@@ -50,6 +50,25 @@ impl Solution {
     #[must_use]
     pub fn surfaces(&self) -> Vec<SurfaceResult> {
         (0..self.scene.surfaces().len()).map(|i| self.surface_result(i)).collect()
+    }
+
+    /// The parts of the stated error of the patches, by the name "H" of their field, and of the volume zones and panes, by "G", the largest of all bands. Empty
+    /// where the engine does not tell them apart.
+    #[must_use]
+    pub fn error_parts(&self) -> Vec<(&'static str, ErrorParts)> {
+        let Some([patches, volumes]) =
+            ErrorEstimate::largest_parts(self.blocks().map(|t| &t.report.estimate))
+        else {
+            return Vec::new();
+        };
+        let all = [
+            ("H", patches, 0..self.zones.patches.len()),
+            ("G", volumes, self.zones.patches.len()..self.zones.len()),
+        ];
+        all.into_iter()
+            .filter(|(.., zones)| !zones.is_empty())
+            .map(|(name, parts, _)| (name, parts))
+            .collect()
     }
 
     /// The surface of this name, if there is one.

@@ -11,7 +11,7 @@ use crate::right_hand_side::direct_light::light_field::DirectLight;
 use crate::right_hand_side::light_groups::{self, SourceGroup};
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::SolveSettings;
-use zonal_scene::{Bands, Diagnostic, Scene, ZoneImages, Zones};
+use zonal_scene::{Bands, Diagnostic, ErrorParts, Scene, ZoneImages, Zones};
 use zonal_transport::Transport;
 
 /// Everything that the phases of a solve read in common.
@@ -64,6 +64,8 @@ pub(crate) struct BuiltEngine<'a> {
     pub warnings: Vec<Diagnostic>,
     /// The solution, if the engine found it while it was built: the result of each group, and the incident power.
     pub solved: Option<(Vec<IterationResult>, IncidentPower)>,
+    /// The parts of its error, of the patches and of the volume zones and panes, where the engine tells them apart.
+    pub error_parts: Option<[ErrorParts; 2]>,
 }
 
 /// One block of bands with its engine.

@@ -111,7 +111,14 @@ fn build_spectral<'a>(
     let measured = closure::measure_rows(rows, context.shared_zones(), surroundings);
     let closure = restore_if_requested(&mut operator, scene, context.shared_zones(), surroundings, measured);
     let counts = operator.counts();
-    BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
+    BuiltEngine {
+        operator: Box::new(operator),
+        closure,
+        counts,
+        warnings: Vec::new(),
+        solved: None,
+        error_parts: None,
+    }
 }
 
 /// The spectral engine with patches outside the box.
@@ -128,7 +135,14 @@ fn build_bordered<'a>(
     let mut counts = operator.counts();
     counts.push(("patches outside the medium".to_string(), count));
     counts.extend(pair_counts(&pairs).into_iter().filter(|c| c.1 > 0));
-    BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
+    BuiltEngine {
+        operator: Box::new(operator),
+        closure,
+        counts,
+        warnings: Vec::new(),
+        solved: None,
+        error_parts: None,
+    }
 }
 
 /// The layered engine; the escaping power is the power that arrives at the open ends.
@@ -144,7 +158,14 @@ fn build_layered(
     }
     let closure = close_rows(&mut operator, context.scene, context.shared_zones(), surroundings);
     let counts = operator.counts();
-    BuiltEngine { operator: Box::new(operator), closure, counts, warnings: Vec::new(), solved: None }
+    BuiltEngine {
+        operator: Box::new(operator),
+        closure,
+        counts,
+        warnings: Vec::new(),
+        solved: None,
+        error_parts: None,
+    }
 }
 
 /// The dense engine.
@@ -176,7 +197,7 @@ pub(crate) fn build_dense<'a>(
         warnings.push(Diagnostic::warning("paper-factors", text));
     }
     let counts = pair_counts(&pairs);
-    BuiltEngine { operator, closure, counts, warnings, solved: None }
+    BuiltEngine { operator, closure, counts, warnings, solved: None, error_parts: None }
 }
 
 /// Completes the losses of the zones, and measures the closure of the rows or restores it.

@@ -106,7 +106,12 @@ fn solve_block(
         engine: engine.into(),
         reason: "a preview before the exchange of light is known".into(),
         status: PerBand::splat(SolveStatus::FixedOrder),
-        estimate: ErrorEstimate { patches: unknown, volumes: unknown, grade: Grade::Statistical },
+        estimate: ErrorEstimate {
+            patches: unknown,
+            volumes: unknown,
+            grade: Grade::Statistical,
+            parts: None,
+        },
         warnings,
         grade: Grade::Statistical,
         ..Report::default()

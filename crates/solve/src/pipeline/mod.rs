@@ -442,6 +442,7 @@ fn finish(
         let mut report = in_stage(progress, "balance", || {
             balanced_report::balance_and_report(engine, &mut fields, &groups, &results, prepared.thickness)
         });
+        report.estimate.parts = engine.built.error_parts;
         describe_engine(&mut report, prepared, engine.context.scene);
         out.push(ZonalSolution {
             scene: engine.context.scene.clone(),

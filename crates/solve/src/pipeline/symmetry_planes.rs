@@ -18,8 +18,8 @@ use crate::right_hand_side::direct_light::light_field::LightField;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::SolveSettings;
 use zonal_scene::{
-    Bands, Diagnostic, EnergyBalance, EvenExtension, Fields, LightGroup, Report, Scene, SceneError,
-    ZoneImages, Zones,
+    Bands, Diagnostic, EnergyBalance, ErrorEstimate, EvenExtension, Fields, LightGroup, Report, Scene,
+    SceneError, ZoneImages, Zones,
 };
 use zonal_transport::Transport;
 use zonal_transport::zoning::excluded_parts;
@@ -129,7 +129,10 @@ impl SymmetricSolve {
         let mut out = Report {
             energy: one_image(report.energy),
             energy_error: one_image(report.energy_error),
-            estimate: error_estimate(SharedZones::alone(zones), fields, report.estimate.grade),
+            estimate: ErrorEstimate {
+                parts: report.estimate.parts,
+                ..error_estimate(SharedZones::alone(zones), fields, report.estimate.grade)
+            },
             ..report
         };
         let of_part = [

@@ -99,6 +99,15 @@ impl<'a> LightSampler<'a> {
         self.emitter.as_ref().map_or(Vec::new(), Emitter::clusters)
     }
 
+    /// A ball about the light: centre, m, and radius, m; `None` for lights that are infinitely far away.
+    pub fn ball(&self) -> Option<(Vec3, f64)> {
+        match self.light {
+            Light::Point { position, .. } => Some((*position, 0.0)),
+            Light::Emitter { .. } => self.emitter.as_ref().and_then(Emitter::ball),
+            Light::Sun { .. } | Light::Sky { .. } => None,
+        }
+    }
+
     /// Estimate of H or G without attenuation, W/m², of an emitter of many facets; zero for other lights.
     pub fn estimate_unoccluded(&self, point: Vec3, receiver: Receiver) -> Bands {
         self.emitter.as_ref().map_or(Bands::ZERO, |e| e.estimate_unoccluded(point, receiver))

@@ -313,6 +313,18 @@ impl<'a> Emitter<'a> {
         tree.flat_map(|t| (0..t.len()).map(|k| t.leaf(k))).map(|(c, r, _)| (c, r)).collect()
     }
 
+    /// A ball about all facets: centre, m, and radius, m; `None` without facets.
+    pub(crate) fn ball(&self) -> Option<(Vec3, f64)> {
+        let first = self.facets.first()?.plate.centre();
+        let (lo, hi) = self.facets.iter().fold((first, first), |(lo, hi), f| {
+            let centre = f.plate.centre();
+            (lo.min(centre), hi.max(centre))
+        });
+        let centre = (lo + hi) * 0.5;
+        let reach = |f: &EmitterFacet| (f.plate.centre() - centre).length() + 0.5 * f.plate.diameter();
+        Some((centre, self.facets.iter().map(reach).fold(0.0, f64::max)))
+    }
+
     /// Projected area of a facet in the unit direction `dir` from it, m².
     fn projected_area(&self, f: &EmitterFacet, dir: Vec3) -> f64 {
         let slope = dir.dot(f.normal());

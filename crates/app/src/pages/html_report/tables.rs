@@ -179,6 +179,9 @@ fn accuracy_table(s: &Solution) -> Table {
     if s.zones.len() > s.zones.patches.len() {
         row("error of G, relative", relative(s.all_bands(|t| t.report.estimate.volumes)));
     }
+    for (name, parts) in s.error_parts() {
+        row(&format!("parts of the error of {name}"), parts.to_string());
+    }
     row("grade of the exchange areas", s.report.grade.name().into());
     row("largest defect of a row sum", number(largest(&s.all_bands(|t| t.report.closure.worst))));
     row("imbalance of power, relative", number(largest(&s.all_bands(|t| t.report.energy.residual.abs()))));

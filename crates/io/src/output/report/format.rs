@@ -7,8 +7,8 @@ use serde_json::Value;
 use zonal_math::Grade;
 use zonal_scene::encoding::nan_bands;
 use zonal_scene::{
-    Bands, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance, ErrorEstimate, HeatReport, PerBand,
-    Report, SolveStatus, printable_text,
+    Bands, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance, ErrorEstimate, ErrorParts,
+    HeatReport, PerBand, Report, SolveStatus, printable_text,
 };
 
 /// The format of a report. The table of heat is added by [`encode_report`], since it includes discretization errors.
@@ -50,6 +50,7 @@ struct EstimateFormat {
     volumes: Bands,
     #[serde(with = "grade")]
     grade: Grade,
+    parts: Option<[ErrorParts; 2]>,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 use zonal_math::{Grade, Vec3, vec3};
 use zonal_scene::{
     BandFractions, Bands, Camera, ClosureDefect, Diagnostic, DiscretizationError, EnergyBalance,
-    ErrorEstimate, FaceMesh, FaceTable, Facet, FacetValues, Fields, HeatReport, HeatRow, HeatRowKind, Lens,
-    Light, LightGroup, LightGroupKind, Pane, PaneZone, Patch, PerBand, Plate, Report, Scene, SceneParts,
-    Sides, Solution, SolveOptions, SolveStatus, Surface, Surroundings, Texture, Thermal, ThermalCondition,
-    ThermalFields, VolumeSample, VoxelGrid, VoxelPlace, VoxelSamples, VoxelZones, ZoneValues, Zones,
+    ErrorEstimate, ErrorParts, FaceMesh, FaceTable, Facet, FacetValues, Fields, HeatReport, HeatRow,
+    HeatRowKind, Lens, Light, LightGroup, LightGroupKind, Pane, PaneZone, Patch, PerBand, Plate, Report,
+    Scene, SceneParts, Sides, Solution, SolveOptions, SolveStatus, Surface, Surroundings, Texture, Thermal,
+    ThermalCondition, ThermalFields, VolumeSample, VoxelGrid, VoxelPlace, VoxelSamples, VoxelZones,
+    ZoneValues, Zones,
 };
 use zonal_scene::{Convection, LinkLaw, NodeCondition, NodeLink, NodeResult, ThermalNetwork, ThermalNode};
 use zonal_scene::{IntensityDistribution, IntensityTable, PlaneSymmetry, SkyDistribution, SkyPlacement};
@@ -190,6 +191,16 @@ fn report() -> Report {
             patches: Bands::from_rgb([0.01, 0.02, 0.03]),
             volumes: Bands::splat(0.1),
             grade: Grade::Statistical,
+            parts: Some([
+                ErrorParts {
+                    sampling: 0.1,
+                    radiosities: 0.02,
+                    direct: 0.03,
+                    zoning: 0.04,
+                    zoning_removed: 0.0,
+                },
+                ErrorParts { zoning_removed: 0.5, ..ErrorParts::default() },
+            ]),
         },
     }
 }

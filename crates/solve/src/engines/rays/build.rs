@@ -6,7 +6,7 @@ use crate::context::{BuiltEngine, SolveContext};
 use crate::distribution::sum_order::SharedZones;
 use crate::engines::rays::gather::final_gather::Gathered;
 use crate::engines::rays::gather::zone_gather::GatheredSky;
-use crate::engines::rays::ray_operator::{OutsideRadiation, PathContinuation, RayOperator};
+use crate::engines::rays::ray_operator::{OutsideRadiation, PathContinuation, RayOperator, light_factors};
 use crate::engines::rays::stored_rays::padded_bands::PaddedBands;
 use crate::engines::rays::stored_rays::ray_sampling::{
     COARSE_TOLERANCE, RaysPerZone, is_large, rays_measure_escape, rays_per_zone, rays_without_gather,
@@ -21,7 +21,7 @@ use crate::settings::{SolveSettings, check_interrupted};
 use std::cmp::Ordering;
 use zonal_exchange::pair::closure_target;
 use zonal_math::Grade;
-use zonal_scene::{Bands, Diagnostic, Engine, Fields, Scene, SceneError};
+use zonal_scene::{Bands, Diagnostic, Engine, ErrorParts, Fields, Scene, SceneError};
 
 /// Error by the noise of the radiosities over the tolerance above which more rays are traced, and the share that they aim at. The gather states
 /// 1.6 times this error.
@@ -52,19 +52,34 @@ pub(crate) fn build<'a>(
     let [traced, vertices] = operator.rays_and_vertices();
     let mut counts = vec![("transport_rays".into(), traced), ("rays that went on".into(), vertices)];
     let Some(StoredSolution { results, strengths, incident: stored, noise }) = solution else {
-        return Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved: None });
+        return Ok(BuiltEngine {
+            operator: Box::new(operator),
+            closure,
+            counts,
+            warnings,
+            solved: None,
+            error_parts: None,
+        });
     };
     if !context.settings.final_gather {
         let incident = operator.stored_power(&strengths, stored, &noise);
         let solved = Some(solved_columns(results, strengths, incident));
-        return Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved });
+        return Ok(BuiltEngine {
+            operator: Box::new(operator),
+            closure,
+            counts,
+            warnings,
+            solved,
+            error_parts: None,
+        });
     }
     let sky = scene.surroundings().radiosity();
     let gathered_sky = gathered_sky(context, surroundings);
     let mut known = known_radiation(context, surroundings, gathered_sky.is_some());
     add_error_of_direct_light(context, &operator, &stored, &mut known);
     let SolveSettings { checkpoints, progress, .. } = context.settings;
-    let outside = OutsideRadiation { known: &known, sky: gathered_sky };
+    let light_factors = context.sources.iter().map(|s| light_factors(context, s)).collect();
+    let outside = OutsideRadiation { known: &known, sky: gathered_sky, light_factors };
     let mut gathered =
         operator.gather_incident(&strengths, &|| stored.clone(), noise, outside, checkpoints, progress);
     check_interrupted(context.settings.progress)?;
@@ -76,11 +91,12 @@ pub(crate) fn build<'a>(
     let error = relative_error(context, &gathered, &known).max(gathered.relative_error);
     counts.push(("samples of the final gather".into(), gathered.samples));
     if error > tolerance {
-        warnings.push(tolerance_missed(error, tolerance, &warnings));
+        warnings.push(tolerance_missed(error, tolerance, &gathered.parts, &warnings));
     }
+    let error_parts = Some(gathered.parts);
     let incident = operator.incident_power_of(gathered);
     let solved = Some(solved_columns(results, strengths, incident));
-    Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved })
+    Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved, error_parts })
 }
 
 /// H or G of every zone from the surroundings, W/m², and its error: none where a gather samples them.
@@ -250,17 +266,28 @@ fn relative_error(context: &SolveContext, gathered: &Gathered, known: &[[Bands; 
     e.patches.iter().chain(&e.volumes).fold(0.0, |m, x| m.max(*x))
 }
 
-/// The warning of a gather whose samples are at their maximum; `reported` has the earlier warnings of the engine.
-fn tolerance_missed(estimate: f64, tolerance: f64, reported: &[Diagnostic]) -> Diagnostic {
+/// The warning of a gather that misses the tolerance, with the part of the error that is the cause; `reported` has the earlier warnings of the engine.
+fn tolerance_missed(
+    estimate: f64,
+    tolerance: f64,
+    parts: &[ErrorParts; 2],
+    reported: &[Diagnostic],
+) -> Diagnostic {
     if estimate.is_infinite() {
         return Diagnostic::warning(
             "tolerance",
             "no ray met light, though surfaces or media that send some lie in front of others: the errors are absolute; use a smaller tolerance for more rays",
         );
     }
-    let is_memory = reported.iter().any(|d| d.code == "memory");
-    let advice = if is_memory {
+    let worst = |part: fn(&ErrorParts) -> f64| part(&parts[0]).max(part(&parts[1]));
+    let (sampling, direct) = (worst(|p| p.sampling.max(p.radiosities)), worst(|p| p.direct));
+    let zoning = worst(|p| p.zoning);
+    let advice = if reported.iter().any(|d| d.code == "memory") {
         tolerance_advice(Engine::Rays, reported)
+    } else if zoning > sampling.max(direct) {
+        "most of it is direct light that varies within zones; use smaller patches and cells where shadows and beams fall, and near lamps"
+    } else if direct > sampling {
+        "most of it is that of the surroundings and of reflected direct light; a smaller tolerance samples them more"
     } else {
         "rays or samples are at their maximum; use a larger tolerance, a smaller one has no effect"
     };

@@ -11,7 +11,8 @@ use crate::distribution::sum_order::SumOrder;
 use crate::engines::merged_operator::PatchGroups;
 use crate::engines::rays::gather::final_gather::{self, Gathered};
 use crate::engines::rays::gather::gather_error::stated_errors;
-use crate::engines::rays::gather::gather_task::GatherTask;
+use crate::engines::rays::gather::gather_task::{GatherTask, PassedOn};
+use crate::engines::rays::gather::point_light::{LightPlace, PointLights};
 use crate::engines::rays::gather::regression_windows::RegressionWindows;
 use crate::engines::rays::gather::zone_gather::{GatherField, GatheredSky, Gatherer};
 use crate::engines::rays::gather::zone_groups::ZoneGroups;
@@ -45,6 +46,8 @@ const MIN_SOLVE_ERROR: f64 = 2e-4;
 
 /// End of the iteration for the noise of the radiosities, of which the size matters only.
 const NOISE_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 0.05, max_iterations: 40 };
+/// End of the iteration for small changes of a solution.
+const CHANGE_SOLVE_STOP: StoppingCriterion = StoppingCriterion { residual: 0.02, max_iterations: 40 };
 /// Seed of the signs of that noise.
 const NOISE_SEED: u64 = 0x9d39_247e_3377_6d41;
 
@@ -64,6 +67,8 @@ pub(crate) struct OutsideRadiation<'a> {
     pub known: &'a [[Bands; 2]],
     /// The surroundings, where the gather samples them.
     pub sky: Option<GatheredSky>,
+    /// Factor of every light of the scene in the radiosities of a column; empty where these are not those of a solution.
+    pub light_factors: Vec<Vec<f32>>,
 }
 
 /// The exchange of all zones by the rays of a table.
@@ -187,10 +192,9 @@ impl<'a> RayOperator<'a> {
             let lit = direct.get(i).copied().unwrap_or_default();
             padded((self.radiosity_of(i, column[i]) - p.reflectance * lit).map(|source| source.max(0.0)))
         };
-        let factor = |l: usize| if group.has_light(l) { 1.0 } else { 0.0 };
         VertexSource {
             patches: parallel::collect(self.zones.patches.len(), one),
-            lights: (0..context.direct.lights.len()).map(factor).collect(),
+            lights: light_factors(context, group),
         }
     }
 
@@ -275,6 +279,11 @@ fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec
     out
 }
 
+/// The factor of every light in a group.
+pub(crate) fn light_factors(context: &SolveContext, group: &SourceGroup) -> Vec<f32> {
+    (0..context.direct.lights.len()).map(|l| if group.has_light(l) { 1.0 } else { 0.0 }).collect()
+}
+
 /// True if the sum of squares of `a` exceeds that of `b` in some band.
 fn exceeds(a: &[PaddedBands], b: &[PaddedBands]) -> bool {
     let [a, b] = [a, b].map(|list| {
@@ -326,7 +335,7 @@ impl RayOperator<'_> {
         let sky = GatheredSky { radiosity, column: 0, shares };
         let dark = [vec![Bands::ZERO; n]];
         let noise = vec![[0.0; LANES]; n];
-        let outside = OutsideRadiation { known: &[], sky: Some(sky) };
+        let outside = OutsideRadiation { sky: Some(sky), ..OutsideRadiation::default() };
         let stored = || self.stored_fields(&dark);
         self.gather_incident(&dark, &stored, noise, outside, &NoCheckpoints, &NoProgress).sky
     }
@@ -363,7 +372,17 @@ impl RayOperator<'_> {
             ZoneRef::Pane(k, _) => self.pane_self_exchange[k] * self.radiosity_of(i, columns[c][i]),
             _ => Bands::ZERO,
         };
-        let field = GatherField { columns: radiosity, typical, sources: self.sources.iter().collect(), sky };
+        let points = lights.as_ref().filter(|_| !outside.light_factors.is_empty()).map(|lights| {
+            let place = LightPlace { lights, transport: self.transport, zones: self.zones };
+            let of_columns = |i: usize| -> PaddedBands {
+                std::array::from_fn(|k| radiosity[..columns.len()].iter().map(|b| b[i][k]).sum())
+            };
+            let largest = |i: usize| of_columns(i).into_iter().fold(0.0, f32::max);
+            PointLights::new(place, outside.light_factors, self.groups.as_ref(), largest)
+        });
+        let points = points.filter(|points| points.has_light() || tracer.has_textures());
+        let sources = self.sources.iter().collect();
+        let field = GatherField { columns: radiosity, typical, sources, sky, points };
         let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
         let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
         let task = GatherTask {
@@ -375,12 +394,13 @@ impl RayOperator<'_> {
             tolerance: self.scene.options().tolerance,
             known: outside.known,
             own: &own,
+            passed_on: &|changes| self.passed_on(changes, progress),
             stored,
             stored_rays: self.table.rays_per_zone(),
             checkpoints,
             execution,
         };
-        final_gather::gather(&gatherer, &task)
+        final_gather::gather(gatherer, &task)
     }
 
     /// H or G of every column of strengths by the stored rays, W/m².
@@ -482,6 +502,28 @@ impl RayOperator<'_> {
         // Among a few rays may be white zones whose rays all end on one another; what they hold back exceeds the light itself.
         let few = solve(INITIAL_SOLVE_DIVISOR);
         if exceeds(&few, &b) { solve(1) } else { few }
+    }
+
+    /// What changes of the incident radiation of all zones, W/m², add to the solution by the stored rays.
+    fn passed_on(&self, changes: &[Vec<Bands>], progress: &dyn Progress) -> Vec<PassedOn> {
+        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
+        let source = |change: &Vec<Bands>| {
+            let mut lit = self.times_measure(change.clone());
+            mix_sides(self.zones, &mut lit);
+            parallel::for_each(&mut lit, |i, s| *s *= weights[i]);
+            lit
+        };
+        let columns: Vec<Vec<Bands>> = changes.iter().map(source).collect();
+        let operator = &ContinuedRays { rays: self, divisor: 1 };
+        let system =
+            LinearSystem { operator, weights: (&weights).into(), targets: &targets, sums: SumOrder::plain() };
+        let solved = bicgstab::solve(&system, &columns, None, CHANGE_SOLVE_STOP, progress);
+        let passed_on = |solved: IterationResult| {
+            let radiosity = self.radiosities(&solved.strengths);
+            let incident = self.table.incident(&radiosity, PathExtent::Continued, 1);
+            PassedOn { radiosity, incident }
+        };
+        solved.into_iter().map(passed_on).collect()
     }
 
     /// H or G of every zone from that noise by the stored rays, W/m².

@@ -16,6 +16,7 @@
 use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands};
 use crate::engines::rays::stored_rays::ray_tracer::RayTracer;
 use crate::right_hand_side::surroundings::zone_rays::WeightedRay;
+use std::ops::Range;
 use zonal_math::Vec3;
 use zonal_math::parallel;
 use zonal_scene::voxel_samples::subcell_at;
@@ -41,6 +42,69 @@ pub(crate) struct WeightedZone {
     pub zone: u32,
     /// Weight.
     pub weight: PaddedBands,
+}
+
+/// A part of a ray in a medium of one extinction.
+pub(crate) struct MediumPiece {
+    /// The extinction, 1/m.
+    extinction: Bands,
+    /// Distances of its ends from the origin of the ray, m.
+    ends: Range<f64>,
+    /// Weight of the ray at its beginning.
+    weight: Bands,
+    /// Its zones among those that the ray collects.
+    pub zones: Range<usize>,
+}
+
+impl MediumPiece {
+    /// The distances of its ends from the origin of the ray, m.
+    pub(crate) fn ends(&self) -> Range<f64> {
+        self.ends.clone()
+    }
+
+    /// The distance from the origin, m, before which the share `u` of what the piece absorbs is absorbed, by the mean of the bands.
+    pub(crate) fn distance(&self, u: f64) -> f64 {
+        let (k, length) = (self.extinction.mean(), self.ends.end - self.ends.start);
+        let depth = -(-u * absorbed_fraction(k * length)).ln_1p();
+        self.ends.start + (depth / k).min(length)
+    }
+
+    /// Density of that distance at `s`, 1/m.
+    pub(crate) fn density(&self, s: f64) -> f64 {
+        let (k, length) = (self.extinction.mean(), self.ends.end - self.ends.start);
+        k * (-k * (s - self.ends.start)).exp() / absorbed_fraction(k * length)
+    }
+
+    /// Weight of a radiosity for each metre of the ray at the distance `s`, 1/m.
+    pub(crate) fn weight_at(&self, s: f64) -> Bands {
+        self.weight * self.extinction * (-self.extinction * (s - self.ends.start)).exp()
+    }
+}
+
+/// What a ray collects from medium and panes.
+#[derive(Default)]
+pub(crate) struct CollectedZones {
+    /// The zones with their weights.
+    pub zones: Vec<WeightedZone>,
+    /// The parts of the ray in the medium, in order; kept on demand.
+    pub pieces: Vec<MediumPiece>,
+}
+
+impl CollectedZones {
+    /// Removes everything.
+    pub(crate) fn clear(&mut self) {
+        self.zones.clear();
+        self.pieces.clear();
+    }
+}
+
+/// Whether the parts of rays in the medium are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pieces {
+    /// They are not.
+    Dropped,
+    /// They are.
+    Kept,
 }
 
 /// The volume zones of the cells, and of the sub-cells of cells that walls divide.
@@ -191,7 +255,8 @@ struct Walk<'a, 'b> {
     dir: Vec3,
     weight: Bands,
     transmittance: Bands,
-    list: &'b mut Vec<WeightedZone>,
+    pieces: Pieces,
+    out: &'b mut CollectedZones,
 }
 
 impl<'a> ExpectedPath<'a> {
@@ -203,6 +268,13 @@ impl<'a> ExpectedPath<'a> {
         ExpectedPath { tracer, cells, grey: tracer.grey_medium, has_panes: !scene.panes().is_empty() }
     }
 
+    /// The zone that holds a point of the medium.
+    pub(crate) fn volume_zone(&self, point: Vec3) -> Option<u32> {
+        let cells = self.cells.as_ref()?;
+        let cell = cells.grid.index(cells.grid.cell_at(point)?);
+        cells.zone_at(cell, || point)
+    }
+
     /// Appends what a ray collects within the distance `end`, and returns its transmittance there. `jitter` ∈ [0, 1) places the points in a medium of one
     /// extinction.
     pub(crate) fn collect(
@@ -210,10 +282,11 @@ impl<'a> ExpectedPath<'a> {
         ray: &WeightedRay,
         end: f64,
         jitter: f64,
-        list: &mut Vec<WeightedZone>,
+        pieces: Pieces,
+        out: &mut CollectedZones,
     ) -> Bands {
         let WeightedRay { origin, dir, weight } = *ray;
-        let mut walk = Walk { path: self, origin, dir, weight, transmittance: Bands::ONE, list };
+        let mut walk = Walk { path: self, origin, dir, weight, transmittance: Bands::ONE, pieces, out };
         if self.cells.is_none() && !self.has_panes {
             return Bands::ONE;
         }
@@ -263,7 +336,7 @@ impl Walk<'_, '_> {
         let edges = cells.grid.cell();
         let crossed = (0..3).map(|k| self.dir[k].abs() / edges[k]).sum::<f64>() * (stop - start);
         if crossed > MIN_CELLS_FOR_POINTS {
-            return self.collect_at_points(cells, stretch, jitter);
+            return self.collect_at_points(stretch, jitter);
         }
         let (from, to) = (self.origin + self.dir * start, self.origin + self.dir * stop);
         self.path.tracer.transport.traverse_grid(from, to, &mut |cell, t0, t1| {
@@ -281,21 +354,25 @@ impl Walk<'_, '_> {
         } else {
             extinction.map(|k| absorbed_fraction(k * length))
         };
-        let absorbed = self.transmittance * fraction;
+        let before = self.transmittance;
+        let absorbed = before * fraction;
         self.transmittance -= absorbed;
         if absorbed.max_element() > NEGLIGIBLE_SHARE {
             let middle = || self.origin + self.dir * (0.5 * (start + stop));
             if let Some(zone) = cells.zone_at(cell, middle) {
+                let first = self.out.zones.len();
                 self.push(zone, absorbed);
+                self.keep_piece(stretch, before, first);
             }
         }
     }
 
     /// Collects from a stretch at a few points of equal absorption by the mean of the bands.
-    fn collect_at_points(&mut self, cells: &CellZones, stretch: Stretch, jitter: f64) {
+    fn collect_at_points(&mut self, stretch: Stretch, jitter: f64) {
         let Stretch { extinction, start, stop } = stretch;
         let (mean, length) = (extinction.mean(), stop - start);
         let absorbed = absorbed_fraction(mean * length);
+        let first = self.out.zones.len();
         for k in 0..POINTS_ON_STRETCH {
             let u = (k as f64 + jitter) / POINTS_ON_STRETCH as f64;
             let depth = -(-u * absorbed).ln_1p();
@@ -306,13 +383,23 @@ impl Walk<'_, '_> {
             } else {
                 extinction.map(|k| share * k / mean * (depth - k * s).exp())
             };
-            let point = self.origin + self.dir * (start + s);
-            let cell = cells.grid.cell_at(point).map(|c| cells.grid.index(c));
-            if let Some(zone) = cell.and_then(|cell| cells.zone_at(cell, || point)) {
+            if let Some(zone) = self.path.volume_zone(self.origin + self.dir * (start + s)) {
                 self.push(zone, self.transmittance * weight);
             }
         }
+        self.keep_piece(stretch, self.transmittance, first);
         self.transmittance *= (-extinction * length).exp();
+    }
+
+    /// Keeps a piece that begins with this transmittance, of the zones from number `first` on.
+    #[inline]
+    fn keep_piece(&mut self, stretch: Stretch, transmittance: Bands, first: usize) {
+        let zones = first..self.out.zones.len();
+        if self.pieces == Pieces::Kept && !zones.is_empty() {
+            let Stretch { extinction, start, stop } = stretch;
+            let weight = self.weight * transmittance;
+            self.out.pieces.push(MediumPiece { extinction, ends: start..stop, weight, zones });
+        }
     }
 
     /// Collects from a pane.
@@ -329,7 +416,7 @@ impl Walk<'_, '_> {
 
     #[inline]
     fn push(&mut self, zone: u32, absorbed: Bands) {
-        self.list.push(weighted_zone(zone, self.weight * absorbed));
+        self.out.zones.push(weighted_zone(zone, self.weight * absorbed));
     }
 }
 

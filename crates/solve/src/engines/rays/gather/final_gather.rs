@@ -12,15 +12,16 @@
 use super::escape_rays::{EscapeRays, EscapeSums};
 use super::gather_error::ratio;
 use super::gather_sums::GatherSums;
-use super::gather_task::{GatherTask, ranges_of_kinds};
+use super::gather_task::{GatherTask, kind_of, ranges_of_kinds};
 use super::gathered_fields::GatheredFields;
-use super::zone_gather::{GatherScratch, GatheredSky, Gatherer, SampleRange, SampleSums};
+use super::point_zoning;
+use super::zone_gather::{DirectReading, GatherScratch, GatheredSky, Gatherer, SampleRange, SampleSums};
 use crate::engines::rays::stored_rays::padded_bands::widened;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;
 use zonal_math::parallel;
-use zonal_scene::{Band, Bands, Zones};
+use zonal_scene::{Band, Bands, ErrorParts, Zones};
 
 // Numbers of samples and the steps of their growth.
 
@@ -37,9 +38,10 @@ const MAX_OVER_MEAN: f64 = 4.0;
 /// Largest growth of the mean number of samples in a round.
 const MAX_GROWTH: f64 = 8.0;
 /// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
-const EQUAL_WEIGHT_MULTIPLE: f64 = 2.0;
-/// Share of the tolerance that the noise of the gather aims at.
+pub(super) const EQUAL_WEIGHT_MULTIPLE: f64 = 2.0;
+/// Share of the tolerance that the noise of the gather aims at, with direct light as the means of zones and at points.
 const NOISE_SHARE: f64 = 0.85;
+const NOISE_SHARE_AT_POINTS: f64 = 0.93;
 /// Least share that remains for the noise where other errors are large.
 const MIN_NOISE_SHARE: f64 = 0.4;
 /// Noise over the other errors where these alone exceed the tolerance: less noise would change little.
@@ -73,6 +75,8 @@ pub(crate) struct Gathered {
     pub error: Vec<Bands>,
     /// Relative error of the sum, or of an equally weighted sum over its multiple, the larger; without the error of the surroundings.
     pub relative_error: f64,
+    /// The parts of the error of the patches, and of the volume zones and panes.
+    pub parts: [ErrorParts; 2],
     /// Samples of all zones.
     pub samples: u64,
     /// Rays that only found out whether they leave the scene.
@@ -83,14 +87,23 @@ impl Gathered {
     /// The result of the last round.
     fn new(task: &GatherTask, fields: GatheredFields, goal: &Goal, sums: &GatherSums) -> Gathered {
         let GatheredFields { mut values, mut errors, inherited, mut sky, .. } = fields;
+        // The error by zoning is in proportion to the field.
+        let zoning = |q: usize, i: usize| {
+            let left = sums.changes.as_ref().map(|c| c.zoning_left(q, sums.direct)[kind_of(task.zones, i)]);
+            left.unwrap_or_default()
+        };
         let mut error = errors.pop().unwrap_or_default();
         let sum = values.pop().unwrap_or_default();
-        error.iter_mut().zip(&inherited).for_each(|(e, i)| *e = e.hypot(*i));
+        let known = |i: usize| task.known.get(i).map_or(Bands::ZERO, |k| k[0]);
+        parallel::for_each(&mut error, |i, e| {
+            let of_zones = zoning(task.groups, i) * (sum[i] + known(i));
+            *e = e.hypot(inherited.get(i).copied().unwrap_or_default()).hypot(of_zones);
+        });
         // Each group inherits its share of the errors of the radiosities.
-        for (errors, column) in errors.iter_mut().zip(&values) {
-            parallel::for_each(errors, |k, e| {
-                let inherited = inherited.get(k).map(|i| *i * column[k].zip_map(sum[k], ratio));
-                *e = e.hypot(inherited.unwrap_or_default());
+        for (q, (errors, column)) in errors.iter_mut().zip(&values).enumerate() {
+            parallel::for_each(errors, |i, e| {
+                let inherited = inherited.get(i).map(|own| *own * column[i].zip_map(sum[i], ratio));
+                *e = e.hypot(inherited.unwrap_or_default()).hypot(zoning(q, i) * column[i]);
             });
         }
         if let Some(of_sky) = task.sky {
@@ -101,8 +114,9 @@ impl Gathered {
             sky,
             column_errors: errors,
             error,
+            parts: [0, 1].map(|kind| goal.parts(kind)),
             relative_error: [0, 1]
-                .map(|k| goal.noise[k].hypot(goal.inherited[k]))
+                .map(|k| goal.noise[k].hypot(goal.inherited[k]).hypot(goal.zoning[k]))
                 .into_iter()
                 .fold(0.0, f64::max),
             samples: 2 * sums.counts.iter().map(|c| *c as u64).sum::<u64>(),
@@ -117,28 +131,29 @@ impl Gathered {
 }
 
 /// Gathers until the tolerance is met, or the samples are at their maximum.
-pub(crate) fn gather(gatherer: &Gatherer, task: &GatherTask) -> Gathered {
+pub(crate) fn gather(mut gatherer: Gatherer, task: &GatherTask) -> Gathered {
     let n = task.zones.len();
-    // The groups, their sum, the noise of the radiosities, and the surroundings alone.
-    let quantities = task.groups + 2 + usize::from(task.sky.is_some());
     let of_sky = |sky: &GatheredSky| EscapeRays::new(task.zone_groups, &sky.shares, task.groups);
     let escape = task.sky.map(of_sky).unwrap_or_default();
-    let mut sums = GatherSums::load(task.checkpoints, n, quantities, escape);
+    let mut sums = GatherSums::load(task.checkpoints, n, task.quantities(), escape);
     if sums.round == 0 {
-        let first = |i: usize| FIRST_SAMPLES[task.zones.kind(i) as usize];
-        take_samples(gatherer, task, &(0..n).map(first).collect::<Vec<_>>(), &mut sums);
+        take_first_samples(&mut gatherer, task, &mut sums);
+    } else if let Some(changes) = &sums.changes {
+        changes.add_to(&mut gatherer, task);
     }
+    let gatherer = &gatherer;
     let mut fields = GatheredFields::new(task);
     let mut changed = [true; 2];
     let goal = loop {
         fields.update(gatherer, task, &sums, changed);
         sums.escape.rays_per_sample = std::mem::take(&mut fields.escape_ratios);
-        let goal = Goal::of(task, &fields);
+        let goal = Goal::of(task, &fields, &sums);
         let more = goal.samples(task, &sums, &fields);
         match more.filter(|_| sums.round < MAX_ROUNDS && !task.execution.progress.is_interrupted()) {
             Some(wanted) => {
                 changed = ranges_of_kinds(task.zones).map(|r| wanted[r.clone()] != sums.counts[r]);
                 take_samples(gatherer, task, &wanted, &mut sums);
+                save(task, &sums);
             }
             None => break goal,
         }
@@ -152,9 +167,45 @@ fn separate(whole: &mut [Bands], part: &mut [Bands]) {
     parallel::for_each_pair(whole, part, |whole, part| *whole -= *part);
 }
 
-/// Takes samples of every zone up to the wanted number of each half, and saves them.
+/// Takes the first samples. Where direct light can be read at points they have both readings, and decide how further samples read it.
+fn take_first_samples(gatherer: &mut Gatherer, task: &GatherTask, sums: &mut GatherSums) {
+    let first = |i: usize| FIRST_SAMPLES[task.zones.kind(i) as usize];
+    let wanted: Vec<usize> = (0..task.zones.len()).map(first).collect();
+    if !gatherer.can_read_points() {
+        take_samples(gatherer, task, &wanted, sums);
+        return save(task, sums);
+    }
+    sums.direct = [DirectReading::AtPoints; 2];
+    sums.begin(task.quantities() + task.groups + 1);
+    take_samples(gatherer, task, &wanted, sums);
+    let mut more = wanted.clone();
+    while let Some(growth) = point_zoning::choose_readings(task, sums) {
+        if task.execution.progress.is_interrupted() {
+            return;
+        }
+        more.iter_mut().for_each(|n| *n *= growth);
+        take_samples(gatherer, task, &more, sums);
+    }
+    if let Some(changes) = sums.changes.take_if(|c| !c.columns.is_empty()) {
+        // The samples so far are those of other radiosities.
+        changes.add_to(gatherer, task);
+        sums.begin(task.quantities());
+        sums.changes = Some(changes);
+        take_samples(gatherer, task, &wanted, sums);
+    }
+    save(task, sums);
+}
+
+/// Saves a round; an interrupted one lacks samples.
+fn save(task: &GatherTask, sums: &GatherSums) {
+    if !task.execution.progress.is_interrupted() {
+        sums.save(task.checkpoints);
+    }
+}
+
+/// Takes samples of every zone up to the wanted number of each half.
 fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: &mut GatherSums) {
-    let quantities = sums.quantities;
+    let (quantities, direct) = (sums.quantities, sums.direct);
     let (progress, communicator) = (task.execution.progress, task.execution.communicator);
     progress.begin("gather", task.zones.len() as u64);
     let blocks = task.execution.blocks(task.zones.len(), ZONES_PER_TASK);
@@ -186,7 +237,8 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
             let rays = escape.wanted(zone, numbers.end);
             *count = numbers.end;
             let mut of_zone = EscapeSums::new(task.groups);
-            add_samples_of_zone(gatherer, zone, numbers, rays, scratch, sums, &mut of_zone);
+            let samples = SampleRange { zone, half: 0, numbers, direct: direct[kind_of(task.zones, zone)] };
+            add_samples_of_zone(gatherer, &samples, rays, scratch, sums, &mut of_zone);
             escape.add(zone, &of_zone);
         }
         progress.advance(zones);
@@ -194,17 +246,12 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
     sums.exchange(&blocks, communicator, &before, wanted);
     progress.end();
     sums.round += 1;
-    // An interrupted round lacks samples.
-    if !progress.is_interrupted() {
-        sums.save(task.checkpoints);
-    }
 }
 
 /// Adds the samples of these numbers of both halves of a zone, and the rays that only find out whether they leave the scene.
 fn add_samples_of_zone(
     gatherer: &Gatherer,
-    zone: usize,
-    numbers: Range<usize>,
+    samples: &SampleRange,
     rays: Option<Range<usize>>,
     scratch: &mut GatherScratch,
     sums: &mut [SampleSums],
@@ -212,11 +259,11 @@ fn add_samples_of_zone(
 ) {
     let quantities = sums.len() / 2;
     for (half, sums) in sums.chunks_mut(quantities).enumerate() {
-        let range = SampleRange { zone, half, numbers: numbers.clone() };
-        escape.by_samples[half] = add_samples(gatherer, range, scratch, sums, &mut escape.products);
+        let range = SampleRange { half, ..samples.clone() };
+        escape.by_samples[half] = add_samples(gatherer, range.clone(), scratch, sums, &mut escape.products);
         if let Some(numbers) = rays.clone() {
             escape.rays = numbers.len();
-            escape.by_rays[half] = gatherer.escapes(SampleRange { zone, half, numbers }, scratch);
+            escape.by_rays[half] = gatherer.escapes(SampleRange { numbers, ..range }, scratch);
         }
     }
 }
@@ -248,19 +295,39 @@ fn add_samples(
 ) -> Bands {
     let groups = products.len();
     let (mut added, mut escapes) = (vec![[Bands::ZERO; 2]; sums.len()], Bands::ZERO);
-    gatherer.samples(range, scratch, |value, sky| {
-        let mut all = Bands::ZERO;
-        for (c, [sum, squares]) in added[..groups].iter_mut().enumerate() {
-            let v = widened(value(c));
-            *sum += v;
-            *squares += v * v;
+    // In the first round the values with direct light at points are quantities of their own, after the others.
+    let plain = gatherer.plain_quantities(groups);
+    let at_points = range.direct == DirectReading::AtPoints;
+    let both = added.len() > plain;
+    let mut add = |q: usize, v: Bands| {
+        added[q][0] += v;
+        added[q][1] += v * v;
+    };
+    gatherer.samples(range, scratch, |sample| {
+        let (sky, mut all, mut all_at_points) = (sample.sky(), Bands::ZERO, Bands::ZERO);
+        for (c, product) in products.iter_mut().enumerate() {
+            let mut v = widened(sample.value(c));
+            if at_points {
+                let changed = v + widened(sample.change(c));
+                if both {
+                    add(plain + c, changed);
+                    all_at_points += changed;
+                } else {
+                    v = changed;
+                }
+            }
+            add(c, v);
             all += v;
-            products[c] += v * sky.escaped;
+            *product += v * sky.escaped;
         }
-        added[groups][0] += all;
-        added[groups][1] += all * all;
-        added[groups + 1][0] += widened(value(groups));
-        added[groups + 2..].iter_mut().for_each(|a| a[0] += sky.radiosity);
+        add(groups, all);
+        if both {
+            add(plain + groups, all_at_points);
+        }
+        add(groups + 1, widened(sample.value(groups)));
+        if plain > groups + 2 {
+            add(groups + 2, sky.radiosity);
+        }
         escapes += sky.escaped;
     });
     sums.iter_mut().zip(added).for_each(|(s, a)| s.add(a));
@@ -273,18 +340,19 @@ struct Goal {
     noise: [f64; 2],
     /// Relative error of the radiosities that were read.
     inherited: [f64; 2],
+    /// Relative error of radiation that is known beforehand: of the surroundings, and of reflected direct light.
+    known: [f64; 2],
+    /// Relative error by direct light that is constant on zones, and that which was removed.
+    zoning: [f64; 2],
+    removed: [f64; 2],
     /// The relative noise wanted.
     wanted: [f64; 2],
     /// Root mean square of each quantity and kind of zones, per band.
     levels: Vec<[Bands; 2]>,
 }
 
-fn kind_of(zones: &Zones, i: usize) -> usize {
-    usize::from(i >= zones.patches.len())
-}
-
 impl Goal {
-    fn of(task: &GatherTask, fields: &GatheredFields) -> Goal {
+    fn of(task: &GatherTask, fields: &GatheredFields, sums: &GatherSums) -> Goal {
         let zones = task.zones;
         let ranges = ranges_of_kinds(zones);
         let square = |list: &mut dyn Iterator<Item = Bands>| list.fold(Bands::ZERO, |s, x| s + x * x);
@@ -319,17 +387,39 @@ impl Goal {
         };
         let inherited = relative(&|i| fields.inherited[i], all);
         let surroundings = relative(&|i| known(i)[1], all);
+        let found = sums.changes.as_ref().map_or([Bands::ZERO; 2], |c| c.zoning[task.groups]);
+        let zoning_of = |reading: DirectReading| {
+            [0, 1].map(|kind| if sums.direct[kind] == reading { found[kind].max_element() } else { 0.0 })
+        };
         let wanted = |kind: usize| {
             let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
             let left = (1.0 - others * others).max(0.0).sqrt().max(MIN_NOISE_SHARE);
             let beside_others = if others > 1.0 { NOISE_OVER_LARGE_ERRORS * others } else { 0.0 };
-            (NOISE_SHARE * left).max(beside_others) * task.tolerance
+            let share = match sums.direct[kind] {
+                DirectReading::OfZones => NOISE_SHARE,
+                DirectReading::AtPoints => NOISE_SHARE_AT_POINTS,
+            };
+            (share * left).max(beside_others) * task.tolerance
         };
         Goal {
             noise: [0, 1].map(|kind| sum[kind].max(guide[kind])),
             inherited,
+            known: surroundings,
+            zoning: zoning_of(DirectReading::OfZones),
+            removed: zoning_of(DirectReading::AtPoints),
             wanted: [0, 1].map(wanted),
             levels,
+        }
+    }
+
+    /// The parts of the error of a kind of zones.
+    fn parts(&self, kind: usize) -> ErrorParts {
+        ErrorParts {
+            sampling: self.noise[kind],
+            radiosities: self.inherited[kind],
+            direct: self.known[kind],
+            zoning: self.zoning[kind],
+            zoning_removed: self.removed[kind],
         }
     }
 

@@ -1,7 +1,8 @@
 //! Sums of the samples of all zones, and their checkpoint.
 
 use super::escape_rays::EscapeRays;
-use super::zone_gather::SampleSums;
+use super::point_zoning::PointChanges;
+use super::zone_gather::{DirectReading, SampleSums};
 use crate::distribution::{Blocks, Communicator, Message};
 use crate::settings::stage_codec::{Decoder, Encoder};
 use zonal_math::parallel;
@@ -22,6 +23,10 @@ pub(crate) struct GatherSums {
     pub sums: Vec<SampleSums>,
     /// Rays that only find out whether they leave the scene.
     pub escape: EscapeRays,
+    /// How the patches, and the volume zones with the panes, read direct light.
+    pub direct: [DirectReading; 2],
+    /// What direct light at points changes; `None` where it cannot be read.
+    pub changes: Option<PointChanges>,
 }
 
 impl GatherSums {
@@ -38,6 +43,8 @@ impl GatherSums {
             counts: vec![0; n],
             sums: parallel::collect(2 * n * quantities, |_| SampleSums::default()),
             escape,
+            direct: [DirectReading::OfZones; 2],
+            changes: None,
         };
         if let Some(bytes) = checkpoints.load(STAGE)
             && sums.decode(&bytes).is_none()
@@ -46,6 +53,8 @@ impl GatherSums {
             sums.counts.fill(0);
             sums.sums.fill(SampleSums::default());
             sums.escape.clear();
+            sums.direct = [DirectReading::OfZones; 2];
+            sums.changes = None;
         }
         sums
     }
@@ -64,6 +73,13 @@ impl GatherSums {
         let sums = words.chunks_exact(SampleSums::ENCODED_WORDS);
         self.sums.iter_mut().zip(sums).for_each(|(own, w)| *own = sum(w));
         self.escape.decode(&mut decoder)?;
+        for direct in &mut self.direct {
+            *direct = DirectReading::from_number(decoder.int()?)?;
+        }
+        self.changes = match decoder.int()? {
+            0 => None,
+            _ => Some(PointChanges::decode(&mut decoder, self.counts.len())?),
+        };
         decoder.at_end().then_some(())
     }
 
@@ -115,8 +131,38 @@ impl GatherSums {
                 self.sums.iter().flat_map(SampleSums::words),
             );
             self.escape.encode(&mut encoder);
+            self.direct.iter().for_each(|d| encoder.int(d.number()));
+            encoder.int(usize::from(self.changes.is_some()));
+            self.changes.iter().for_each(|c| c.encode(&mut encoder));
             checkpoints.save(STAGE, &encoder.bytes());
         }
+    }
+
+    /// Begins again without samples, with so many quantities.
+    pub(crate) fn begin(&mut self, quantities: usize) {
+        let words = 2 * self.counts.len() * quantities;
+        (self.sums, self.quantities) = (parallel::collect(words, |_| SampleSums::default()), quantities);
+        self.counts.fill(0);
+        self.escape.clear();
+        self.round = 0;
+    }
+
+    /// Ends the first round, whose quantities beyond `quantities` are the same with direct light at points: keeps those of each kind of zones by its reading.
+    pub(crate) fn keep_readings(
+        &mut self,
+        kind_of: impl Fn(usize) -> usize + Sync,
+        quantities: usize,
+        direct: [DirectReading; 2],
+    ) {
+        let width = self.quantities;
+        let replaced = width - quantities;
+        let kept = |k: usize| {
+            let (row, q) = (k / quantities, k % quantities);
+            let at_points = direct[kind_of(row / 2)] == DirectReading::AtPoints && q < replaced;
+            self.sums[row * width + if at_points { quantities + q } else { q }]
+        };
+        let sums = parallel::collect(2 * self.counts.len() * quantities, kept);
+        (self.sums, self.quantities, self.direct) = (sums, quantities, direct);
     }
 
     fn of(&self, i: usize, half: usize, q: usize) -> &SampleSums {

@@ -4,6 +4,7 @@ use super::regression_windows::RegressionWindows;
 use super::zone_gather::GatheredSky;
 use super::zone_groups::ZoneGroups;
 use crate::distribution::Execution;
+use crate::engines::rays::stored_rays::padded_bands::PaddedBands;
 use std::ops::Range;
 use zonal_scene::{Bands, CheckpointStore, Zones};
 
@@ -25,6 +26,8 @@ pub(crate) struct GatherTask<'a> {
     pub known: &'a [[Bands; 2]],
     /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
     pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
+    /// What changes of the incident radiation of all zones, W/m², add to the solution by the stored rays.
+    pub passed_on: &'a (dyn Fn(&[Vec<Bands>]) -> Vec<PassedOn> + Sync),
     /// H or G of every group by the stored rays, W/m².
     pub stored: &'a (dyn Fn() -> Vec<Vec<Bands>> + Sync),
     /// Stored rays of a patch, and of a volume zone or pane.
@@ -33,6 +36,26 @@ pub(crate) struct GatherTask<'a> {
     pub checkpoints: &'a dyn CheckpointStore,
     /// The processes that share the work, and the observer.
     pub execution: Execution<'a>,
+}
+
+/// What a change of the incident radiation adds to the solution.
+pub(crate) struct PassedOn {
+    /// To the radiosities, W/m².
+    pub radiosity: Vec<PaddedBands>,
+    /// To the incident radiation, beside the change itself, W/m².
+    pub incident: Vec<Bands>,
+}
+
+impl GatherTask<'_> {
+    /// Number of quantities of a sample: the groups, their sum, the noise of the radiosities, and the surroundings alone.
+    pub(crate) fn quantities(&self) -> usize {
+        self.groups + 2 + usize::from(self.sky.is_some())
+    }
+}
+
+/// 0 for patches, 1 for volume zones and panes.
+pub(crate) fn kind_of(zones: &Zones, i: usize) -> usize {
+    usize::from(i >= zones.patches.len())
 }
 
 /// The patches, and the volume zones with the panes.

@@ -8,6 +8,8 @@
 //! |---|---|
 //! | `zone_gather` | one sample: a ray and a connection to a bright patch, joined by multiple importance sampling |
 //! | `expected_path` | what a ray collects from medium and panes, by expected values |
+//! | `point_light` | direct light at the points that samples meet |
+//! | `point_zoning` | the zoning error of direct light, and how samples read it |
 //! | `patch_lights` | the tree of patches that connections are aimed by |
 //! | `pane_openings` | connections to the surroundings through panes |
 //! | `escape_rays` | rays that only find out whether they leave the scene |
@@ -32,6 +34,8 @@ mod gathered_fields;
 mod half_smoothing;
 mod pane_openings;
 mod patch_lights;
+pub(crate) mod point_light;
+mod point_zoning;
 pub(crate) mod regression_windows;
 mod single_precision;
 mod unmet_light;

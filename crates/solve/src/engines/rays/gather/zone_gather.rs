@@ -23,9 +23,12 @@
 //!
 //! Where patch j is close to a patch, B_j is that of a path that continues from y (`ray::path_continuation`), as the radiosity varies within the patch.
 
-use super::expected_path::{ExpectedPath, WeightedZone, weighted_zone};
+use super::expected_path::{CollectedZones, ExpectedPath, Pieces, WeightedZone, weighted_zone};
 use super::pane_openings::PaneOpenings;
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
+use super::point_light::{
+    CONNECTION_PART, LightPlace, LitPoint, PointLights, RAY_PART, SampledZones, SurfacePoint,
+};
 use super::single_precision::{self, SingleBands};
 use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands, padded, widened};
 use crate::engines::rays::stored_rays::path_continuation::{
@@ -45,6 +48,8 @@ use zonal_scene::{Bands, PerBand, ZoneRef, Zones};
 const GATHER_SEED: u64 = 0x2d35_8dcc_aa6c_78a5;
 /// Seed of the rays that only find out whether they leave the scene.
 const ESCAPE_SEED: u64 = 0x6a09_e667_f3bc_c908;
+/// Part of the numbers of a sample that chooses the connection through a pane.
+const OPENINGS_PART: u32 = 6;
 /// Bit of the number of a continued ray that separates it from the rays of the table.
 const GATHER_RAY: usize = 1 << 24;
 /// Bit that separates the path from the end of a connection from that of the ray.
@@ -67,6 +72,41 @@ pub(crate) struct GatherField<'a> {
     pub sources: Vec<&'a VertexSource>,
     /// The surroundings; `None` where the result does not contain them.
     pub sky: Option<&'a GatheredSky>,
+    /// The lights that can be read at points; `None` without such lights, or where paths do not continue.
+    pub points: Option<PointLights>,
+}
+
+/// How samples read direct light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DirectReading {
+    /// As the means of zones.
+    OfZones,
+    /// At the points that they meet (`point_light`).
+    AtPoints,
+}
+
+impl DirectReading {
+    /// The number that stands for it in a checkpoint.
+    pub(crate) fn number(self) -> usize {
+        match self {
+            DirectReading::OfZones => 0,
+            DirectReading::AtPoints => 1,
+        }
+    }
+    /// The reading of [`DirectReading::number`].
+    pub(crate) fn from_number(number: usize) -> Option<DirectReading> {
+        [DirectReading::OfZones, DirectReading::AtPoints].into_iter().find(|d| d.number() == number)
+    }
+}
+
+/// A sample.
+pub(crate) trait Sample {
+    /// The value of column `c` with direct light as the means of zones, W/m².
+    fn value(&self, c: usize) -> PaddedBands;
+    /// Its change by direct light at points, W/m²; 0 where it is not read.
+    fn change(&self, c: usize) -> PaddedBands;
+    /// The surroundings in it.
+    fn sky(&self) -> SampledSky;
 }
 
 /// The surroundings of a gather.
@@ -146,9 +186,15 @@ impl SampleSums {
 pub(crate) struct GatherScratch {
     cut: LightCut,
     openings_cut: LightCut,
-    list: Vec<WeightedZone>,
+    collected: CollectedZones,
     vertices: Vec<PathVertex>,
     paths: Vec<(u32, PaddedBands)>,
+    points: Vec<LitPoint>,
+    ends: Vec<SurfacePoint>,
+    /// Zones with the changes of their weights by textures, and the same of continued paths.
+    textured: Vec<WeightedZone>,
+    textured_paths: Vec<(u32, PaddedBands)>,
+    ray: Option<WeightedRay>,
     /// Weight of β.
     typical: Bands,
     /// Weight of the surroundings, and the part of it that the ray brings.
@@ -165,6 +211,8 @@ pub(crate) struct SampleRange {
     pub half: usize,
     /// Numbers of the samples.
     pub numbers: Range<usize>,
+    /// How they read direct light.
+    pub direct: DirectReading,
 }
 
 /// The point of a zone at which a ray starts.
@@ -213,6 +261,30 @@ fn enclosing_ball(balls: impl Iterator<Item = ReceiverBall>) -> ReceiverBall {
     });
     let centre = (lo + hi) * 0.5;
     ReceiverBall { centre, radius: radius + (hi - centre).length(), normal: None }
+}
+
+/// The point at the end of a ray, connection or path that has this weight there.
+fn surface_point(ray: RayNumber, end: &RayEnd, weight: Bands, texture: Bands) -> SurfacePoint {
+    let part = if ray.number & CONNECTION == 0 { RAY_PART } else { CONNECTION_PART };
+    SurfacePoint { zone: weighted_zone(end.zone, weight), at: end.position, texture, part }
+}
+
+/// A sample in its scratch memory.
+struct ZoneSample<'a, 'b> {
+    gatherer: &'a Gatherer<'b>,
+    scratch: &'a GatherScratch,
+}
+
+impl Sample for ZoneSample<'_, '_> {
+    fn value(&self, c: usize) -> PaddedBands {
+        self.gatherer.value(c, self.scratch)
+    }
+    fn change(&self, c: usize) -> PaddedBands {
+        self.gatherer.change(c, self.scratch)
+    }
+    fn sky(&self) -> SampledSky {
+        SampledSky { radiosity: self.gatherer.sky_value(self.scratch), escaped: self.scratch.escaped }
+    }
 }
 
 impl<'a> Gatherer<'a> {
@@ -274,34 +346,42 @@ impl<'a> Gatherer<'a> {
         ReceiverBall { centre: zone.centre(), radius, normal }
     }
 
-    /// Takes samples of a zone that [`Gatherer::aim`] has prepared. `each` receives the value of every column for each sample, and the part of the
-    /// surroundings in it.
+    /// Takes samples of a zone that [`Gatherer::aim`] has prepared; `each` receives them.
     pub(crate) fn samples(
         &self,
         range: SampleRange,
         scratch: &mut GatherScratch,
-        mut each: impl FnMut(&dyn Fn(usize) -> PaddedBands, SampledSky),
+        mut each: impl FnMut(&dyn Sample),
     ) {
         let i = range.zone;
+        let points = self.field.points.as_ref().filter(|_| range.direct == DirectReading::AtPoints);
         let seeds = low_discrepancy::split_mix64((i as u64) << 1 | range.half as u64 ^ GATHER_SEED);
-        let [seed, seed_of_openings] = [seeds as u32, (seeds >> 32) as u32];
+        let seed = seeds as u32;
         for k in range.numbers.clone() {
             let u = scrambled_sobol::point(k, seed);
-            scratch.list.clear();
+            scratch.collected.clear();
             scratch.vertices.clear();
             scratch.paths.clear();
+            scratch.points.clear();
+            scratch.ends.clear();
+            scratch.textured.clear();
+            scratch.textured_paths.clear();
             (scratch.typical, scratch.sky, scratch.escaped) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
             let from = self.start(i, [u[2], u[3], u[7]]);
             let ray = RayNumber { zone: i, number: k | GATHER_RAY | range.half << 23 };
-            self.follow_ray(ray, &from, [u[0], u[1], u[6]], scratch);
+            self.follow_ray(ray, &from, [u[0], u[1], u[6]], range.direct, scratch);
             let connection = RayNumber { number: ray.number | CONNECTION, ..ray };
-            self.connect(connection, from.point, [u[4], u[5], u[6]], scratch);
+            self.connect(connection, from.point, [u[4], u[5], u[6]], range.direct, scratch);
             if let Some(openings) = self.openings.as_ref().filter(|_| !scratch.openings_cut.is_dark()) {
-                let [v0, v1, v2, _] = scrambled_sobol::first_dimensions(k, seed_of_openings);
+                let [v0, v1, v2, _] = scrambled_sobol::further_dimensions(k, OPENINGS_PART, seed);
                 self.connect_through(openings, i, from.point, [v0, v1, v2], scratch);
             }
-            let sky = SampledSky { radiosity: self.sky_value(scratch), escaped: scratch.escaped };
-            each(&|c| self.value(c, scratch), sky);
+            if let (Some(points), Some(place), Some(ray)) = (points, self.light_place(), &scratch.ray) {
+                let GatherScratch { collected, ends, points: lit, .. } = scratch;
+                let met = SampledZones { ray, collected, ends, path: &self.path, number: k, seed };
+                points.add_points(place, &met, lit);
+            }
+            each(&ZoneSample { gatherer: self, scratch });
         }
     }
 
@@ -387,26 +467,69 @@ impl<'a> Gatherer<'a> {
     /// The sum of column `c` over the zones and paths of a sample.
     #[inline]
     fn value(&self, c: usize, scratch: &GatherScratch) -> PaddedBands {
-        let b = &self.field.columns[c];
         let (typical, weight) = (self.field.typical[c], padded(scratch.typical));
         let mut sum: PaddedBands = std::array::from_fn(|k| weight[k] * typical[k]);
         if self.field.sky.is_some_and(|sky| sky.column == c) {
             let sky = padded(self.sky_value(scratch));
             (0..LANES).for_each(|k| sum[k] += sky[k]);
         }
-        for z in &scratch.list {
-            let b = &b[z.zone as usize];
+        self.add_zones(c, &scratch.collected.zones, &mut sum);
+        self.add_paths(c, &scratch.paths, &scratch.vertices, &mut sum);
+        sum
+    }
+
+    /// Adds the radiosities of weighted zones in column `c`.
+    #[inline]
+    fn add_zones(&self, c: usize, zones: &[WeightedZone], sum: &mut PaddedBands) {
+        for z in zones {
+            let b = &self.field.columns[c][z.zone as usize];
             (0..LANES).for_each(|k| sum[k] += z.weight[k] * b[k]);
         }
-        for (end, weight) in &scratch.paths {
+    }
+
+    /// Adds what weighted paths transport in column `c`.
+    #[inline]
+    fn add_paths(
+        &self,
+        c: usize,
+        paths: &[(u32, PaddedBands)],
+        vertices: &[PathVertex],
+        sum: &mut PaddedBands,
+    ) {
+        let radiosity = &self.field.columns[c];
+        for (end, weight) in paths {
             let Some(first) = vertex_index(*end) else { continue };
             let source = self.field.sources.get(c).copied();
-            let vertices = &scratch.vertices;
-            let field = PathField { vertices, reflectance: &self.reflectance, radiosity: b, source };
+            let field = PathField { vertices, reflectance: &self.reflectance, radiosity, source };
             let v = field.transported(first, *weight);
             (0..LANES).for_each(|k| sum[k] += v[k]);
         }
+    }
+
+    /// The change of column `c` in a sample by direct light at points.
+    fn change(&self, c: usize, scratch: &GatherScratch) -> PaddedBands {
+        let Some(points) = &self.field.points else { return [0.0; LANES] };
+        let mut sum = points.change(c, &scratch.points);
+        self.add_zones(c, &scratch.textured, &mut sum);
+        self.add_paths(c, &scratch.textured_paths, &scratch.vertices, &mut sum);
         sum
+    }
+
+    /// Adds to the radiosities of column `c`, W/m².
+    pub(crate) fn add_radiosity(&mut self, c: usize, more: &[PaddedBands]) {
+        parallel::for_each_pair(&mut self.field.columns[c], more, |b, m| {
+            (0..LANES).for_each(|k| b[k] += m[k]);
+        });
+    }
+
+    /// Number of quantities of a sample of so many groups, with direct light read in one way.
+    pub(crate) fn plain_quantities(&self, groups: usize) -> usize {
+        groups + 2 + usize::from(self.field.sky.is_some())
+    }
+
+    /// True if direct light can be read at points.
+    pub(crate) fn can_read_points(&self) -> bool {
+        self.field.points.is_some()
     }
 
     /// The point of zone `i` for a point of the unit cube.
@@ -420,13 +543,19 @@ impl<'a> Gatherer<'a> {
         ray: RayNumber,
         from: &RayStart,
         [d0, d1, jitter]: [f64; 3],
+        direct: DirectReading,
         scratch: &mut GatherScratch,
     ) {
         let (i, tracer) = (ray.zone, self.tracer);
         let start = ray_from_point(self.zones, i, from.point, from.side, [d0, d1]);
         let WeightedRay { origin, dir, weight } = start;
         let end = tracer.first_surface(origin, dir);
-        let left = weight * self.path.collect(&start, end.distance, jitter, &mut scratch.list);
+        let pieces = match direct {
+            DirectReading::AtPoints => Pieces::Kept,
+            DirectReading::OfZones => Pieces::Dropped,
+        };
+        let left = weight * self.path.collect(&start, end.distance, jitter, pieces, &mut scratch.collected);
+        scratch.ray = Some(start);
         if end.zone >= FIRST_CODE {
             if let Some(openings) = self.openings.as_ref().filter(|_| end.zone == ESCAPED) {
                 let density = openings.density(&scratch.openings_cut, origin, dir);
@@ -439,22 +568,53 @@ impl<'a> Gatherer<'a> {
         let towards = self.zones.patches[j].normal.dot(dir).abs().max(MIN_COSINE);
         let density = self.kernel(i, dir) * towards / (end.distance * end.distance).max(f64::MIN_POSITIVE);
         let share = balance(density, self.connection_density(&scratch.cut, i, j));
-        self.add_surface(ray, end, left * share, scratch);
+        self.add_surface(ray, end, left * share, direct, scratch);
         scratch.typical += left * (1.0 - share);
     }
 
     /// Adds the surface at the end of a ray or connection; paths go on from patches close by.
-    fn add_surface(&self, ray: RayNumber, end: RayEnd, weight: Bands, scratch: &mut GatherScratch) {
+    fn add_surface(
+        &self,
+        ray: RayNumber,
+        end: RayEnd,
+        weight: Bands,
+        direct: DirectReading,
+        scratch: &mut GatherScratch,
+    ) {
         let continues = ray.zone < self.zones.patches.len()
             && self.zones.patches[end.zone as usize].continues_rays(end.distance)
             && self.zones.sheets.opposite(end.zone as usize).is_none();
+        let texture = match direct {
+            DirectReading::AtPoints => self.tracer.texture_ratio(end.zone as usize, end.position),
+            DirectReading::OfZones => Bands::ONE,
+        };
+        let of_texture = (texture != Bands::ONE).then(|| (texture - Bands::ONE) * weight);
         match self.lights.as_ref().filter(|_| continues) {
             Some(lights) => {
-                let last = self.tracer.continue_path(lights, ray, end, &mut scratch.vertices);
-                scratch.paths.push((last, padded(weight)));
+                let before = scratch.vertices.len();
+                let (first, last) = self.tracer.continue_path(lights, ray, end, &mut scratch.vertices);
+                scratch.paths.push((first, padded(weight)));
+                scratch.textured_paths.extend(of_texture.map(|change| (first, padded(change))));
+                if direct == DirectReading::AtPoints && last.zone < FIRST_CODE {
+                    let passed = |w: Bands, v: &PathVertex| w * v.passed_on(&self.zones.patches);
+                    let weight = scratch.vertices[before..].iter().fold(texture * weight, passed);
+                    scratch.ends.push(surface_point(ray, &last, weight, Bands::ONE));
+                }
             }
-            None => scratch.list.push(weighted_zone(end.zone, weight)),
+            None => {
+                scratch.collected.zones.push(weighted_zone(end.zone, weight));
+                scratch.textured.extend(of_texture.map(|change| weighted_zone(end.zone, change)));
+                if direct == DirectReading::AtPoints {
+                    scratch.ends.push(surface_point(ray, &end, weight, texture));
+                }
+            }
         }
+    }
+
+    /// The lights and what lies before them.
+    fn light_place(&self) -> Option<LightPlace<'_>> {
+        let (zones, transport) = (self.zones, self.tracer.transport);
+        self.lights.as_ref().map(|lights| LightPlace { lights, transport, zones })
     }
 
     /// Connects the point `x` of zone `i` with the surroundings through a pane.
@@ -502,7 +662,14 @@ impl<'a> Gatherer<'a> {
     }
 
     /// Connects the point `x` of zone `i` with a patch.
-    fn connect(&self, ray: RayNumber, x: Vec3, u: [f64; 3], scratch: &mut GatherScratch) {
+    fn connect(
+        &self,
+        ray: RayNumber,
+        x: Vec3,
+        u: [f64; 3],
+        direct: DirectReading,
+        scratch: &mut GatherScratch,
+    ) {
         let (zones, i) = (self.zones, ray.zone);
         let Some((j, probability)) = self.patch_lights.sample(&scratch.cut, u[0]) else { return };
         let patch = &zones.patches[j as usize];
@@ -521,7 +688,7 @@ impl<'a> Gatherer<'a> {
         let share = balance(seen.density(kernel), probability / patch.area);
         let weight = self.ray_weight(i, dir) * transmittance * share;
         let end = RayEnd { zone: j, weight: PerBand::splat(1.0), distance, position: y };
-        self.add_surface(ray, end, weight, scratch);
+        self.add_surface(ray, end, weight, direct, scratch);
         scratch.typical -= weight;
     }
 }

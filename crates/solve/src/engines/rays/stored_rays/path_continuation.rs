@@ -8,7 +8,7 @@
 //! B(x) = B⁰_j + ρ_j (H_l(x)/p_l + B_k)        B⁰_j the source term of patch j without the lights sampled here
 //! ```
 //!
-//! replaces B_j. The estimate is unbiased for the radiosity at x, whose mean over the patch is B_j. The path may continue again at k.
+//! replaces B_j. From the second patch on ρ_j is that of the texture at x; the first is that of the gather (`gather::point_light`). The estimate is unbiased for the radiosity at x, whose mean over the patch is B_j. The path may continue again at k.
 //! A continued ray costs one further ray and one shadow ray for each vertex.
 
 use super::padded_bands::{LANES, PaddedBands, padded_f32};
@@ -16,7 +16,8 @@ use super::ray_tracer::{FIRST_CODE, RAY_SEED, RayEnd, RayNumber, RayTracer};
 use crate::right_hand_side::direct_light::light_field::DirectLight;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{Vec3, low_discrepancy};
-use zonal_scene::{PerBand, Scene};
+use zonal_scene::{Bands, Patch, PerBand, Scene};
+use zonal_transport::Transport;
 use zonal_transport::lights::{LightSampler, Receiver};
 
 /// Most vertices of a path from a patch. A volume zone averages over more of a close patch, so its rays do not continue.
@@ -58,6 +59,10 @@ impl PathVertex {
         let [light_irradiance, weight] =
             [[a, b, c], [d, e, f]].map(|v| PerBand::from_rgb(v).map(f32::from_bits));
         PathVertex { patch, next, light, light_irradiance, weight }
+    }
+    /// Share of a radiosity that the vertex passes on from its next segment.
+    pub(crate) fn passed_on(&self, patches: &[Patch]) -> Bands {
+        patches[self.patch as usize].reflectance * self.weight.map(f64::from)
     }
     /// The end of the next segment.
     pub(crate) fn next(&self) -> u32 {
@@ -173,11 +178,34 @@ impl<'a> PathLights<'a> {
                 break;
             }
         }
-        let (sampler, p) = (&self.samplers[chosen as usize], weight(chosen as usize) / total);
+        let p = weight(chosen as usize) / total;
         let receiver = Receiver::Surface(tracer.zones.patches[j].normal);
-        let sample = sampler.sample_at(tracer.transport, x, receiver, [u[0], u[1], u[2]]);
-        let light = sample.and_then(|s| sampler.attenuated(tracer.transport, x, &s));
-        (chosen, light.unwrap_or_default().map(|h| (h / p) as f32))
+        let light = self.incident(tracer.transport, chosen as usize, x, receiver, [u[0], u[1], u[2]]);
+        (chosen, light.map(|h| (h / p) as f32))
+    }
+
+    /// H or G of light `l` at a point by the sample at `u`, W/m².
+    pub(crate) fn incident(
+        &self,
+        transport: &Transport,
+        l: usize,
+        x: Vec3,
+        receiver: Receiver,
+        u: [f64; 3],
+    ) -> Bands {
+        let sampler = &self.samplers[l];
+        let sample = sampler.sample_at(transport, x, receiver, u);
+        sample.and_then(|s| sampler.attenuated(transport, x, &s)).unwrap_or_default()
+    }
+
+    /// The lights.
+    pub(crate) fn samplers(&self) -> &[LightSampler<'a>] {
+        &self.samplers
+    }
+
+    /// Their light on all zones.
+    pub(crate) fn direct(&self) -> &'a DirectLight {
+        self.direct
     }
 }
 
@@ -190,14 +218,14 @@ impl RayTracer<'_> {
         (patch.continues_rays(end.distance) && self.zones.sheets.opposite(i).is_none()).then_some(i)
     }
 
-    /// Continues a ray from its end, appends the vertices, and returns the zone or the first vertex of the path.
+    /// Continues a ray from its end and appends the vertices. Returns the zone or the first vertex of the path, and the end of its last segment.
     pub(crate) fn continue_path(
         &self,
         lights: &PathLights,
         ray: RayNumber,
         mut end: RayEnd,
         vertices: &mut Vec<PathVertex>,
-    ) -> u32 {
+    ) -> (u32, RayEnd) {
         let first = end.zone;
         let zone_hash = low_discrepancy::split_mix64(ray.zone as u64 ^ RAY_SEED);
         let seed = low_discrepancy::split_mix64(zone_hash.wrapping_add(ray.number as u64));
@@ -216,11 +244,13 @@ impl RayTracer<'_> {
                 head = Some(number);
             } else if let Some(last) = vertices.last_mut() {
                 last.next = number;
+                let texture = self.texture_ratio(j, x);
+                last.weight = PerBand::from_fn(|b| last.weight[b] * texture[b] as f32);
             }
             let weight = next.weight;
             vertices.push(PathVertex { patch: end.zone, next: next.zone, light, light_irradiance, weight });
             end = next;
         }
-        head.unwrap_or(first)
+        (head.unwrap_or(first), end)
     }
 }

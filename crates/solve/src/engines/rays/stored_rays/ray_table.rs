@@ -163,8 +163,10 @@ impl KindTracing<'_> {
             if let Some(w) = weights.get_mut(r) {
                 *w = end.weight;
             }
-            ends[r] =
-                self.lights.map_or(end.zone, |l| self.tracer.continue_path(l, source(r), end, &mut vertices));
+            ends[r] = match self.lights {
+                Some(lights) => self.tracer.continue_path(lights, source(r), end, &mut vertices).0,
+                None => end.zone,
+            };
         });
         self.context.settings.progress.advance(ends.len() as u64 / rays.max(1) as u64);
         vertices.shrink_to_fit();

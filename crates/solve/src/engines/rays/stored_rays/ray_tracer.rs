@@ -103,6 +103,8 @@ pub(crate) struct RayTracer<'a> {
     /// True if the medium has one extinction for all bands in every cell.
     pub grey_medium: bool,
     uniform_extinction: Option<Bands>,
+    /// Surfaces whose reflectance has a texture.
+    textured: Vec<bool>,
 }
 
 /// The side of the facet hit, and the position on it.
@@ -136,6 +138,7 @@ impl<'a> RayTracer<'a> {
             grey: grey_medium && scene.panes().is_empty(),
             grey_medium,
             uniform_extinction: grid.and_then(|m| m.uniform_extinction()),
+            textured: scene.surfaces().iter().map(|s| s.reflectance_texture.is_some()).collect(),
         }
     }
 
@@ -180,6 +183,25 @@ impl<'a> RayTracer<'a> {
             let (side, uv) = side_and_position(&hit);
             self.patches.locate(side, uv).unwrap_or(BACK_FACE)
         })
+    }
+
+    /// Ratio of the reflectance of the texture at a point of zone `i` to that of the zone; 1 without a texture, and where the radiosity is not that of a
+    /// reflectance alone.
+    pub(crate) fn texture_ratio(&self, i: usize, at: Vec3) -> Bands {
+        let Some(p) = self.zones.patches.get(i).filter(|p| self.textured[p.surface]) else {
+            return Bands::ONE;
+        };
+        if p.emission != Bands::ZERO || self.zones.sheets.opposite(i).is_some() {
+            return Bands::ONE;
+        }
+        let [u, v] = self.scene.facets()[p.facet].plate.parameters(at);
+        let here = self.scene.reflectance_at(p.facet, u, v);
+        here.zip_map(p.reflectance, |here, mean| if mean > 0.0 { here / mean } else { 1.0 })
+    }
+
+    /// True where the reflectance of some surface has a texture.
+    pub(crate) fn has_textures(&self) -> bool {
+        self.textured.contains(&true)
     }
 
     /// The first facet on a ray, whatever the medium and the panes; the weight is 1.

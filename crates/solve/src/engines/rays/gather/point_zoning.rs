@@ -1,0 +1,190 @@
+//! The zoning error of direct light, and how samples read direct light.
+//!
+//! The mean C_i of the changes of zone i by direct light at points (`point_light`) is its error by direct light that is constant on zones. Every reflection
+//! makes this error anew, so it also passes through the equations: with the exchange K of the stored rays and the responses r,
+//!
+//! ```text
+//! δB = r (C + K δB)          E_i = C_i + (K δB)_i
+//! ```
+//!
+//! With the two halves A and B of the samples, over the zones of a kind,
+//!
+//! ```text
+//! z² = max(0, Σ E_A,i E_B,i) + √(Σ s_i⁴)          s_i² = (E_A,i − E_B,i)²/2
+//! ```
+//!
+//! the squared zoning error from above: the noise drops out of the first sum, and the second is its variance where E is 0. After the first round z says
+//! whether a kind of zones reads direct light at points. Where some kind does, δB is added to the radiosities that are read.
+
+use super::final_gather::EQUAL_WEIGHT_MULTIPLE;
+use super::gather_error::ratio;
+use super::gather_sums::GatherSums;
+use super::gather_task::{GatherTask, kind_of, ranges_of_kinds};
+use super::zone_gather::{DirectReading, Gatherer};
+use crate::settings::stage_codec::{Decoder, Encoder};
+use crate::settings::zone_power::fluence_factor;
+use std::ops::Range;
+use zonal_math::parallel;
+use zonal_scene::Bands;
+
+/// Share of the tolerance above which the zoning error of direct light is removed.
+const ZONING_SHARE: f64 = 0.3;
+
+/// Noise of the incident radiation by that of the changes, over the tolerance, above which these are sampled further.
+const MAX_NOISE_OF_CHANGES: f64 = 0.2;
+/// Largest growth of their samples in one round, and their most samples of each half.
+const MAX_GROWTH: f64 = 8.0;
+const MAX_SAMPLES_OF_CHANGES: usize = 512;
+
+/// What direct light at points changes, found in the first round.
+pub(crate) struct PointChanges {
+    /// C of every column and zone, W/m²; empty where no kind of zones reads direct light at points.
+    pub columns: Vec<Vec<Bands>>,
+    /// (C_A − C_B)/2 of every zone, all columns together, W/m²; empty with the same.
+    pub noise: Vec<Bands>,
+    /// z of every column, then of their sum: of the patches, and of the volume zones and panes, over the root of the sum of squares of their incident
+    /// radiation.
+    pub zoning: Vec<[Bands; 2]>,
+}
+
+impl PointChanges {
+    /// Writes it to a checkpoint.
+    pub(crate) fn encode(&self, encoder: &mut Encoder) {
+        encoder.bands(self.zoning.as_flattened());
+        encoder.bands(&self.noise);
+        encoder.int(self.columns.len());
+        self.columns.iter().for_each(|c| encoder.bands(c));
+    }
+
+    /// Reads it for so many zones.
+    pub(crate) fn decode(decoder: &mut Decoder, zones: usize) -> Option<PointChanges> {
+        let zoning = decoder.bands()?;
+        let (zoning, rest) = zoning.as_chunks();
+        let noise = decoder.bands()?;
+        let columns: Vec<Vec<Bands>> = (0..decoder.int()?).map(|_| decoder.bands()).collect::<Option<_>>()?;
+        let fits = |list: &Vec<Bands>| list.len() == zones;
+        let complete =
+            if columns.is_empty() { noise.is_empty() } else { fits(&noise) && columns.iter().all(fits) };
+        (complete && rest.is_empty()).then(|| PointChanges { columns, noise, zoning: zoning.to_vec() })
+    }
+
+    /// z of quantity `q` for zones whose direct light is the means of zones; 0 where it is read at points.
+    pub(crate) fn zoning_left(&self, q: usize, direct: [DirectReading; 2]) -> [Bands; 2] {
+        std::array::from_fn(|kind| match direct[kind] {
+            DirectReading::OfZones => self.zoning[q][kind],
+            DirectReading::AtPoints => Bands::ZERO,
+        })
+    }
+
+    /// Adds δB of every column to the radiosities of a gather, and the noise of it to the column of noise.
+    pub(crate) fn add_to(&self, gatherer: &mut Gatherer, task: &GatherTask) {
+        if self.columns.is_empty() {
+            return;
+        }
+        let mut all = self.columns.clone();
+        all.push(self.noise.clone());
+        for (c, passed_on) in (task.passed_on)(&all).into_iter().enumerate() {
+            gatherer.add_radiosity(c, &passed_on.radiosity);
+        }
+    }
+}
+
+/// C of column `c` by one half of the samples, W/m².
+fn change(task: &GatherTask, sums: &GatherSums, half: usize, c: usize) -> Vec<Bands> {
+    parallel::collect(task.zones.len(), |i| {
+        let factor = fluence_factor(task.zones, i);
+        factor * (sums.half(i, half, task.quantities() + c) - sums.half(i, half, c))
+    })
+}
+
+/// (C_A − C_B)/2 of all columns together, W/m².
+fn noise_of_changes(task: &GatherTask, sums: &GatherSums) -> Vec<Bands> {
+    let [a, b] = [0, 1].map(|half| change(task, sums, half, task.groups));
+    parallel::collect(a.len(), |i| 0.5 * (a[i] - b[i]))
+}
+
+/// Noise of δB by that of the changes in the incident radiation of the worst kind of zones, over the root of the sum of squares of that, and over the
+/// tolerance.
+fn noise_over_tolerance(task: &GatherTask, sums: &GatherSums) -> f64 {
+    let passed_on = (task.passed_on)(&[noise_of_changes(task, sums)]);
+    let of_range = |range: Range<usize>| {
+        let noise: Bands = range.clone().map(|i| passed_on[0].incident[i] * passed_on[0].incident[i]).sum();
+        noise.zip_map(level(task, sums, task.groups, range), ratio).sqrt().max_element()
+    };
+    ranges_of_kinds(task.zones).map(of_range).into_iter().fold(0.0, f64::max) / task.tolerance
+}
+
+/// Factor on the numbers of samples with which the changes are known well enough; `None` where they are, or have the most samples.
+fn more_samples(task: &GatherTask, sums: &GatherSums) -> Option<usize> {
+    if sums.counts.iter().any(|n| *n >= MAX_SAMPLES_OF_CHANGES) {
+        return None;
+    }
+    let over = noise_over_tolerance(task, sums) / MAX_NOISE_OF_CHANGES;
+    (over > 1.0).then(|| (over * over).min(MAX_GROWTH).log2().ceil().exp2() as usize)
+}
+
+/// Decides by the samples so far how the zones of each kind read direct light. Returns the factor on their numbers where this takes more of them.
+pub(crate) fn choose_readings(task: &GatherTask, sums: &mut GatherSums) -> Option<usize> {
+    let (plain, groups, n) = (task.quantities(), task.groups, task.zones.len());
+    let halves = |c: usize| [0, 1].map(|half| change(task, sums, half, c));
+    // A single column is the sum.
+    let single = if groups > 1 { groups } else { 0 };
+    let mut zoning: Vec<[Bands; 2]> =
+        (0..single).chain([groups]).map(|q| zoning_of(task, sums, q, &halves(q))).collect();
+    zoning.resize(groups + 1, zoning[0]);
+    let reading = |kind: usize| {
+        let of_columns = zoning[..groups].iter().map(|z| z[kind] / EQUAL_WEIGHT_MULTIPLE);
+        let worst = of_columns.fold(zoning[groups][kind], Bands::max);
+        // Where the shadow of a sheet falls, light that it transmits takes the place of direct light: the means of zones are nearer to both.
+        if task.zones.sheets.is_empty() && worst.max_element() > ZONING_SHARE * task.tolerance {
+            DirectReading::AtPoints
+        } else {
+            DirectReading::OfZones
+        }
+    };
+    let direct = [0, 1].map(reading);
+    let (mut columns, mut noise) = (Vec::new(), Vec::new());
+    if direct.contains(&DirectReading::AtPoints) {
+        if let Some(growth) = more_samples(task, sums) {
+            return Some(growth);
+        }
+        columns = (0..groups)
+            .map(|c| {
+                let [a, b] = halves(c);
+                parallel::collect(n, |i| 0.5 * (a[i] + b[i]))
+            })
+            .collect();
+        noise = noise_of_changes(task, sums);
+    }
+    sums.changes = Some(PointChanges { columns, noise, zoning });
+    sums.keep_readings(|i| kind_of(task.zones, i), plain, direct);
+    None
+}
+
+/// Sum of squares of the incident radiation of quantity `q` over a range of zones, W²/m⁴.
+fn level(task: &GatherTask, sums: &GatherSums, q: usize, range: Range<usize>) -> Bands {
+    let of_zone = |i: usize| {
+        let known = task.known.get(i).filter(|_| q == task.groups).map_or(Bands::ZERO, |k| k[0]);
+        let v = fluence_factor(task.zones, i) * sums.mean(i, q) + known;
+        v * v
+    };
+    range.map(of_zone).sum()
+}
+
+/// z of quantity `q` for the kinds of zones, over the root of the sum of squares of their incident radiation, from the changes of both halves.
+fn zoning_of(task: &GatherTask, sums: &GatherSums, q: usize, changes: &[Vec<Bands>; 2]) -> [Bands; 2] {
+    let passed_on = (task.passed_on)(changes);
+    let error = |half: usize, i: usize| changes[half][i] + passed_on[half].incident[i];
+    ranges_of_kinds(task.zones).map(|range| {
+        let (mut product, mut variance) = (Bands::ZERO, Bands::ZERO);
+        for i in range.clone() {
+            let [a, b] = [0, 1].map(|half| error(half, i));
+            let square = 0.5 * (a - b) * (a - b);
+            product += a * b;
+            // The mean of the fourth power of a normal deviate is three times that of its square.
+            variance += square * square / 3.0;
+        }
+        let level = level(task, sums, q, range);
+        (product.map(|p| p.max(0.0)) + variance.sqrt()).zip_map(level, ratio).sqrt()
+    })
+}
