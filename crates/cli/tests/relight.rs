@@ -9,6 +9,7 @@ use support::{Folder, Parser, Program, ROOM, refused, solution, text};
 /// A room with an emitting wall, a lamp as direct light, emitting smoke, and a tilted shelf that occludes.
 const LIT: &str = "name = 'lit'
 [solve]
+engine = 'dense'
 patch_size = 0.34
 closure = 'restore'
 [[surface]]

@@ -35,7 +35,7 @@ fn four_dimensions(n: usize, part: u32, seed: u32) -> [f64; 4] {
 
 /// The first four dimensions of [`point`], at half of its cost.
 #[inline]
-pub fn first_dimensions(n: usize, seed: u32) -> [f64; 4] {
+fn first_dimensions(n: usize, seed: u32) -> [f64; 4] {
     four_dimensions(n, 0, seed)
 }
 

@@ -17,6 +17,7 @@ mod hollow_solids;
 mod horizon_lights;
 mod layered;
 mod light_groups;
+mod light_within_zones;
 mod linear_basis;
 mod local_decisions;
 mod many_bands;

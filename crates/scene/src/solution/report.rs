@@ -34,7 +34,7 @@ impl ClosureDefect {
 
 /// Parts of the stated error of the zones of one kind, without unit: each over the root of the sum of squares of their incident radiation, in its worst band.
 /// The parts are independent; the error is the root of the sum of their squares.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Deserialize, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorParts {
     /// Sampling of the incident radiation; grade statistical.
     pub sampling: f64,

@@ -23,7 +23,7 @@
 
 use super::emitter::{Emitter, EmitterPoint};
 use super::receiver::Receiver;
-use super::samples::{EmissionSample, LightSample};
+use super::samples::{EmissionSample, LightBall, LightSample};
 use crate::transport::Transport;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};
@@ -99,10 +99,10 @@ impl<'a> LightSampler<'a> {
         self.emitter.as_ref().map_or(Vec::new(), Emitter::clusters)
     }
 
-    /// A ball about the light: centre, m, and radius, m; `None` for lights that are infinitely far away.
-    pub fn ball(&self) -> Option<(Vec3, f64)> {
+    /// A ball about the light; `None` for lights that are infinitely far away.
+    pub fn ball(&self) -> Option<LightBall> {
         match self.light {
-            Light::Point { position, .. } => Some((*position, 0.0)),
+            Light::Point { position, .. } => Some(LightBall { centre: *position, radius: 0.0 }),
             Light::Emitter { .. } => self.emitter.as_ref().and_then(Emitter::ball),
             Light::Sun { .. } | Light::Sky { .. } => None,
         }

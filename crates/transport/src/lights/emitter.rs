@@ -12,7 +12,7 @@
 
 use super::light_tree::{self, FacetBall, LightTree};
 use super::receiver::Receiver;
-use super::samples::EmissionSample;
+use super::samples::{EmissionSample, LightBall};
 use super::visible_polygon::{EmitterFacet, VisiblePolygon};
 use crate::solid_angle::{projected_solid_angle, solid_angle};
 use std::f64::consts::PI;
@@ -313,8 +313,8 @@ impl<'a> Emitter<'a> {
         tree.flat_map(|t| (0..t.len()).map(|k| t.leaf(k))).map(|(c, r, _)| (c, r)).collect()
     }
 
-    /// A ball about all facets: centre, m, and radius, m; `None` without facets.
-    pub(crate) fn ball(&self) -> Option<(Vec3, f64)> {
+    /// A ball about all facets; `None` without facets.
+    pub(crate) fn ball(&self) -> Option<LightBall> {
         let first = self.facets.first()?.plate.centre();
         let (lo, hi) = self.facets.iter().fold((first, first), |(lo, hi), f| {
             let centre = f.plate.centre();
@@ -322,7 +322,7 @@ impl<'a> Emitter<'a> {
         });
         let centre = (lo + hi) * 0.5;
         let reach = |f: &EmitterFacet| (f.plate.centre() - centre).length() + 0.5 * f.plate.diameter();
-        Some((centre, self.facets.iter().map(reach).fold(0.0, f64::max)))
+        Some(LightBall { centre, radius: self.facets.iter().map(reach).fold(0.0, f64::max) })
     }
 
     /// Projected area of a facet in the unit direction `dir` from it, m².

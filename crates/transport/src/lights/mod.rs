@@ -20,5 +20,5 @@ mod zone_views;
 
 pub use direct::LightSampler;
 pub use receiver::Receiver;
-pub use samples::{EmissionSample, LightSample};
+pub use samples::{EmissionSample, LightBall, LightSample};
 pub use zone_views::{BoxChord, BoxView, PlateView};

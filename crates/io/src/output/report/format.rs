@@ -50,7 +50,40 @@ struct EstimateFormat {
     volumes: Bands,
     #[serde(with = "grade")]
     grade: Grade,
+    #[serde(with = "error_parts", default)]
     parts: Option<[ErrorParts; 2]>,
+}
+
+/// Parts of an error, infinite if unknown.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "ErrorParts")]
+struct PartsFormat {
+    #[serde(deserialize_with = "super::codec::infinite_if_null")]
+    sampling: f64,
+    #[serde(deserialize_with = "super::codec::infinite_if_null")]
+    radiosities: f64,
+    #[serde(deserialize_with = "super::codec::infinite_if_null")]
+    direct: f64,
+    #[serde(deserialize_with = "super::codec::infinite_if_null")]
+    zoning: f64,
+    #[serde(deserialize_with = "super::codec::infinite_if_null")]
+    zoning_removed: f64,
+}
+
+/// The parts of the errors of patches and of volume zones, or null.
+mod error_parts {
+    use super::*;
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(transparent)]
+    struct Entry(#[serde(with = "PartsFormat")] ErrorParts);
+
+    pub(super) fn serialize<S: Serializer>(x: &Option<[ErrorParts; 2]>, s: S) -> Result<S::Ok, S::Error> {
+        x.map(|kinds| kinds.map(Entry)).serialize(s)
+    }
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Option<[ErrorParts; 2]>, D::Error> {
+        Ok(Option::<[Entry; 2]>::deserialize(d)?.map(|kinds| kinds.map(|e| e.0)))
+    }
 }
 
 #[derive(Serialize, Deserialize)]

@@ -73,10 +73,42 @@ pub(crate) fn build<'a>(
             error_parts: None,
         });
     }
+    let stored = StoredSolution { results, strengths, incident: stored, noise };
+    let (gathered, solved) = gather(context, surroundings, &operator, stored, traced, &mut warnings)?;
+    counts.push(("samples of the final gather".into(), gathered.samples));
+    let error_parts = Some(gathered.parts);
+    Ok(BuiltEngine {
+        operator: Box::new(operator),
+        closure,
+        counts,
+        warnings,
+        solved: Some(solved),
+        error_parts,
+    })
+}
+
+/// What a final gather found beside the solution.
+struct GatherSummary {
+    /// Samples of all zones.
+    samples: u64,
+    parts: [ErrorParts; 2],
+}
+
+/// The solution by a final gather from that of the stored rays, of which there are `traced`; a missed tolerance is added to `warnings`.
+fn gather(
+    context: &SolveContext,
+    surroundings: &mut SurroundingsExchange,
+    operator: &RayOperator,
+    stored: StoredSolution,
+    traced: u64,
+    warnings: &mut Vec<Diagnostic>,
+) -> Result<(GatherSummary, (Vec<IterationResult>, IncidentPower)), SceneError> {
+    let (scene, zones, tolerance) = (context.scene, context.zones, context.scene.options().tolerance);
+    let StoredSolution { results, strengths, incident: stored, noise } = stored;
     let sky = scene.surroundings().radiosity();
     let gathered_sky = gathered_sky(context, surroundings);
     let mut known = known_radiation(context, surroundings, gathered_sky.is_some());
-    add_error_of_direct_light(context, &operator, &stored, &mut known);
+    add_error_of_direct_light(context, operator, &stored, &mut known);
     let SolveSettings { checkpoints, progress, .. } = context.settings;
     let light_factors = context.sources.iter().map(|s| light_factors(context, s)).collect();
     let outside = OutsideRadiation { known: &known, sky: gathered_sky, light_factors };
@@ -89,14 +121,12 @@ pub(crate) fn build<'a>(
     }
     operator.solve_pane_self_exchange(&stored, &mut gathered);
     let error = relative_error(context, &gathered, &known).max(gathered.relative_error);
-    counts.push(("samples of the final gather".into(), gathered.samples));
     if error > tolerance {
-        warnings.push(tolerance_missed(error, tolerance, &gathered.parts, &warnings));
+        warnings.push(tolerance_missed(error, tolerance, &gathered.parts, warnings));
     }
-    let error_parts = Some(gathered.parts);
+    let summary = GatherSummary { samples: gathered.samples, parts: gathered.parts };
     let incident = operator.incident_power_of(gathered);
-    let solved = Some(solved_columns(results, strengths, incident));
-    Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved, error_parts })
+    Ok((summary, solved_columns(results, strengths, incident)))
 }
 
 /// H or G of every zone from the surroundings, W/m², and its error: none where a gather samples them.

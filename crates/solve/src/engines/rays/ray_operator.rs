@@ -372,15 +372,11 @@ impl RayOperator<'_> {
             ZoneRef::Pane(k, _) => self.pane_self_exchange[k] * self.radiosity_of(i, columns[c][i]),
             _ => Bands::ZERO,
         };
-        let points = lights.as_ref().filter(|_| !outside.light_factors.is_empty()).map(|lights| {
-            let place = LightPlace { lights, transport: self.transport, zones: self.zones };
-            let of_columns = |i: usize| -> PaddedBands {
-                std::array::from_fn(|k| radiosity[..columns.len()].iter().map(|b| b[i][k]).sum())
-            };
-            let largest = |i: usize| of_columns(i).into_iter().fold(0.0, f32::max);
-            PointLights::new(place, outside.light_factors, self.groups.as_ref(), largest)
-        });
-        let points = points.filter(|points| points.has_light() || tracer.has_textures());
+        let points = lights
+            .as_ref()
+            .filter(|_| !outside.light_factors.is_empty())
+            .map(|l| self.point_lights(l, outside.light_factors, &radiosity[..columns.len()]))
+            .filter(|points| points.has_light() || tracer.has_textures());
         let sources = self.sources.iter().collect();
         let field = GatherField { columns: radiosity, typical, sources, sky, points };
         let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
@@ -401,6 +397,19 @@ impl RayOperator<'_> {
             execution,
         };
         final_gather::gather(gatherer, &task)
+    }
+
+    /// The lights that a gather of these radiosities can read at points, with their factors in every column.
+    fn point_lights(
+        &self,
+        lights: &PathLights,
+        factors: Vec<Vec<f32>>,
+        radiosity: &[Vec<PaddedBands>],
+    ) -> PointLights {
+        let place = LightPlace { lights, transport: self.transport, zones: self.zones };
+        let largest =
+            |i: usize| (0..LANES).map(|k| radiosity.iter().map(|b| b[i][k]).sum::<f32>()).fold(0.0, f32::max);
+        PointLights::new(place, factors, self.groups.as_ref(), largest)
     }
 
     /// H or G of every column of strengths by the stored rays, W/m².

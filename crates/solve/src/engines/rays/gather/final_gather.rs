@@ -10,7 +10,7 @@
 //! among the patches, and among the volume zones, each until they meet the tolerance; rounded to powers of two, since the sequences are balanced there, and never fewer than before.
 
 use super::escape_rays::{EscapeRays, EscapeSums};
-use super::gather_error::ratio;
+use super::gather_error::{EQUAL_WEIGHT_MULTIPLE, ratio};
 use super::gather_sums::GatherSums;
 use super::gather_task::{GatherTask, kind_of, ranges_of_kinds};
 use super::gathered_fields::GatheredFields;
@@ -37,8 +37,6 @@ const VARIANCE_EXPONENT: f64 = 1.15;
 const MAX_OVER_MEAN: f64 = 4.0;
 /// Largest growth of the mean number of samples in a round.
 const MAX_GROWTH: f64 = 8.0;
-/// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
-pub(super) const EQUAL_WEIGHT_MULTIPLE: f64 = 2.0;
 /// Share of the tolerance that the noise of the gather aims at, with direct light as the means of zones and at points.
 const NOISE_SHARE: f64 = 0.85;
 const NOISE_SHARE_AT_POINTS: f64 = 0.93;
@@ -94,9 +92,8 @@ impl Gathered {
         };
         let mut error = errors.pop().unwrap_or_default();
         let sum = values.pop().unwrap_or_default();
-        let known = |i: usize| task.known.get(i).map_or(Bands::ZERO, |k| k[0]);
         parallel::for_each(&mut error, |i, e| {
-            let of_zones = zoning(task.groups, i) * (sum[i] + known(i));
+            let of_zones = zoning(task.groups, i) * (sum[i] + known(task, i)[0]);
             *e = e.hypot(inherited.get(i).copied().unwrap_or_default()).hypot(of_zones);
         });
         // Each group inherits its share of the errors of the radiosities.
@@ -139,7 +136,7 @@ pub(crate) fn gather(mut gatherer: Gatherer, task: &GatherTask) -> Gathered {
     if sums.round == 0 {
         take_first_samples(&mut gatherer, task, &mut sums);
     } else if let Some(changes) = &sums.changes {
-        changes.add_to(&mut gatherer, task);
+        point_zoning::add_changes(changes, &mut gatherer, task);
     }
     let gatherer = &gatherer;
     let mut fields = GatheredFields::new(task);
@@ -188,7 +185,7 @@ fn take_first_samples(gatherer: &mut Gatherer, task: &GatherTask, sums: &mut Gat
     }
     if let Some(changes) = sums.changes.take_if(|c| !c.columns.is_empty()) {
         // The samples so far are those of other radiosities.
-        changes.add_to(gatherer, task);
+        point_zoning::add_changes(&changes, gatherer, task);
         sums.begin(task.quantities());
         sums.changes = Some(changes);
         take_samples(gatherer, task, &wanted, sums);
@@ -334,6 +331,30 @@ fn add_samples(
     escapes
 }
 
+/// Known incident radiation of a zone and its error, W/m².
+fn known(task: &GatherTask, i: usize) -> [Bands; 2] {
+    task.known.get(i).copied().unwrap_or_default()
+}
+
+/// Root mean square of a field over a range of zones.
+fn root_mean_square(range: Range<usize>, field: impl Fn(usize) -> Bands) -> Bands {
+    let count = range.len().max(1) as f64;
+    (range.fold(Bands::ZERO, |sum, i| sum + field(i) * field(i)) / count).sqrt()
+}
+
+/// Root mean square of quantity `q` over each kind of zones, with the known radiation in the sum of the groups.
+fn levels(task: &GatherTask, fields: &GatheredFields, q: usize) -> [Bands; 2] {
+    ranges_of_kinds(task.zones).map(|range| {
+        let more = |i: usize| if q == task.groups { known(task, i)[0] } else { Bands::ZERO };
+        let of_samples = root_mean_square(range.clone(), |i| fields.values[q][i] + more(i));
+        if of_samples.iter().all(|s| *s > 0.0) {
+            return of_samples;
+        }
+        let unmet = root_mean_square(range, |i| fields.unmet.level(q, i));
+        of_samples.zip_map(unmet, |met, unmet| if met > 0.0 { met } else { unmet })
+    })
+}
+
 /// The errors of a round and what they should become, of patches and of volume zones.
 struct Goal {
     /// Relative error by the noise of the gather: of the sum, and of an equally weighted sum over its multiple, the larger.
@@ -353,29 +374,11 @@ struct Goal {
 
 impl Goal {
     fn of(task: &GatherTask, fields: &GatheredFields, sums: &GatherSums) -> Goal {
-        let zones = task.zones;
-        let ranges = ranges_of_kinds(zones);
-        let square = |list: &mut dyn Iterator<Item = Bands>| list.fold(Bands::ZERO, |s, x| s + x * x);
-        let known = |i: usize| task.known.get(i).copied().unwrap_or_default();
-        let level = |q: usize| {
-            ranges.clone().map(|r| {
-                let count = r.len().max(1) as f64;
-                let with_known =
-                    |i: usize| fields.values[q][i] + if q == task.groups { known(i)[0] } else { Bands::ZERO };
-                let of_samples = (square(&mut r.clone().map(with_known)) / count).sqrt();
-                if of_samples.iter().all(|s| *s > 0.0) {
-                    return of_samples;
-                }
-                let unmet = (square(&mut r.map(|i| fields.unmet.level(q, i))) / count).sqrt();
-                of_samples.zip_map(unmet, |met, unmet| if met > 0.0 { met } else { unmet })
-            })
-        };
-        let levels: Vec<[Bands; 2]> = (0..task.groups + 1).map(level).collect();
+        let ranges = ranges_of_kinds(task.zones);
+        let levels: Vec<[Bands; 2]> = (0..task.groups + 1).map(|q| levels(task, fields, q)).collect();
         let relative = |error: &dyn Fn(usize) -> Bands, level: [Bands; 2]| {
             [0, 1].map(|kind| {
-                let r = ranges[kind].clone();
-                let count = r.len().max(1) as f64;
-                let rms = (square(&mut r.map(error)) / count).sqrt();
+                let rms = root_mean_square(ranges[kind].clone(), error);
                 rms.zip_map(level[kind], ratio).max_element()
             })
         };
@@ -386,7 +389,7 @@ impl Goal {
             _ => equal_weight_error(task, fields, &levels).map(|e| e / EQUAL_WEIGHT_MULTIPLE),
         };
         let inherited = relative(&|i| fields.inherited[i], all);
-        let surroundings = relative(&|i| known(i)[1], all);
+        let surroundings = relative(&|i| known(task, i)[1], all);
         let found = sums.changes.as_ref().map_or([Bands::ZERO; 2], |c| c.zoning[task.groups]);
         let zoning_of = |reading: DirectReading| {
             [0, 1].map(|kind| if sums.direct[kind] == reading { found[kind].max_element() } else { 0.0 })

@@ -30,6 +30,9 @@ use zonal_scene::Bands;
 /// Stated error over the estimated standard error.
 pub(super) const STATED_ERROR_FACTOR: f64 = 1.6;
 
+/// Relative error of an equally weighted sum of the light groups over the wanted one of their sum: relit solutions may have this multiple.
+pub(super) const EQUAL_WEIGHT_MULTIPLE: f64 = 2.0;
+
 /// How errors are pooled.
 struct PoolingParams {
     /// c: zones' worth of the ratio over all zones in that of a group.

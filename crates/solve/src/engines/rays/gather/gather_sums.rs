@@ -1,7 +1,6 @@
 //! Sums of the samples of all zones, and their checkpoint.
 
 use super::escape_rays::EscapeRays;
-use super::point_zoning::PointChanges;
 use super::zone_gather::{DirectReading, SampleSums};
 use crate::distribution::{Blocks, Communicator, Message};
 use crate::settings::stage_codec::{Decoder, Encoder};
@@ -10,6 +9,47 @@ use zonal_scene::{Bands, CheckpointStore};
 
 /// The stage of the checkpoint.
 const STAGE: &str = "state-gather";
+
+/// What direct light at points changes, found in the first round (`point_zoning`).
+pub(crate) struct PointChanges {
+    /// C of every column and zone, W/m²; empty where no kind of zones reads direct light at points.
+    pub columns: Vec<Vec<Bands>>,
+    /// (C_A − C_B)/2 of every zone, all columns together, W/m²; empty with the same.
+    pub noise: Vec<Bands>,
+    /// z of every column, then of their sum: of the patches, and of the volume zones and panes, over the root of the sum of squares of their incident
+    /// radiation.
+    pub zoning: Vec<[Bands; 2]>,
+}
+
+impl PointChanges {
+    /// Writes it to a checkpoint.
+    pub(crate) fn encode(&self, encoder: &mut Encoder) {
+        encoder.bands(self.zoning.as_flattened());
+        encoder.bands(&self.noise);
+        encoder.int(self.columns.len());
+        self.columns.iter().for_each(|c| encoder.bands(c));
+    }
+
+    /// Reads it for so many zones.
+    pub(crate) fn decode(decoder: &mut Decoder, zones: usize) -> Option<PointChanges> {
+        let zoning = decoder.bands()?;
+        let (zoning, rest) = zoning.as_chunks();
+        let noise = decoder.bands()?;
+        let columns: Vec<Vec<Bands>> = (0..decoder.int()?).map(|_| decoder.bands()).collect::<Option<_>>()?;
+        let fits = |list: &Vec<Bands>| list.len() == zones;
+        let complete =
+            if columns.is_empty() { noise.is_empty() } else { fits(&noise) && columns.iter().all(fits) };
+        (complete && rest.is_empty()).then(|| PointChanges { columns, noise, zoning: zoning.to_vec() })
+    }
+
+    /// z of quantity `q` for zones whose direct light is the means of zones; 0 where it is read at points.
+    pub(crate) fn zoning_left(&self, q: usize, direct: [DirectReading; 2]) -> [Bands; 2] {
+        std::array::from_fn(|kind| match direct[kind] {
+            DirectReading::OfZones => self.zoning[q][kind],
+            DirectReading::AtPoints => Bands::ZERO,
+        })
+    }
+}
 
 /// Sums of all zones: of each zone, half and quantity.
 pub(crate) struct GatherSums {

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `zone_gather` | one sample: a ray and a connection to a bright patch, joined by multiple importance sampling |
 //! | `expected_path` | what a ray collects from medium and panes, by expected values |
-//! | `point_light` | direct light at the points that samples meet |
+//! | `point_light` | direct light and textures at the points that samples meet |
 //! | `point_zoning` | the zoning error of direct light, and how samples read it |
 //! | `patch_lights` | the tree of patches that connections are aimed by |
 //! | `pane_openings` | connections to the surroundings through panes |

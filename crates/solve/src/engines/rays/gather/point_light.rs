@@ -39,7 +39,7 @@ use zonal_math::parallel;
 use zonal_math::{Vec3, low_discrepancy, scrambled_sobol};
 use zonal_scene::{Bands, ZoneKind, ZoneRef, Zones};
 use zonal_transport::Transport;
-use zonal_transport::lights::Receiver;
+use zonal_transport::lights::{LightBall, Receiver};
 
 /// a: share of the points by angle, for lights at a place.
 const SHARE_BY_ANGLE: f64 = 0.5;
@@ -51,12 +51,12 @@ const MAX_POINTS_OF_RAY: f64 = 4.0;
 const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
 /// Least σ over the mean of a zone: a few points may miss a small shadow.
 const LEAST_VARIATION: f64 = 0.1;
-/// Points of a zone at which its light is compared with its mean, and the seed of their numbers.
-const POINTS_OF_ZONE: usize = 8;
+/// Points of a patch, and of a volume zone, at which its light is compared with its mean, and the seed of their numbers.
+const POINTS_OF_ZONE: [usize; 2] = [8, 4];
 const VARIATION_SEED: u64 = 0x9b05_688c_2b3e_6c1f;
 
 /// The light of one point in a sample.
-pub(crate) struct LitPoint {
+pub(crate) struct PointChange {
     light: u32,
     /// Weighted change of the radiosity by this light, W/m².
     change: PaddedBands,
@@ -120,8 +120,8 @@ pub(crate) struct LightPlace<'a> {
 struct PointLight {
     /// Its number.
     number: usize,
-    /// Centre, m, and radius, m, of a light at a place.
-    ball: Option<(Vec3, f64)>,
+    /// The ball about a light at a place.
+    ball: Option<LightBall>,
     /// σ of every zone, of the band in which it is largest, W/m².
     variation: Vec<f32>,
     /// Its scattered light in the radiosity of every patch, W/m², where patches share one radiosity.
@@ -209,7 +209,7 @@ impl PointLights {
     }
 
     /// The change of column `c` in a sample.
-    pub(crate) fn change(&self, c: usize, points: &[LitPoint]) -> PaddedBands {
+    pub(crate) fn change(&self, c: usize, points: &[PointChange]) -> PaddedBands {
         let (mut sum, factors) = ([0.0; LANES], &self.factors[c]);
         for p in points {
             let factor = factors[p.light as usize];
@@ -228,7 +228,7 @@ impl PointLights {
     }
 
     /// Adds the light at points of a sample: of the surfaces that it meets, and of the medium on its ray.
-    pub(crate) fn add_points(&self, place: LightPlace, sample: &SampledZones, points: &mut Vec<LitPoint>) {
+    pub(crate) fn add_points(&self, place: LightPlace, sample: &SampledZones, points: &mut Vec<PointChange>) {
         let limit = self.importance_of(&sample.collected.zones).limit;
         for end in sample.ends {
             self.add_surface(
@@ -249,7 +249,7 @@ impl PointLights {
         end: &SurfacePoint,
         limit: f32,
         [u0, u1, u2, choice]: [f64; 4],
-        points: &mut Vec<LitPoint>,
+        points: &mut Vec<PointChange>,
     ) {
         let i = end.zone.zone as usize;
         let variation = largest(&end.zone) * self.importance[i].variation;
@@ -273,9 +273,9 @@ impl PointLights {
         i: usize,
         incident: Bands,
         weight: Bands,
-    ) -> LitPoint {
+    ) -> PointChange {
         let (r, mean) = (place.zones.response(i).0, light.scattered(place, i));
-        LitPoint { light: light.number as u32, change: padded(weight * (r * incident - mean)) }
+        PointChange { light: light.number as u32, change: padded(weight * (r * incident - mean)) }
     }
 
     /// A light of zone `i`, by its variation.
@@ -293,7 +293,13 @@ impl PointLights {
     }
 
     /// Adds the light at points of the medium on the ray of a sample.
-    fn add_medium(&self, place: LightPlace, sample: &SampledZones, limit: f32, points: &mut Vec<LitPoint>) {
+    fn add_medium(
+        &self,
+        place: LightPlace,
+        sample: &SampledZones,
+        limit: f32,
+        points: &mut Vec<PointChange>,
+    ) {
         let CollectedZones { zones, pieces } = sample.collected;
         let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else { return };
         let medium = MediumOfRay {
@@ -369,11 +375,11 @@ impl MediumOfRay<'_> {
     }
 
     /// The light at one of `number` points.
-    fn lit_point(&self, place: LightPlace, numbers: &MediumNumbers, number: f64) -> Option<LitPoint> {
+    fn lit_point(&self, place: LightPlace, numbers: &MediumNumbers, number: f64) -> Option<PointChange> {
         let WeightedRay { origin, dir, .. } = *self.sample.ray;
         let (piece, zone) = self.choose(numbers.zone)?;
         let light = self.lights.choose(zone, numbers.choice)?;
-        let angles = light.ball.map(|ball| AngleSampling::new(origin, dir, ball, &self.distances));
+        let angles = light.ball.map(|ball| AngleSampling::new(self.sample.ray, ball, &self.distances));
         let share_by_angle = if angles.is_some() { SHARE_BY_ANGLE } else { 0.0 };
         let distance = match &angles {
             Some(angles) if numbers.kind < SHARE_BY_ANGLE => angles.distance(numbers.distance),
@@ -411,19 +417,20 @@ fn variation(place: LightPlace, l: usize, i: usize) -> f64 {
     let seed = low_discrepancy::split_mix64((i as u64) << 8 ^ l as u64 ^ VARIATION_SEED) as u32;
     let receiver = zones.patches.get(i).map_or(Receiver::Free, |p| Receiver::Surface(p.normal));
     let mut squares = Bands::ZERO;
-    for k in 0..POINTS_OF_ZONE {
+    let count = POINTS_OF_ZONE[usize::from(i >= zones.patches.len())];
+    for k in 0..count {
         let u = scrambled_sobol::point(k, seed);
         let at = point_in_zone(zones, transport, i, [u[0], u[1], u[2]]);
         let change = lights.incident(transport, l, at, receiver, [u[3], u[4], u[5]]) - mean;
         squares += change * change;
     }
-    let of_points = (squares / POINTS_OF_ZONE as f64).sqrt().max_element();
+    let of_points = (squares / count as f64).sqrt().max_element();
     let size = match zones.zone(i) {
         ZoneRef::Patch(p) => p.area.sqrt(),
         ZoneRef::Voxel(_, v) => v.volume.cbrt(),
         ZoneRef::Pane(..) => 0.0,
     };
-    let by_distance = lights.samplers()[l].ball().map_or(0.0, |(centre, radius)| {
+    let by_distance = lights.samplers()[l].ball().map_or(0.0, |LightBall { centre, radius }| {
         let distance = (centre - zones.zone(i).centre()).length().hypot(radius);
         (size / distance).min(1.0)
     });
@@ -446,7 +453,8 @@ struct AngleSampling {
 }
 
 impl AngleSampling {
-    fn new(origin: Vec3, dir: Vec3, (centre, radius): (Vec3, f64), range: &Range<f64>) -> AngleSampling {
+    fn new(ray: &WeightedRay, ball: LightBall, range: &Range<f64>) -> AngleSampling {
+        let (WeightedRay { origin, dir, .. }, LightBall { centre, radius }) = (*ray, ball);
         let along = (centre - origin).dot(dir);
         let off = (centre - (origin + dir * along)).length2() + radius * radius;
         // A ray through a point light has no angle: a breadth far below the length of the ray stands for it.

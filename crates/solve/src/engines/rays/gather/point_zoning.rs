@@ -16,12 +16,10 @@
 //! the squared zoning error from above: the noise drops out of the first sum, and the second is its variance where E is 0. After the first round z says
 //! whether a kind of zones reads direct light at points. Where some kind does, δB is added to the radiosities that are read.
 
-use super::final_gather::EQUAL_WEIGHT_MULTIPLE;
-use super::gather_error::ratio;
-use super::gather_sums::GatherSums;
+use super::gather_error::{EQUAL_WEIGHT_MULTIPLE, ratio};
+use super::gather_sums::{GatherSums, PointChanges};
 use super::gather_task::{GatherTask, kind_of, ranges_of_kinds};
 use super::zone_gather::{DirectReading, Gatherer};
-use crate::settings::stage_codec::{Decoder, Encoder};
 use crate::settings::zone_power::fluence_factor;
 use std::ops::Range;
 use zonal_math::parallel;
@@ -35,59 +33,6 @@ const MAX_NOISE_OF_CHANGES: f64 = 0.2;
 /// Largest growth of their samples in one round, and their most samples of each half.
 const MAX_GROWTH: f64 = 8.0;
 const MAX_SAMPLES_OF_CHANGES: usize = 512;
-
-/// What direct light at points changes, found in the first round.
-pub(crate) struct PointChanges {
-    /// C of every column and zone, W/m²; empty where no kind of zones reads direct light at points.
-    pub columns: Vec<Vec<Bands>>,
-    /// (C_A − C_B)/2 of every zone, all columns together, W/m²; empty with the same.
-    pub noise: Vec<Bands>,
-    /// z of every column, then of their sum: of the patches, and of the volume zones and panes, over the root of the sum of squares of their incident
-    /// radiation.
-    pub zoning: Vec<[Bands; 2]>,
-}
-
-impl PointChanges {
-    /// Writes it to a checkpoint.
-    pub(crate) fn encode(&self, encoder: &mut Encoder) {
-        encoder.bands(self.zoning.as_flattened());
-        encoder.bands(&self.noise);
-        encoder.int(self.columns.len());
-        self.columns.iter().for_each(|c| encoder.bands(c));
-    }
-
-    /// Reads it for so many zones.
-    pub(crate) fn decode(decoder: &mut Decoder, zones: usize) -> Option<PointChanges> {
-        let zoning = decoder.bands()?;
-        let (zoning, rest) = zoning.as_chunks();
-        let noise = decoder.bands()?;
-        let columns: Vec<Vec<Bands>> = (0..decoder.int()?).map(|_| decoder.bands()).collect::<Option<_>>()?;
-        let fits = |list: &Vec<Bands>| list.len() == zones;
-        let complete =
-            if columns.is_empty() { noise.is_empty() } else { fits(&noise) && columns.iter().all(fits) };
-        (complete && rest.is_empty()).then(|| PointChanges { columns, noise, zoning: zoning.to_vec() })
-    }
-
-    /// z of quantity `q` for zones whose direct light is the means of zones; 0 where it is read at points.
-    pub(crate) fn zoning_left(&self, q: usize, direct: [DirectReading; 2]) -> [Bands; 2] {
-        std::array::from_fn(|kind| match direct[kind] {
-            DirectReading::OfZones => self.zoning[q][kind],
-            DirectReading::AtPoints => Bands::ZERO,
-        })
-    }
-
-    /// Adds δB of every column to the radiosities of a gather, and the noise of it to the column of noise.
-    pub(crate) fn add_to(&self, gatherer: &mut Gatherer, task: &GatherTask) {
-        if self.columns.is_empty() {
-            return;
-        }
-        let mut all = self.columns.clone();
-        all.push(self.noise.clone());
-        for (c, passed_on) in (task.passed_on)(&all).into_iter().enumerate() {
-            gatherer.add_radiosity(c, &passed_on.radiosity);
-        }
-    }
-}
 
 /// C of column `c` by one half of the samples, W/m².
 fn change(task: &GatherTask, sums: &GatherSums, half: usize, c: usize) -> Vec<Bands> {
@@ -187,4 +132,16 @@ fn zoning_of(task: &GatherTask, sums: &GatherSums, q: usize, changes: &[Vec<Band
         let level = level(task, sums, q, range);
         (product.map(|p| p.max(0.0)) + variance.sqrt()).zip_map(level, ratio).sqrt()
     })
+}
+
+/// Adds δB of every column to the radiosities of a gather, and the noise of it to the column of noise.
+pub(crate) fn add_changes(changes: &PointChanges, gatherer: &mut Gatherer, task: &GatherTask) {
+    if changes.columns.is_empty() {
+        return;
+    }
+    let mut all = changes.columns.clone();
+    all.push(changes.noise.clone());
+    for (c, passed_on) in (task.passed_on)(&all).into_iter().enumerate() {
+        gatherer.add_radiosity(c, &passed_on.radiosity);
+    }
 }

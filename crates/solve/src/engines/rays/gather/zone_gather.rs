@@ -27,7 +27,7 @@ use super::expected_path::{CollectedZones, ExpectedPath, Pieces, WeightedZone, w
 use super::pane_openings::PaneOpenings;
 use super::patch_lights::{LightCut, PatchLight, PatchLightTree, ReceiverBall};
 use super::point_light::{
-    CONNECTION_PART, LightPlace, LitPoint, PointLights, RAY_PART, SampledZones, SurfacePoint,
+    CONNECTION_PART, LightPlace, PointChange, PointLights, RAY_PART, SampledZones, SurfacePoint,
 };
 use super::single_precision::{self, SingleBands};
 use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands, padded, widened};
@@ -100,7 +100,7 @@ impl DirectReading {
 }
 
 /// A sample.
-pub(crate) trait Sample {
+pub(crate) trait GatherSample {
     /// The value of column `c` with direct light as the means of zones, W/m².
     fn value(&self, c: usize) -> PaddedBands;
     /// Its change by direct light at points, W/m²; 0 where it is not read.
@@ -189,7 +189,7 @@ pub(crate) struct GatherScratch {
     collected: CollectedZones,
     vertices: Vec<PathVertex>,
     paths: Vec<(u32, PaddedBands)>,
-    points: Vec<LitPoint>,
+    points: Vec<PointChange>,
     ends: Vec<SurfacePoint>,
     /// Zones with the changes of their weights by textures, and the same of continued paths.
     textured: Vec<WeightedZone>,
@@ -275,7 +275,7 @@ struct ZoneSample<'a, 'b> {
     scratch: &'a GatherScratch,
 }
 
-impl Sample for ZoneSample<'_, '_> {
+impl GatherSample for ZoneSample<'_, '_> {
     fn value(&self, c: usize) -> PaddedBands {
         self.gatherer.value(c, self.scratch)
     }
@@ -351,7 +351,7 @@ impl<'a> Gatherer<'a> {
         &self,
         range: SampleRange,
         scratch: &mut GatherScratch,
-        mut each: impl FnMut(&dyn Sample),
+        mut each: impl FnMut(&dyn GatherSample),
     ) {
         let i = range.zone;
         let points = self.field.points.as_ref().filter(|_| range.direct == DirectReading::AtPoints);

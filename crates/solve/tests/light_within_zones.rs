@@ -1,0 +1,101 @@
+//! Direct light and textures that vary within zones: the rays engine reads them at the points that its samples meet.
+
+use crate::common;
+
+use common::{read, solve, solved, unit_room};
+use zonal_reference::path_tracer::{Detector, PathTracer, TracingAccuracy};
+use zonal_scene::{Bands, Scene, Solution, Texture};
+
+/// A lamp of direct light in the middle of hazy air, in a room of 2 m.
+fn lamp_in_haze(cells: usize) -> Solution {
+    solve(read(&format!(
+        "[solve]\nengine = \"rays\"\ntolerance = 0.02\npatch_size = 0.5\n\
+         [[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,2] }}\nreflectance = 0.3\n\
+         [[surface]]\nname = \"lamp\"\nrectangle = {{ origin = [0.9,0.9,1], edge1 = [0.2,0,0], edge2 = [0,0.2,0] }}\nreflectance = 0.5\nemission = 100\nsides = \"both\"\n\
+         [[light]]\nkind = \"emitter\"\nsurface = \"lamp\"\n\
+         [medium]\nmin = [0,0,0]\nmax = [2,2,2]\ncells = [{cells},{cells},{cells}]\nextinction = 0.5\nalbedo = 0.9\n"
+    )))
+}
+
+/// Mean H of a surface without direct light, and its stated error, W/m².
+fn mean_of_surface(s: &Solution, name: &str) -> [f64; 2] {
+    let surface = s.scene.surfaces().iter().position(|x| x.name == name).unwrap();
+    let own = s.zones.patches.iter().enumerate().filter(|(_, p)| p.surface == surface);
+    let [mut area, mut value, mut error] = [0.0; 3];
+    for (i, p) in own {
+        area += p.area;
+        value += p.area * s.fields.incident[i].first();
+        error += p.area * s.fields.error[i].first();
+    }
+    [value / area, error / area]
+}
+
+/// In cells larger than itself a lamp has received 6 to 60 % less of the light that the air before it scatters back.
+#[test]
+fn lamp_in_haze_does_not_depend_on_the_cells() {
+    let fine = lamp_in_haze(16);
+    let [want, of_fine] = mean_of_surface(&fine, "lamp");
+    for cells in [2, 5] {
+        let s = lamp_in_haze(cells);
+        let [found, stated] = mean_of_surface(&s, "lamp");
+        assert!(
+            (found - want).abs() < stated + of_fine,
+            "{cells} cells: {found} ± {stated}, not {want} ± {of_fine}"
+        );
+        let removed = s.error_parts().iter().map(|p| p.1.zoning_removed).fold(0.0, f64::max);
+        assert!(removed > 0.02, "{cells} cells: {removed}");
+    }
+}
+
+/// H of the patches of a surface, traced without zones, against those of a solution: the relative L2 error, and the stated one.
+fn errors_of(s: &Solution, name: &str) -> [f64; 2] {
+    let surface = s.scene.surfaces().iter().position(|x| x.name == name).unwrap();
+    let own: Vec<usize> =
+        (0..s.zones.patches.len()).filter(|i| s.zones.patches[*i].surface == surface).collect();
+    let detectors: Vec<Detector> = own.iter().map(|i| Detector::patch(&s.zones.patches[*i])).collect();
+    let accuracy = TracingAccuracy { relative: 0.005, max_paths: 40_000, ..TracingAccuracy::default() };
+    let traced = PathTracer::new(&s.scene).measure(&detectors, &accuracy, 3);
+    let [mut square, mut stated, mut level] = [0.0; 3];
+    for (i, reading) in own.into_iter().zip(&traced) {
+        let want = Bands::from_fn(|b| reading.incident[b].value).first();
+        square += (s.fields.incident[i].first() - want).powi(2);
+        stated += s.fields.error[i].first().powi(2);
+        level += want * want;
+    }
+    [square, stated].map(|x| (x / level).sqrt())
+}
+
+/// Behind a screen the floor is dark, and only the dark part of its patches lights the back of the screen.
+#[test]
+fn what_hides_the_lamp_also_hides_its_light() {
+    let s = solved(&unit_room(
+        "engine = \"rays\"\ntolerance = 0.02\npatch_size = 0.5",
+        "reflectance = 0.2\nfaces.z0 = { reflectance = 0.8 }",
+        "[[surface]]\nname = \"screen\"\nrectangle = { origin = [0.3,0,0.45], edge1 = [0.4,0,0], edge2 = [0,1,0] }\nreflectance = 0.1\nsides = \"both\"\n\
+         [[light]]\nkind = \"point\"\nposition = [0.5,0.5,0.95]\nintensity = 1\n",
+    ));
+    let [error, stated] = errors_of(&s, "screen");
+    assert!(error < 0.02 && stated < 0.025, "{error}, stated {stated}");
+    let removed = s.error_parts()[0].1.zoning_removed;
+    assert!(removed > 0.01, "{removed}");
+}
+
+/// A floor that is black on one half of each patch, and a wall that sees mostly one half.
+#[test]
+fn textures_are_read_at_points() {
+    let text = unit_room(
+        "engine = \"rays\"\ntolerance = 0.02\npatch_size = 1",
+        "reflectance = 0\nfaces.z1 = { emission = 1 }",
+        "[[surface]]\nname = \"floor\"\nrectangle = { origin = [0,0,0.001], edge1 = [1,0,0], edge2 = [0,1,0] }\nreflectance = 1\nsides = \"both\"\n",
+    );
+    let mut parts = read(&text).into_parts();
+    let floor = parts.surfaces.iter().position(|s| s.name == "floor").unwrap();
+    let pixel = |k: usize| if k % 64 < 32 { [0.0; 3] } else { [0.8; 3] };
+    parts.textures.push(Texture { width: 64, height: 64, pixels: (0..64 * 64).map(pixel).collect() });
+    parts.surfaces[floor].reflectance_texture = Some(parts.textures.len() - 1);
+    let own = parts.facets.iter_mut().filter(|f| f.surface == floor);
+    own.for_each(|f| f.uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    let s = solve(Scene::new(parts).unwrap());
+    let [error, stated] = errors_of(&s, "room.x1");
+    assert!(error < 0.02 && stated < 0.025, "{error}, stated {stated}");
+}
