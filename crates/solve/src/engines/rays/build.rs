@@ -51,40 +51,21 @@ pub(crate) fn build<'a>(
     let closure = closure::measure(&operator, SharedZones::alone(zones), surroundings);
     let [traced, vertices] = operator.rays_and_vertices();
     let mut counts = vec![("transport_rays".into(), traced), ("rays that went on".into(), vertices)];
-    let Some(StoredSolution { results, strengths, incident: stored, noise }) = solution else {
-        return Ok(BuiltEngine {
-            operator: Box::new(operator),
-            closure,
-            counts,
-            warnings,
-            solved: None,
-            error_parts: None,
-        });
-    };
-    if !context.settings.final_gather {
-        let incident = operator.stored_power(&strengths, stored, &noise);
-        let solved = Some(solved_columns(results, strengths, incident));
-        return Ok(BuiltEngine {
-            operator: Box::new(operator),
-            closure,
-            counts,
-            warnings,
-            solved,
-            error_parts: None,
-        });
+    let (mut solved, mut error_parts) = (None, None);
+    match solution {
+        Some(stored) if context.settings.final_gather => {
+            let (gathered, columns) =
+                gather(context, surroundings, &operator, stored, traced, &mut warnings)?;
+            counts.push(("samples of the final gather".into(), gathered.samples));
+            (solved, error_parts) = (Some(columns), Some(gathered.parts));
+        }
+        Some(StoredSolution { results, strengths, incident, noise }) => {
+            let incident = operator.stored_power(&strengths, incident, &noise);
+            solved = Some(solved_columns(results, strengths, incident));
+        }
+        None => {}
     }
-    let stored = StoredSolution { results, strengths, incident: stored, noise };
-    let (gathered, solved) = gather(context, surroundings, &operator, stored, traced, &mut warnings)?;
-    counts.push(("samples of the final gather".into(), gathered.samples));
-    let error_parts = Some(gathered.parts);
-    Ok(BuiltEngine {
-        operator: Box::new(operator),
-        closure,
-        counts,
-        warnings,
-        solved: Some(solved),
-        error_parts,
-    })
+    Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved, error_parts })
 }
 
 /// What a final gather found beside the solution.
