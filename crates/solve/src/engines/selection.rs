@@ -203,18 +203,6 @@ impl<'a> EngineSelection<'a> {
         Ok(EngineChoice { engine: Engine::Layered, reason, enclosure: None, layers: Some(stack), note: None })
     }
 
-    /// True where light varies within zones by shadows, beams or lamps: in light mode, with surfaces that hide others or with lights whose shadows are sharp,
-    /// and where the rays engine is possible.
-    fn has_light_within_zones(&self) -> bool {
-        let scene = self.scene;
-        let is_possible = scene.thermal().is_none()
-            && !self.is_periodic
-            && self.basis != ZoneBasis::Linear
-            && scene.options().scattering_orders.is_none()
-            && !self.zones.has_transparent_sources();
-        is_possible && (self.size.occluders > 0 || scene.lights().iter().any(|l| !l.fills_sphere()))
-    }
-
     /// True if the spectral engine is preferable to all pairs in a box.
     fn prefers_spectral(&self) -> bool {
         self.zones.total() > MIN_SPECTRAL_ZONES
@@ -262,11 +250,6 @@ impl<'a> EngineSelection<'a> {
                     "slopes inside zones are for the spectral engine, which does not apply: {why}; use \"constant\""
                 ),
             ),
-            _ if self.has_light_within_zones() => Ok((
-                Engine::Rays,
-                "direct light or what surfaces hide varies within zones, which rays measure and exchange among zones does not"
-                    .into(),
-            )),
             Some(Ok(found)) if self.prefers_spectral() => {
                 let kind = if self.is_periodic { "a periodic box" } else { "a box" };
                 let of = if self.wants_linear_basis { " and thick voxels" } else { "" };
