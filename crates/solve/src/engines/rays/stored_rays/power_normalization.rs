@@ -9,7 +9,7 @@
 //! ```
 //!
 //! which leaves the ratios between zones unchanged. |f − 1| is reported and added to the error of every zone. A factor beyond the
-//! tolerance indicates another error; then nothing is changed.
+//! tolerance in some band indicates another error; then nothing is changed in any band.
 
 use crate::distribution::sum_order::SharedZones;
 use crate::settings::zone_power::absorbed_power;
@@ -27,10 +27,11 @@ pub(crate) fn normalize_power(
 ) -> Bands {
     let all = absorbed_power(SharedZones::alone(zones), |i| incident[i]);
     let off = energy.residual * (energy.emitted + energy.incoming);
-    let change = off.zip_map(all, |off, all| {
-        let f = if all > 0.0 { off / all } else { 0.0 };
-        if f.abs() <= tolerance { f } else { 0.0 }
-    });
+    let change = off.zip_map(all, |off, all| if all > 0.0 { off / all } else { 0.0 });
+    // A factor on some bands alone would tint the light.
+    if !change.all(|f| f.abs() <= tolerance) {
+        return Bands::ZERO;
+    }
     parallel::for_each(incident, |_, h| *h *= 1.0 + change);
     change
 }
