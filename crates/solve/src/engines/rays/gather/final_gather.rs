@@ -37,9 +37,8 @@ const VARIANCE_EXPONENT: f64 = 1.15;
 const MAX_OVER_MEAN: f64 = 4.0;
 /// Largest growth of the mean number of samples in a round.
 const MAX_GROWTH: f64 = 8.0;
-/// Share of the tolerance that the noise of the gather aims at, with direct light as the means of zones and at points.
+/// Share of the tolerance that the noise of the gather aims at.
 const NOISE_SHARE: f64 = 0.85;
-const NOISE_SHARE_AT_POINTS: f64 = 0.93;
 /// Least share that remains for the noise where other errors are large.
 const MIN_NOISE_SHARE: f64 = 0.4;
 /// Noise over the other errors where these alone exceed the tolerance: less noise would change little.
@@ -398,11 +397,7 @@ impl Goal {
             let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
             let left = (1.0 - others * others).max(0.0).sqrt().max(MIN_NOISE_SHARE);
             let beside_others = if others > 1.0 { NOISE_OVER_LARGE_ERRORS * others } else { 0.0 };
-            let share = match sums.direct[kind] {
-                DirectReading::OfZones => NOISE_SHARE,
-                DirectReading::AtPoints => NOISE_SHARE_AT_POINTS,
-            };
-            (share * left).max(beside_others) * task.tolerance
+            (NOISE_SHARE * left).max(beside_others) * task.tolerance
         };
         Goal {
             noise: [0, 1].map(|kind| sum[kind].max(guide[kind])),

@@ -23,7 +23,7 @@ use super::zone_gather::{DirectReading, Gatherer};
 use crate::settings::zone_power::fluence_factor;
 use std::ops::Range;
 use zonal_math::parallel;
-use zonal_scene::Bands;
+use zonal_scene::{Bands, Zones};
 
 /// Share of the tolerance above which the zoning error of direct light is removed.
 const ZONING_SHARE: f64 = 0.3;
@@ -33,6 +33,12 @@ const MAX_NOISE_OF_CHANGES: f64 = 0.2;
 /// Largest growth of their samples in one round, and their most samples of each half.
 const MAX_GROWTH: f64 = 8.0;
 const MAX_SAMPLES_OF_CHANGES: usize = 512;
+
+/// False where light takes the place of direct light in its shadows: behind sheets that transmit, and behind panes, whose light from outside reaches the room
+/// by patches that pass through them. There the means of zones stay.
+fn has_plain_shadows(zones: &Zones) -> bool {
+    zones.sheets.is_empty() && zones.panes.is_empty()
+}
 
 /// C of column `c` by one half of the samples, W/m².
 fn change(task: &GatherTask, sums: &GatherSums, half: usize, c: usize) -> Vec<Bands> {
@@ -80,8 +86,7 @@ pub(crate) fn choose_readings(task: &GatherTask, sums: &mut GatherSums) -> Optio
     let reading = |kind: usize| {
         let of_columns = zoning[..groups].iter().map(|z| z[kind] / EQUAL_WEIGHT_MULTIPLE);
         let worst = of_columns.fold(zoning[groups][kind], Bands::max);
-        // Where the shadow of a sheet falls, light that it transmits takes the place of direct light: the means of zones are nearer to both.
-        if task.zones.sheets.is_empty() && worst.max_element() > ZONING_SHARE * task.tolerance {
+        if has_plain_shadows(task.zones) && worst.max_element() > ZONING_SHARE * task.tolerance {
             DirectReading::AtPoints
         } else {
             DirectReading::OfZones
