@@ -68,6 +68,17 @@ pub(crate) struct BuiltEngine<'a> {
     pub error_parts: Option<[ErrorParts; 2]>,
 }
 
+impl<'a> BuiltEngine<'a> {
+    /// An engine without warnings that has not found the solution.
+    pub(crate) fn unsolved(
+        operator: Box<dyn ErrorModel + 'a>,
+        closure: RowClosure,
+        counts: Vec<(String, u64)>,
+    ) -> BuiltEngine<'a> {
+        BuiltEngine { operator, closure, counts, warnings: Vec::new(), solved: None, error_parts: None }
+    }
+}
+
 /// One block of bands with its engine.
 pub(crate) struct BlockEngine<'a> {
     pub context: SolveContext<'a>,

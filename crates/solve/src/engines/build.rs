@@ -111,14 +111,7 @@ fn build_spectral<'a>(
     let measured = closure::measure_rows(rows, context.shared_zones(), surroundings);
     let closure = restore_if_requested(&mut operator, scene, context.shared_zones(), surroundings, measured);
     let counts = operator.counts();
-    BuiltEngine {
-        operator: Box::new(operator),
-        closure,
-        counts,
-        warnings: Vec::new(),
-        solved: None,
-        error_parts: None,
-    }
+    BuiltEngine::unsolved(Box::new(operator), closure, counts)
 }
 
 /// The spectral engine with patches outside the box.
@@ -135,14 +128,7 @@ fn build_bordered<'a>(
     let mut counts = operator.counts();
     counts.push(("patches outside the medium".to_string(), count));
     counts.extend(pair_counts(&pairs).into_iter().filter(|c| c.1 > 0));
-    BuiltEngine {
-        operator: Box::new(operator),
-        closure,
-        counts,
-        warnings: Vec::new(),
-        solved: None,
-        error_parts: None,
-    }
+    BuiltEngine::unsolved(Box::new(operator), closure, counts)
 }
 
 /// The layered engine; the escaping power is the power that arrives at the open ends.
@@ -158,14 +144,7 @@ fn build_layered(
     }
     let closure = close_rows(&mut operator, context.scene, context.shared_zones(), surroundings);
     let counts = operator.counts();
-    BuiltEngine {
-        operator: Box::new(operator),
-        closure,
-        counts,
-        warnings: Vec::new(),
-        solved: None,
-        error_parts: None,
-    }
+    BuiltEngine::unsolved(Box::new(operator), closure, counts)
 }
 
 /// The dense engine.
@@ -197,7 +176,7 @@ pub(crate) fn build_dense<'a>(
         warnings.push(Diagnostic::warning("paper-factors", text));
     }
     let counts = pair_counts(&pairs);
-    BuiltEngine { operator, closure, counts, warnings, solved: None, error_parts: None }
+    BuiltEngine { warnings, ..BuiltEngine::unsolved(operator, closure, counts) }
 }
 
 /// Completes the losses of the zones, and measures the closure of the rows or restores it.

@@ -22,8 +22,9 @@
 //! error falls as 1/samples where the light is fully visible.
 
 use super::emitter::{Emitter, EmitterPoint};
+use super::light_tree::LightBall;
 use super::receiver::Receiver;
-use super::samples::{EmissionSample, LightBall, LightSample};
+use super::samples::{EmissionSample, LightSample};
 use crate::transport::Transport;
 use std::f64::consts::PI;
 use zonal_math::direction_sampling::{self, sin_cos_turns, uniform_sphere};

@@ -10,9 +10,9 @@
 //! Of at most [`MAX_FACETS_WITHOUT_TREE`] facets one is chosen by solid angle; of more facets a cluster of the light tree is chosen
 //! first (`light_tree`), then one of its facets. `visible_polygon` samples the solid angle of the facet.
 
-use super::light_tree::{self, FacetBall, LightTree};
+use super::light_tree::{self, LightBall, LightTree};
 use super::receiver::Receiver;
-use super::samples::{EmissionSample, LightBall};
+use super::samples::EmissionSample;
 use super::visible_polygon::{EmitterFacet, VisiblePolygon};
 use crate::solid_angle::{projected_solid_angle, solid_angle};
 use std::f64::consts::PI;
@@ -288,12 +288,12 @@ impl<'a> Emitter<'a> {
         let most: f64 = if matches!(receiver, Receiver::Free) { 4.0 } else { 1.0 };
         let centre = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) / corners.len() as f64;
         let radius = corners.iter().fold(0.0f64, |m, c| m.max((*c - centre).length()));
-        let ball = FacetBall { centre, radius };
+        let ball = LightBall { centre, radius };
         let seen = match &self.tree {
             Some(tree) => tree.solid_angle_bound(&ball),
             None => {
                 let of_facet = |f: &EmitterFacet| {
-                    let own = FacetBall { centre: f.plate.centre(), radius: f.plate.diameter() };
+                    let own = LightBall { centre: f.plate.centre(), radius: f.plate.diameter() };
                     own.solid_angle_bound(f.plate.area(), &ball)
                 };
                 self.facets.iter().map(of_facet).sum()

@@ -27,25 +27,25 @@ const SPLIT_COST_SHARE: f64 = 0.4;
 
 #[derive(Clone, Debug)]
 struct LightTreeNode {
-    ball: FacetBall,
+    ball: LightBall,
     area: f64,
     facets: Range<usize>,
     /// Index of the second child, the first being the next node; 0 for a leaf.
     second: usize,
 }
 
-/// A ball about facets, m.
+/// A ball about facets of an emitter, or about a point light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FacetBall {
+pub struct LightBall {
     /// Centre, m.
     pub centre: Vec3,
-    /// Radius, m.
+    /// Radius, m; 0 of a point light.
     pub radius: f64,
 }
 
-impl FacetBall {
+impl LightBall {
     /// An upper bound of the solid angle, sr, of an area, m², within this ball from any point of another; infinite where they touch.
-    pub(crate) fn solid_angle_bound(&self, area: f64, other: &FacetBall) -> f64 {
+    pub(crate) fn solid_angle_bound(&self, area: f64, other: &LightBall) -> f64 {
         let gap = (self.centre - other.centre).length() - self.radius - other.radius;
         if gap > 0.0 { area / (gap * gap) } else { f64::INFINITY }
     }
@@ -63,7 +63,7 @@ pub(crate) struct SampledLeaf {
     /// The facets of the leaf.
     pub facets: Range<usize>,
     /// The ball about them.
-    pub ball: FacetBall,
+    pub ball: LightBall,
     /// The probability of the choice.
     pub probability: f64,
 }
@@ -84,7 +84,7 @@ impl LightTree {
             facets.iter().map(|f| PlateBounds::of(&plate(f))).fold(PlateBounds::EMPTY_BOX, PlateBounds::join);
         let here = self.nodes.len();
         self.nodes.push(LightTreeNode {
-            ball: FacetBall {
+            ball: LightBall {
                 centre: (bounds.lo + bounds.hi) * 0.5,
                 radius: 0.5 * (bounds.hi - bounds.lo).length(),
             },
@@ -182,7 +182,7 @@ impl LightTree {
     }
 
     /// An upper bound of Σ A/d² over the tree from any point of a ball, sr: from the largest nodes of small angular size; infinite near a leaf.
-    pub(crate) fn solid_angle_bound(&self, ball: &FacetBall) -> f64 {
+    pub(crate) fn solid_angle_bound(&self, ball: &LightBall) -> f64 {
         let (mut sum, mut open) = (0.0, vec![0]);
         while let Some(k) = open.pop() {
             let Some(node) = self.nodes.get(k) else { continue };
@@ -198,7 +198,7 @@ impl LightTree {
     }
 
     fn importance(&self, k: usize, p: Vec3, receiver: Receiver) -> f64 {
-        let LightTreeNode { ball: FacetBall { centre, radius }, area, .. } = &self.nodes[k];
+        let LightTreeNode { ball: LightBall { centre, radius }, area, .. } = &self.nodes[k];
         let offset = *centre - p;
         let d2 = offset.length2().max(radius * radius);
         match receiver {

@@ -19,6 +19,7 @@ mod visible_polygon;
 mod zone_views;
 
 pub use direct::LightSampler;
+pub use light_tree::LightBall;
 pub use receiver::Receiver;
-pub use samples::{EmissionSample, LightBall, LightSample};
+pub use samples::{EmissionSample, LightSample};
 pub use zone_views::{BoxChord, BoxView, PlateView};

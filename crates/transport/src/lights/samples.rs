@@ -3,15 +3,6 @@
 use zonal_math::Vec3;
 use zonal_scene::{Bands, IntensityDistribution};
 
-/// A ball about a light at a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightBall {
-    /// Centre, m.
-    pub centre: Vec3,
-    /// Radius, m; 0 of a point light.
-    pub radius: f64,
-}
-
 /// One sample of a light as seen from a point, without attenuation between light and point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {

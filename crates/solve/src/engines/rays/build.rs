@@ -68,10 +68,11 @@ pub(crate) fn build<'a>(
     Ok(BuiltEngine { operator: Box::new(operator), closure, counts, warnings, solved, error_parts })
 }
 
-/// What a final gather found beside the solution.
+/// Numbers of a final gather beside the solution.
 struct GatherSummary {
     /// Samples of all zones.
     samples: u64,
+    /// The parts of the error of the patches, and of the volume zones and panes.
     parts: [ErrorParts; 2],
 }
 

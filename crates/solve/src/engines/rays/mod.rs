@@ -6,6 +6,7 @@
 //! | `memory_budget` | memory of rays and samples, estimated beforehand |
 //! | `stored_rays` | rays from every zone, and the table of their ends |
 //! | [`ray_operator`] | the exchange operator of the table, its solution, and the final gather of it |
+//! | `weighted_choice` | one of several items by their weights |
 //! | `gather` | incident radiation of every zone by samples of a solution |
 //!
 //! The stored rays give radiosities whose noise averages out wherever they light another zone. The gather samples the incident
@@ -17,3 +18,4 @@ pub(crate) mod gather;
 pub(crate) mod memory_budget;
 pub mod ray_operator;
 pub(crate) mod stored_rays;
+mod weighted_choice;

@@ -134,7 +134,6 @@ impl<'a> RayOperator<'a> {
         context: &SolveContext,
         surroundings: &SurroundingsExchange,
     ) -> Vec<IterationResult> {
-        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
         // Move the source terms at path vertices to the right-hand side.
         let mut columns = context.source_strengths(surroundings);
         if self.rays_and_vertices()[1] > 0 {
@@ -142,28 +141,15 @@ impl<'a> RayOperator<'a> {
             self.sources = sources.collect();
             for (column, source) in columns.iter_mut().zip(&self.sources) {
                 let dark = vec![[0.0; LANES]; self.len()];
-                let mut lit =
-                    self.times_measure(self.table.incident(&dark, PathExtent::WithSource(source), 1));
-                mix_sides(self.zones, &mut lit);
-                let add = |i: usize, s: &mut Bands| *s += weights[i] * lit[i];
-                parallel::for_each(column, |i, s| add(i, s));
+                let lit =
+                    self.scattered_strengths(self.table.incident(&dark, PathExtent::WithSource(source), 1));
+                parallel::for_each(column, |i, s| *s += lit[i]);
             }
         }
         if let Some(count) = context.scene.options().scattering_orders {
-            let operator = &ContinuedRays { rays: self, divisor: 1 };
-            let system = LinearSystem {
-                operator,
-                weights: (&weights).into(),
-                targets: &targets,
-                sums: SumOrder::plain(),
-            };
-            return neumann_series::solve(
-                &system,
-                &columns,
-                count,
-                &NoCheckpoints,
-                context.settings.progress,
-            );
+            return self.with_system(1, |system| {
+                neumann_series::solve(system, &columns, count, &NoCheckpoints, context.settings.progress)
+            });
         }
         // Solve by a part of the rays, then by all.
         let stop = StoppingCriterion {
@@ -171,17 +157,27 @@ impl<'a> RayOperator<'a> {
             max_iterations: context.scene.options().max_iterations,
         };
         let solved = |divisor: usize, initial| {
-            let operator = &ContinuedRays { rays: self, divisor };
-            let system = LinearSystem {
-                operator,
-                weights: (&weights).into(),
-                targets: &targets,
-                sums: SumOrder::plain(),
-            };
-            bicgstab::solve(&system, &columns, initial, stop, context.settings.progress)
+            let progress = context.settings.progress;
+            self.with_system(divisor, |system| bicgstab::solve(system, &columns, initial, stop, progress))
         };
         let initial = solved(INITIAL_SOLVE_DIVISOR, None);
         solved(1, Some(initial.into_iter().map(|e| e.strengths).collect()))
+    }
+
+    /// `f` of the equations by the first 1/`divisor` of the rays of every zone.
+    fn with_system<T>(&self, divisor: usize, f: impl FnOnce(&LinearSystem) -> T) -> T {
+        let operator = &ContinuedRays { rays: self, divisor };
+        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
+        let (weights, sums) = ((&weights).into(), SumOrder::plain());
+        f(&LinearSystem { operator, weights, targets: &targets, sums })
+    }
+
+    /// The strengths that incident radiation, H and G in W/m², adds to the zones.
+    fn scattered_strengths(&self, incident: Vec<Bands>) -> Vec<Bands> {
+        let (mut lit, weights) = (self.times_measure(incident), reflection_weights(self.zones));
+        mix_sides(self.zones, &mut lit);
+        parallel::for_each(&mut lit, |i, s| *s *= weights[i]);
+        lit
     }
 
     /// The source term of a group with source strengths `column` at path vertices: all of it except the lights sampled there.
@@ -492,20 +488,15 @@ impl RayOperator<'_> {
         let mut source = VertexSource::default();
         self.sources.iter().for_each(|o| source.add_scaled(o, 1.0));
         let error = self.standard_error(&b, &source);
-        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
+        let weights = reflection_weights(self.zones);
         let sign =
             |i: usize| if low_discrepancy::hash_to_unit(i as u64 ^ NOISE_SEED) < 0.5 { -1.0 } else { 1.0 };
         let noise = |i: usize| sign(i) * weights[i] * error[i] * self.zones.response(i).1;
         let column = [parallel::collect(self.len(), noise)];
         let solve = |divisor: usize| {
-            let operator = &ContinuedRays { rays: self, divisor };
-            let system = LinearSystem {
-                operator,
-                weights: (&weights).into(),
-                targets: &targets,
-                sums: SumOrder::plain(),
-            };
-            let solved = bicgstab::solve(&system, &column, None, NOISE_SOLVE_STOP, progress);
+            let solved = self.with_system(divisor, |system| {
+                bicgstab::solve(system, &column, None, NOISE_SOLVE_STOP, progress)
+            });
             self.radiosities(&solved[0].strengths)
         };
         // Among a few rays may be white zones whose rays all end on one another; what they hold back exceeds the light itself.
@@ -513,20 +504,11 @@ impl RayOperator<'_> {
         if exceeds(&few, &b) { solve(1) } else { few }
     }
 
-    /// What changes of the incident radiation of all zones, W/m², add to the solution by the stored rays.
+    /// The response of the solution by the stored rays to changes of the incident radiation of all zones, W/m².
     fn passed_on(&self, changes: &[Vec<Bands>], progress: &dyn Progress) -> Vec<PassedOn> {
-        let (weights, targets) = (reflection_weights(self.zones), closure_targets(self.zones));
-        let source = |change: &Vec<Bands>| {
-            let mut lit = self.times_measure(change.clone());
-            mix_sides(self.zones, &mut lit);
-            parallel::for_each(&mut lit, |i, s| *s *= weights[i]);
-            lit
-        };
-        let columns: Vec<Vec<Bands>> = changes.iter().map(source).collect();
-        let operator = &ContinuedRays { rays: self, divisor: 1 };
-        let system =
-            LinearSystem { operator, weights: (&weights).into(), targets: &targets, sums: SumOrder::plain() };
-        let solved = bicgstab::solve(&system, &columns, None, CHANGE_SOLVE_STOP, progress);
+        let columns: Vec<Vec<Bands>> = changes.iter().map(|c| self.scattered_strengths(c.clone())).collect();
+        let solved = self
+            .with_system(1, |system| bicgstab::solve(system, &columns, None, CHANGE_SOLVE_STOP, progress));
         let passed_on = |solved: IterationResult| {
             let radiosity = self.radiosities(&solved.strengths);
             let incident = self.table.incident(&radiosity, PathExtent::Continued, 1);

@@ -81,7 +81,7 @@ impl MediumPiece {
     }
 }
 
-/// What a ray collects from medium and panes.
+/// The zones that a ray meets, with their weights.
 #[derive(Default)]
 pub(crate) struct CollectedZones {
     /// The zones with their weights.

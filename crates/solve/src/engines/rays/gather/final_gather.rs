@@ -92,7 +92,7 @@ impl Gathered {
         let mut error = errors.pop().unwrap_or_default();
         let sum = values.pop().unwrap_or_default();
         parallel::for_each(&mut error, |i, e| {
-            let of_zones = zoning(task.groups, i) * (sum[i] + known(task, i)[0]);
+            let of_zones = zoning(task.groups, i) * (sum[i] + task.known_radiation(i)[0]);
             *e = e.hypot(inherited.get(i).copied().unwrap_or_default()).hypot(of_zones);
         });
         // Each group inherits its share of the errors of the radiosities.
@@ -110,10 +110,11 @@ impl Gathered {
             sky,
             column_errors: errors,
             error,
-            parts: [0, 1].map(|kind| goal.parts(kind)),
-            relative_error: [0, 1]
-                .map(|k| goal.noise[k].hypot(goal.inherited[k]).hypot(goal.zoning[k]))
-                .into_iter()
+            parts: goal.parts,
+            relative_error: goal
+                .parts
+                .iter()
+                .map(|p| p.sampling.hypot(p.radiosities).hypot(p.zoning))
                 .fold(0.0, f64::max),
             samples: 2 * sums.counts.iter().map(|c| *c as u64).sum::<u64>(),
             escape_rays: sums.escape.total(),
@@ -128,10 +129,9 @@ impl Gathered {
 
 /// Gathers until the tolerance is met, or the samples are at their maximum.
 pub(crate) fn gather(mut gatherer: Gatherer, task: &GatherTask) -> Gathered {
-    let n = task.zones.len();
     let of_sky = |sky: &GatheredSky| EscapeRays::new(task.zone_groups, &sky.shares, task.groups);
     let escape = task.sky.map(of_sky).unwrap_or_default();
-    let mut sums = GatherSums::load(task.checkpoints, n, task.quantities(), escape);
+    let mut sums = GatherSums::load(task, escape);
     if sums.round == 0 {
         take_first_samples(&mut gatherer, task, &mut sums);
     } else if let Some(changes) = &sums.changes {
@@ -234,7 +234,7 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
             *count = numbers.end;
             let mut of_zone = EscapeSums::new(task.groups);
             let samples = SampleRange { zone, half: 0, numbers, direct: direct[kind_of(task.zones, zone)] };
-            add_samples_of_zone(gatherer, &samples, rays, scratch, sums, &mut of_zone);
+            add_samples_of_zone(gatherer, task, &samples, rays, scratch, sums, &mut of_zone);
             escape.add(zone, &of_zone);
         }
         progress.advance(zones);
@@ -247,6 +247,7 @@ fn take_samples(gatherer: &Gatherer, task: &GatherTask, wanted: &[usize], sums: 
 /// Adds the samples of these numbers of both halves of a zone, and the rays that only find out whether they leave the scene.
 fn add_samples_of_zone(
     gatherer: &Gatherer,
+    task: &GatherTask,
     samples: &SampleRange,
     rays: Option<Range<usize>>,
     scratch: &mut GatherScratch,
@@ -256,7 +257,8 @@ fn add_samples_of_zone(
     let quantities = sums.len() / 2;
     for (half, sums) in sums.chunks_mut(quantities).enumerate() {
         let range = SampleRange { half, ..samples.clone() };
-        escape.by_samples[half] = add_samples(gatherer, range.clone(), scratch, sums, &mut escape.products);
+        escape.by_samples[half] =
+            add_samples(gatherer, task, range.clone(), scratch, sums, &mut escape.products);
         if let Some(numbers) = rays.clone() {
             escape.rays = numbers.len();
             escape.by_rays[half] = gatherer.escapes(SampleRange { numbers, ..range }, scratch);
@@ -284,15 +286,15 @@ fn aimed_together(zones: &Zones, i: usize) -> Range<usize> {
 /// latter.
 fn add_samples(
     gatherer: &Gatherer,
+    task: &GatherTask,
     range: SampleRange,
     scratch: &mut GatherScratch,
     sums: &mut [SampleSums],
     products: &mut [Bands],
 ) -> Bands {
-    let groups = products.len();
+    let (groups, plain) = (task.groups, task.quantities());
     let (mut added, mut escapes) = (vec![[Bands::ZERO; 2]; sums.len()], Bands::ZERO);
     // In the first round the values with direct light at points are quantities of their own, after the others.
-    let plain = gatherer.plain_quantities(groups);
     let at_points = range.direct == DirectReading::AtPoints;
     let both = added.len() > plain;
     let mut add = |q: usize, v: Bands| {
@@ -321,18 +323,13 @@ fn add_samples(
             add(plain + groups, all_at_points);
         }
         add(groups + 1, widened(sample.value(groups)));
-        if plain > groups + 2 {
+        if task.sky.is_some() {
             add(groups + 2, sky.radiosity);
         }
         escapes += sky.escaped;
     });
     sums.iter_mut().zip(added).for_each(|(s, a)| s.add(a));
     escapes
-}
-
-/// Known incident radiation of a zone and its error, W/m².
-fn known(task: &GatherTask, i: usize) -> [Bands; 2] {
-    task.known.get(i).copied().unwrap_or_default()
 }
 
 /// Root mean square of a field over a range of zones.
@@ -344,7 +341,7 @@ fn root_mean_square(range: Range<usize>, field: impl Fn(usize) -> Bands) -> Band
 /// Root mean square of quantity `q` over each kind of zones, with the known radiation in the sum of the groups.
 fn levels(task: &GatherTask, fields: &GatheredFields, q: usize) -> [Bands; 2] {
     ranges_of_kinds(task.zones).map(|range| {
-        let more = |i: usize| if q == task.groups { known(task, i)[0] } else { Bands::ZERO };
+        let more = |i: usize| if q == task.groups { task.known_radiation(i)[0] } else { Bands::ZERO };
         let of_samples = root_mean_square(range.clone(), |i| fields.values[q][i] + more(i));
         if of_samples.iter().all(|s| *s > 0.0) {
             return of_samples;
@@ -356,15 +353,8 @@ fn levels(task: &GatherTask, fields: &GatheredFields, q: usize) -> [Bands; 2] {
 
 /// The errors of a round and what they should become, of patches and of volume zones.
 struct Goal {
-    /// Relative error by the noise of the gather: of the sum, and of an equally weighted sum over its multiple, the larger.
-    noise: [f64; 2],
-    /// Relative error of the radiosities that were read.
-    inherited: [f64; 2],
-    /// Relative error of radiation that is known beforehand: of the surroundings, and of reflected direct light.
-    known: [f64; 2],
-    /// Relative error by direct light that is constant on zones, and that which was removed.
-    zoning: [f64; 2],
-    removed: [f64; 2],
+    /// The parts of the relative error; that of sampling is the larger of that of the sum, and of an equally weighted sum over its multiple.
+    parts: [ErrorParts; 2],
     /// The relative noise wanted.
     wanted: [f64; 2],
     /// Root mean square of each quantity and kind of zones, per band.
@@ -388,37 +378,26 @@ impl Goal {
             _ => equal_weight_error(task, fields, &levels).map(|e| e / EQUAL_WEIGHT_MULTIPLE),
         };
         let inherited = relative(&|i| fields.inherited[i], all);
-        let surroundings = relative(&|i| known(task, i)[1], all);
+        let surroundings = relative(&|i| task.known_radiation(i)[1], all);
         let found = sums.changes.as_ref().map_or([Bands::ZERO; 2], |c| c.zoning[task.groups]);
         let zoning_of = |reading: DirectReading| {
             [0, 1].map(|kind| if sums.direct[kind] == reading { found[kind].max_element() } else { 0.0 })
         };
-        let wanted = |kind: usize| {
-            let others = inherited[kind].hypot(surroundings[kind]) / task.tolerance;
+        let [zoning, removed] = [DirectReading::OfZones, DirectReading::AtPoints].map(zoning_of);
+        let parts = [0, 1].map(|kind| ErrorParts {
+            sampling: sum[kind].max(guide[kind]),
+            radiosities: inherited[kind],
+            direct: surroundings[kind],
+            zoning: zoning[kind],
+            zoning_removed: removed[kind],
+        });
+        let wanted = |part: ErrorParts| {
+            let others = part.radiosities.hypot(part.direct) / task.tolerance;
             let left = (1.0 - others * others).max(0.0).sqrt().max(MIN_NOISE_SHARE);
             let beside_others = if others > 1.0 { NOISE_OVER_LARGE_ERRORS * others } else { 0.0 };
             (NOISE_SHARE * left).max(beside_others) * task.tolerance
         };
-        Goal {
-            noise: [0, 1].map(|kind| sum[kind].max(guide[kind])),
-            inherited,
-            known: surroundings,
-            zoning: zoning_of(DirectReading::OfZones),
-            removed: zoning_of(DirectReading::AtPoints),
-            wanted: [0, 1].map(wanted),
-            levels,
-        }
-    }
-
-    /// The parts of the error of a kind of zones.
-    fn parts(&self, kind: usize) -> ErrorParts {
-        ErrorParts {
-            sampling: self.noise[kind],
-            radiosities: self.inherited[kind],
-            direct: self.known[kind],
-            zoning: self.zoning[kind],
-            zoning_removed: self.removed[kind],
-        }
+        Goal { parts, wanted: parts.map(wanted), levels }
     }
 
     /// The samples of each half of every zone in the next round; `None` where the goal is met or nothing can be added.
@@ -442,7 +421,7 @@ impl Goal {
         let (mut wanted, mut added) = (sums.counts.clone(), 0);
         for (kind, range) in ranges_of_kinds(zones).into_iter().enumerate() {
             // A kind that meets its goal keeps its samples.
-            let over = self.noise[kind] / self.wanted[kind];
+            let over = self.parts[kind].sampling / self.wanted[kind];
             if over.partial_cmp(&1.0) != Some(Ordering::Greater) || over.is_infinite() {
                 continue;
             }

@@ -1,6 +1,7 @@
 //! Sums of the samples of all zones, and their checkpoint.
 
 use super::escape_rays::EscapeRays;
+use super::gather_task::GatherTask;
 use super::zone_gather::{DirectReading, SampleSums};
 use crate::distribution::{Blocks, Communicator, Message};
 use crate::settings::stage_codec::{Decoder, Encoder};
@@ -22,24 +23,27 @@ pub(crate) struct PointChanges {
 }
 
 impl PointChanges {
-    /// Writes it to a checkpoint.
-    pub(crate) fn encode(&self, encoder: &mut Encoder) {
+    /// Encodes the changes.
+    fn encode(&self, encoder: &mut Encoder) {
         encoder.bands(self.zoning.as_flattened());
         encoder.bands(&self.noise);
         encoder.int(self.columns.len());
         self.columns.iter().for_each(|c| encoder.bands(c));
     }
 
-    /// Reads it for so many zones.
-    pub(crate) fn decode(decoder: &mut Decoder, zones: usize) -> Option<PointChanges> {
+    /// Decodes the changes of the zones and groups of a gather; `None` for others.
+    fn decode(decoder: &mut Decoder, task: &GatherTask) -> Option<PointChanges> {
         let zoning = decoder.bands()?;
         let (zoning, rest) = zoning.as_chunks();
         let noise = decoder.bands()?;
         let columns: Vec<Vec<Bands>> = (0..decoder.int()?).map(|_| decoder.bands()).collect::<Option<_>>()?;
-        let fits = |list: &Vec<Bands>| list.len() == zones;
-        let complete =
-            if columns.is_empty() { noise.is_empty() } else { fits(&noise) && columns.iter().all(fits) };
-        (complete && rest.is_empty()).then(|| PointChanges { columns, noise, zoning: zoning.to_vec() })
+        let fits = |list: &Vec<Bands>| list.len() == task.zones.len();
+        let complete = match columns.len() {
+            0 => noise.is_empty(),
+            count => count == task.groups && fits(&noise) && columns.iter().all(fits),
+        };
+        let complete = complete && rest.is_empty() && zoning.len() == task.groups + 1;
+        complete.then(|| PointChanges { columns, noise, zoning: zoning.to_vec() })
     }
 
     /// z of quantity `q` for zones whose direct light is the means of zones; 0 where it is read at points.
@@ -70,13 +74,9 @@ pub(crate) struct GatherSums {
 }
 
 impl GatherSums {
-    /// The sums of the rounds that an earlier run finished, or none, of `n` zones.
-    pub(crate) fn load(
-        checkpoints: &dyn CheckpointStore,
-        n: usize,
-        quantities: usize,
-        escape: EscapeRays,
-    ) -> GatherSums {
+    /// The sums of the rounds that an earlier run finished, or none.
+    pub(crate) fn load(task: &GatherTask, escape: EscapeRays) -> GatherSums {
+        let (n, quantities) = (task.zones.len(), task.quantities());
         let mut sums = GatherSums {
             quantities,
             round: 0,
@@ -86,8 +86,8 @@ impl GatherSums {
             direct: [DirectReading::OfZones; 2],
             changes: None,
         };
-        if let Some(bytes) = checkpoints.load(STAGE)
-            && sums.decode(&bytes).is_none()
+        if let Some(bytes) = task.checkpoints.load(STAGE)
+            && sums.decode(&bytes, task).is_none()
         {
             sums.round = 0;
             sums.counts.fill(0);
@@ -100,7 +100,7 @@ impl GatherSums {
     }
 
     /// Reads a stage; the sums are undefined where it is damaged.
-    fn decode(&mut self, bytes: &[u8]) -> Option<()> {
+    fn decode(&mut self, bytes: &[u8], task: &GatherTask) -> Option<()> {
         let mut decoder = Decoder::new(bytes);
         self.round = decoder.int().filter(|r| *r > 0)?;
         let counts = decoder.ints()?;
@@ -118,7 +118,7 @@ impl GatherSums {
         }
         self.changes = match decoder.int()? {
             0 => None,
-            _ => Some(PointChanges::decode(&mut decoder, self.counts.len())?),
+            _ => Some(PointChanges::decode(&mut decoder, task)?),
         };
         decoder.at_end().then_some(())
     }
@@ -178,7 +178,7 @@ impl GatherSums {
         }
     }
 
-    /// Begins again without samples, with so many quantities.
+    /// Removes all samples and sets the number of quantities.
     pub(crate) fn begin(&mut self, quantities: usize) {
         let words = 2 * self.counts.len() * quantities;
         (self.sums, self.quantities) = (parallel::collect(words, |_| SampleSums::default()), quantities);

@@ -26,7 +26,7 @@ pub(crate) struct GatherTask<'a> {
     pub known: &'a [[Bands; 2]],
     /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
     pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
-    /// What changes of the incident radiation of all zones, W/m², add to the solution by the stored rays.
+    /// The response of the solution by the stored rays to changes of the incident radiation of all zones, W/m².
     pub passed_on: &'a (dyn Fn(&[Vec<Bands>]) -> Vec<PassedOn> + Sync),
     /// H or G of every group by the stored rays, W/m².
     pub stored: &'a (dyn Fn() -> Vec<Vec<Bands>> + Sync),
@@ -38,15 +38,20 @@ pub(crate) struct GatherTask<'a> {
     pub execution: Execution<'a>,
 }
 
-/// What a change of the incident radiation adds to the solution.
+/// The response of the solution to a change of the incident radiation.
 pub(crate) struct PassedOn {
-    /// To the radiosities, W/m².
+    /// Change of the radiosities, W/m².
     pub radiosity: Vec<PaddedBands>,
-    /// To the incident radiation, beside the change itself, W/m².
+    /// Further change of the incident radiation, by these radiosities, W/m².
     pub incident: Vec<Bands>,
 }
 
 impl GatherTask<'_> {
+    /// Known incident radiation of zone `i` and its error, W/m².
+    pub(crate) fn known_radiation(&self, i: usize) -> [Bands; 2] {
+        self.known.get(i).copied().unwrap_or_default()
+    }
+
     /// Number of quantities of a sample: the groups, their sum, the noise of the radiosities, and the surroundings alone.
     pub(crate) fn quantities(&self) -> usize {
         self.groups + 2 + usize::from(self.sky.is_some())

@@ -30,9 +30,11 @@
 //! (t − 1) B_j, and r_j above becomes ϱ(y).
 
 use super::expected_path::{CollectedZones, ExpectedPath, MediumPiece, WeightedZone};
+use super::gather_error::ratio;
 use crate::engines::merged_operator::PatchGroups;
 use crate::engines::rays::stored_rays::padded_bands::{LANES, PaddedBands, padded, widened};
 use crate::engines::rays::stored_rays::path_continuation::PathLights;
+use crate::engines::rays::weighted_choice;
 use crate::right_hand_side::surroundings::zone_rays::{WeightedRay, point_in_zone};
 use std::ops::Range;
 use zonal_math::parallel;
@@ -43,6 +45,8 @@ use zonal_transport::lights::{LightBall, Receiver};
 
 /// a: share of the points by angle, for lights at a place.
 const SHARE_BY_ANGLE: f64 = 0.5;
+/// Least breadth of an angle over the length of the ray.
+const SMALLEST_BREADTH: f64 = 1e-9;
 /// τ.
 const VARIATION_OVER_RADIOSITY: f32 = 0.05;
 /// Most points of the medium on a ray.
@@ -89,11 +93,11 @@ pub(crate) const RAY_PART: u32 = 2;
 pub(crate) const CONNECTION_PART: u32 = 3;
 const MEDIUM_PARTS: [u32; 2] = [4, 5];
 
-/// What a sample has met.
+/// The ray and the zones of a sample.
 pub(crate) struct SampledZones<'a> {
     /// The ray.
     pub ray: &'a WeightedRay,
-    /// What it collects, with the surfaces.
+    /// Its zones, those of surfaces included.
     pub collected: &'a CollectedZones,
     /// The points of the surfaces.
     pub ends: &'a [SurfacePoint],
@@ -259,7 +263,7 @@ impl PointLights {
         }
         let Some(light) = self.choose(i, choice / read) else { return };
         let probability = read * f64::from(light.variation[i] / self.total[i]);
-        let receiver = place.zones.patches.get(i).map_or(Receiver::Free, |p| Receiver::Surface(p.normal));
+        let receiver = receiver(place.zones, i);
         let incident = place.lights.incident(place.transport, light.number, end.at, receiver, [u0, u1, u2]);
         let weight = end.texture * widened(end.zone.weight) / probability;
         points.push(self.lit_point(place, light, i, incident, weight));
@@ -280,16 +284,8 @@ impl PointLights {
 
     /// A light of zone `i`, by its variation.
     fn choose(&self, i: usize, u: f64) -> Option<&PointLight> {
-        let mut left = u as f32 * self.total[i];
-        let mut chosen = None;
-        for light in self.lights.iter().filter(|l| l.variation[i] > 0.0) {
-            chosen = Some(light);
-            left -= light.variation[i];
-            if left < 0.0 {
-                break;
-            }
-        }
-        chosen
+        let lights = self.lights.iter().map(|l| (l, f64::from(l.variation[i])));
+        weighted_choice::choose(lights, u * f64::from(self.total[i]))
     }
 
     /// Adds the light at points of the medium on the ray of a sample.
@@ -344,7 +340,7 @@ struct MediumOfRay<'a> {
     variation: f64,
 }
 
-impl MediumOfRay<'_> {
+impl<'a> MediumOfRay<'a> {
     /// The share in the choice of zones of those of a range, each times a factor.
     fn share(&self, range: Range<usize>, factor: impl Fn(usize) -> f32) -> f64 {
         let of = |z: &WeightedZone| {
@@ -355,23 +351,14 @@ impl MediumOfRay<'_> {
     }
 
     /// The piece and the zone at the share `u` of the choice.
-    fn choose(&self, u: f64) -> Option<(&MediumPiece, usize)> {
+    fn choose(&self, u: f64) -> Option<(&'a MediumPiece, usize)> {
         let CollectedZones { zones, pieces } = self.sample.collected;
-        let (mut left, mut chosen) = (u * self.variation, None);
-        for piece in pieces {
-            for z in &zones[piece.zones.clone()] {
-                let i = z.zone as usize;
-                let weight = f64::from(largest(z) * self.lights.importance[i].variation);
-                if weight > 0.0 {
-                    chosen = Some((piece, i));
-                    left -= weight;
-                    if left < 0.0 {
-                        return chosen;
-                    }
-                }
-            }
-        }
-        chosen
+        let of_piece = |piece: &'a MediumPiece| zones[piece.zones.clone()].iter().map(move |z| (piece, z));
+        let weighted = pieces.iter().flat_map(of_piece).map(|(piece, z)| {
+            let i = z.zone as usize;
+            ((piece, i), f64::from(largest(z) * self.lights.importance[i].variation))
+        });
+        weighted_choice::choose(weighted, u * self.variation)
     }
 
     /// The light at one of `number` points.
@@ -386,7 +373,8 @@ impl MediumOfRay<'_> {
             _ => piece.distance(numbers.distance),
         };
         let piece = piece_at(&self.sample.collected.pieces, distance)?;
-        let of_light = |i: usize| ratio(light.variation[i], self.lights.total[i]);
+        let of_light =
+            |i: usize| ratio(f64::from(light.variation[i]), f64::from(self.lights.total[i])) as f32;
         let by_piece = self.share(piece.zones.clone(), of_light) * piece.density(distance);
         let by_angle = angles.map_or(0.0, |a| self.share(self.zones.clone(), of_light) * a.density(distance));
         let density = (1.0 - share_by_angle) * by_piece + share_by_angle * by_angle;
@@ -402,9 +390,9 @@ impl MediumOfRay<'_> {
     }
 }
 
-/// `a`/`b`; 0 where b is not positive.
-fn ratio(a: f32, b: f32) -> f32 {
-    if b > 0.0 { a / b } else { 0.0 }
+/// A point of zone `i` as a receiver of light.
+fn receiver(zones: &Zones, i: usize) -> Receiver {
+    zones.patches.get(i).map_or(Receiver::Free, |p| Receiver::Surface(p.normal))
 }
 
 /// σ of light `l` within zone `i`, of the band in which it is largest, W/m²: by a few points, and by its distance where it is at a place.
@@ -415,7 +403,7 @@ fn variation(place: LightPlace, l: usize, i: usize) -> f64 {
         return 0.0;
     }
     let seed = low_discrepancy::split_mix64((i as u64) << 8 ^ l as u64 ^ VARIATION_SEED) as u32;
-    let receiver = zones.patches.get(i).map_or(Receiver::Free, |p| Receiver::Surface(p.normal));
+    let receiver = receiver(zones, i);
     let mut squares = Bands::ZERO;
     let count = POINTS_OF_ZONE[usize::from(i >= zones.patches.len())];
     for k in 0..count {
@@ -474,6 +462,3 @@ impl AngleSampling {
         self.breadth / ((high - low) * (self.breadth * self.breadth + t * t))
     }
 }
-
-/// Least breadth of an angle over the length of the ray.
-const SMALLEST_BREADTH: f64 = 1e-9;

@@ -48,41 +48,28 @@ fn change(task: &GatherTask, sums: &GatherSums, half: usize, c: usize) -> Vec<Ba
     })
 }
 
-/// (C_A − C_B)/2 of all columns together, W/m².
-fn noise_of_changes(task: &GatherTask, sums: &GatherSums) -> Vec<Bands> {
-    let [a, b] = [0, 1].map(|half| change(task, sums, half, task.groups));
-    parallel::collect(a.len(), |i| 0.5 * (a[i] - b[i]))
-}
-
-/// Noise of δB by that of the changes in the incident radiation of the worst kind of zones, over the root of the sum of squares of that, and over the
-/// tolerance.
-fn noise_over_tolerance(task: &GatherTask, sums: &GatherSums) -> f64 {
-    let passed_on = (task.passed_on)(&[noise_of_changes(task, sums)]);
-    let of_range = |range: Range<usize>| {
-        let noise: Bands = range.clone().map(|i| passed_on[0].incident[i] * passed_on[0].incident[i]).sum();
-        noise.zip_map(level(task, sums, task.groups, range), ratio).sqrt().max_element()
-    };
-    ranges_of_kinds(task.zones).map(of_range).into_iter().fold(0.0, f64::max) / task.tolerance
-}
-
-/// Factor on the numbers of samples with which the changes are known well enough; `None` where they are, or have the most samples.
-fn more_samples(task: &GatherTask, sums: &GatherSums) -> Option<usize> {
+/// Factor on the numbers of samples with which the changes are known well enough; `None` where they are, or have the most samples. `noise` is that of δB in
+/// the incident radiation of the worst kind of zones, relative.
+fn more_samples(task: &GatherTask, sums: &GatherSums, noise: f64) -> Option<usize> {
     if sums.counts.iter().any(|n| *n >= MAX_SAMPLES_OF_CHANGES) {
         return None;
     }
-    let over = noise_over_tolerance(task, sums) / MAX_NOISE_OF_CHANGES;
+    let over = noise / (MAX_NOISE_OF_CHANGES * task.tolerance);
     (over > 1.0).then(|| (over * over).min(MAX_GROWTH).log2().ceil().exp2() as usize)
 }
 
 /// Decides by the samples so far how the zones of each kind read direct light. Returns the factor on their numbers where this takes more of them.
 pub(crate) fn choose_readings(task: &GatherTask, sums: &mut GatherSums) -> Option<usize> {
     let (plain, groups, n) = (task.quantities(), task.groups, task.zones.len());
-    let halves = |c: usize| [0, 1].map(|half| change(task, sums, half, c));
-    // A single column is the sum.
-    let single = if groups > 1 { groups } else { 0 };
-    let mut zoning: Vec<[Bands; 2]> =
-        (0..single).chain([groups]).map(|q| zoning_of(task, sums, q, &halves(q))).collect();
-    zoning.resize(groups + 1, zoning[0]);
+    let halves = |q: usize| [0, 1].map(|half| change(task, sums, half, q));
+    let found = |q: usize| ZoningOfQuantity::of(task, sums, q, &halves(q));
+    let of_sum = found(groups);
+    let mut zoning: Vec<[Bands; 2]> = match groups {
+        // A single column is the sum.
+        1 => vec![of_sum.zoning],
+        _ => (0..groups).map(|c| found(c).zoning).collect(),
+    };
+    zoning.push(of_sum.zoning);
     let reading = |kind: usize| {
         let of_columns = zoning[..groups].iter().map(|z| z[kind] / EQUAL_WEIGHT_MULTIPLE);
         let worst = of_columns.fold(zoning[groups][kind], Bands::max);
@@ -95,7 +82,7 @@ pub(crate) fn choose_readings(task: &GatherTask, sums: &mut GatherSums) -> Optio
     let direct = [0, 1].map(reading);
     let (mut columns, mut noise) = (Vec::new(), Vec::new());
     if direct.contains(&DirectReading::AtPoints) {
-        if let Some(growth) = more_samples(task, sums) {
+        if let Some(growth) = more_samples(task, sums, of_sum.noise) {
             return Some(growth);
         }
         columns = (0..groups)
@@ -104,7 +91,8 @@ pub(crate) fn choose_readings(task: &GatherTask, sums: &mut GatherSums) -> Optio
                 parallel::collect(n, |i| 0.5 * (a[i] + b[i]))
             })
             .collect();
-        noise = noise_of_changes(task, sums);
+        let [a, b] = halves(groups);
+        noise = parallel::collect(n, |i| 0.5 * (a[i] - b[i]));
     }
     sums.changes = Some(PointChanges { columns, noise, zoning });
     sums.keep_readings(|i| kind_of(task.zones, i), plain, direct);
@@ -114,29 +102,43 @@ pub(crate) fn choose_readings(task: &GatherTask, sums: &mut GatherSums) -> Optio
 /// Sum of squares of the incident radiation of quantity `q` over a range of zones, W²/m⁴.
 fn level(task: &GatherTask, sums: &GatherSums, q: usize, range: Range<usize>) -> Bands {
     let of_zone = |i: usize| {
-        let known = task.known.get(i).filter(|_| q == task.groups).map_or(Bands::ZERO, |k| k[0]);
+        let known = if q == task.groups { task.known_radiation(i)[0] } else { Bands::ZERO };
         let v = fluence_factor(task.zones, i) * sums.mean(i, q) + known;
         v * v
     };
     range.map(of_zone).sum()
 }
 
-/// z of quantity `q` for the kinds of zones, over the root of the sum of squares of their incident radiation, from the changes of both halves.
-fn zoning_of(task: &GatherTask, sums: &GatherSums, q: usize, changes: &[Vec<Bands>; 2]) -> [Bands; 2] {
-    let passed_on = (task.passed_on)(changes);
-    let error = |half: usize, i: usize| changes[half][i] + passed_on[half].incident[i];
-    ranges_of_kinds(task.zones).map(|range| {
-        let (mut product, mut variance) = (Bands::ZERO, Bands::ZERO);
-        for i in range.clone() {
-            let [a, b] = [0, 1].map(|half| error(half, i));
-            let square = 0.5 * (a - b) * (a - b);
-            product += a * b;
-            // The mean of the fourth power of a normal deviate is three times that of its square.
-            variance += square * square / 3.0;
-        }
-        let level = level(task, sums, q, range);
-        (product.map(|p| p.max(0.0)) + variance.sqrt()).zip_map(level, ratio).sqrt()
-    })
+/// The zoning error of a quantity.
+struct ZoningOfQuantity {
+    /// z of the kinds of zones, over the root of the sum of squares of their incident radiation.
+    zoning: [Bands; 2],
+    /// Noise of the incident radiation by that of δB, over the same, of the worst kind and band.
+    noise: f64,
+}
+
+impl ZoningOfQuantity {
+    /// Of quantity `q` from its changes by both halves.
+    fn of(task: &GatherTask, sums: &GatherSums, q: usize, changes: &[Vec<Bands>; 2]) -> ZoningOfQuantity {
+        let passed_on = (task.passed_on)(changes);
+        let mut worst_noise = 0.0f64;
+        let zoning = ranges_of_kinds(task.zones).map(|range| {
+            let (mut product, mut variance, mut noise) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
+            for i in range.clone() {
+                let [further_a, further_b] = [0, 1].map(|half| passed_on[half].incident[i]);
+                let (a, b) = (changes[0][i] + further_a, changes[1][i] + further_b);
+                let square = 0.5 * (a - b) * (a - b);
+                product += a * b;
+                // The mean of the fourth power of a normal deviate is three times that of its square.
+                variance += square * square / 3.0;
+                noise += 0.25 * (further_a - further_b) * (further_a - further_b);
+            }
+            let level = level(task, sums, q, range);
+            worst_noise = worst_noise.max(noise.zip_map(level, ratio).sqrt().max_element());
+            (product.map(|p| p.max(0.0)) + variance.sqrt()).zip_map(level, ratio).sqrt()
+        });
+        ZoningOfQuantity { zoning, noise: worst_noise }
+    }
 }
 
 /// Adds δB of every column to the radiosities of a gather, and the noise of it to the column of noise.

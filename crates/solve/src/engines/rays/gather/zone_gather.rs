@@ -99,16 +99,6 @@ impl DirectReading {
     }
 }
 
-/// A sample.
-pub(crate) trait GatherSample {
-    /// The value of column `c` with direct light as the means of zones, W/m².
-    fn value(&self, c: usize) -> PaddedBands;
-    /// Its change by direct light at points, W/m²; 0 where it is not read.
-    fn change(&self, c: usize) -> PaddedBands;
-    /// The surroundings in it.
-    fn sky(&self) -> SampledSky;
-}
-
 /// The surroundings of a gather.
 pub(crate) struct GatheredSky {
     /// Radiosity, W/m².
@@ -270,19 +260,22 @@ fn surface_point(ray: RayNumber, end: &RayEnd, weight: Bands, texture: Bands) ->
 }
 
 /// A sample in its scratch memory.
-struct ZoneSample<'a, 'b> {
+pub(crate) struct ZoneSample<'a, 'b> {
     gatherer: &'a Gatherer<'b>,
     scratch: &'a GatherScratch,
 }
 
-impl GatherSample for ZoneSample<'_, '_> {
-    fn value(&self, c: usize) -> PaddedBands {
+impl ZoneSample<'_, '_> {
+    /// The value of column `c` with direct light as the means of zones, W/m².
+    pub(crate) fn value(&self, c: usize) -> PaddedBands {
         self.gatherer.value(c, self.scratch)
     }
-    fn change(&self, c: usize) -> PaddedBands {
+    /// Its change by direct light at points, W/m²; 0 where it is not read.
+    pub(crate) fn change(&self, c: usize) -> PaddedBands {
         self.gatherer.change(c, self.scratch)
     }
-    fn sky(&self) -> SampledSky {
+    /// The surroundings in it.
+    pub(crate) fn sky(&self) -> SampledSky {
         SampledSky { radiosity: self.gatherer.sky_value(self.scratch), escaped: self.scratch.escaped }
     }
 }
@@ -351,7 +344,7 @@ impl<'a> Gatherer<'a> {
         &self,
         range: SampleRange,
         scratch: &mut GatherScratch,
-        mut each: impl FnMut(&dyn GatherSample),
+        mut each: impl FnMut(&ZoneSample),
     ) {
         let i = range.zone;
         let points = self.field.points.as_ref().filter(|_| range.direct == DirectReading::AtPoints);
@@ -520,11 +513,6 @@ impl<'a> Gatherer<'a> {
         parallel::for_each_pair(&mut self.field.columns[c], more, |b, m| {
             (0..LANES).for_each(|k| b[k] += m[k]);
         });
-    }
-
-    /// Number of quantities of a sample of so many groups, with direct light read in one way.
-    pub(crate) fn plain_quantities(&self, groups: usize) -> usize {
-        groups + 2 + usize::from(self.field.sky.is_some())
     }
 
     /// True if direct light can be read at points.

@@ -8,11 +8,13 @@
 //! B(x) = B⁰_j + ρ_j (H_l(x)/p_l + B_k)        B⁰_j the source term of patch j without the lights sampled here
 //! ```
 //!
-//! replaces B_j. From the second patch on ρ_j is that of the texture at x; the first is that of the gather (`gather::point_light`). The estimate is unbiased for the radiosity at x, whose mean over the patch is B_j. The path may continue again at k.
+//! replaces B_j. From the second patch on ρ_j is that of the texture at x; the first is that of the gather (`gather::point_light`). The estimate is unbiased
+//! for the radiosity at x, whose mean over the patch is B_j. The path may continue again at k.
 //! A continued ray costs one further ray and one shadow ray for each vertex.
 
 use super::padded_bands::{LANES, PaddedBands, padded_f32};
 use super::ray_tracer::{FIRST_CODE, RAY_SEED, RayEnd, RayNumber, RayTracer};
+use crate::engines::rays::weighted_choice;
 use crate::right_hand_side::direct_light::light_field::DirectLight;
 use zonal_math::direction_sampling::cosine_hemisphere;
 use zonal_math::{Vec3, low_discrepancy};
@@ -169,19 +171,14 @@ impl<'a> PathLights<'a> {
         if total <= 0.0 {
             return (NO_LIGHT, PerBand::splat(0.0));
         }
-        let mut left = u[3] * total;
-        let mut chosen = NO_LIGHT;
-        for l in (0..self.samplers.len()).filter(|&l| weight(l) > 0.0) {
-            chosen = l as u32;
-            left -= weight(l);
-            if left < 0.0 {
-                break;
-            }
-        }
-        let p = weight(chosen as usize) / total;
+        let lights = (0..self.samplers.len()).map(|l| (l, weight(l)));
+        let Some(chosen) = weighted_choice::choose(lights, u[3] * total) else {
+            return (NO_LIGHT, PerBand::splat(0.0));
+        };
+        let p = weight(chosen) / total;
         let receiver = Receiver::Surface(tracer.zones.patches[j].normal);
-        let light = self.incident(tracer.transport, chosen as usize, x, receiver, [u[0], u[1], u[2]]);
-        (chosen, light.map(|h| (h / p) as f32))
+        let light = self.incident(tracer.transport, chosen, x, receiver, [u[0], u[1], u[2]]);
+        (chosen as u32, light.map(|h| (h / p) as f32))
     }
 
     /// H or G of light `l` at a point by the sample at `u`, W/m².
