@@ -11,6 +11,9 @@
 
 /** Texture units of the maps; the depths of suns follow. */
 export const SUN_UNITS = { sunOpaque: 4, sunNear: 5, sunFar: 6, sunTintNear: 7, sunTintAll: 8, sunDepth: 9 };
+/** Distance before a pane within which a point counts as behind it, texels: a map does not tell where in its texel a pane meets a surface, and unfiltered light on
+ * the inner side is brighter than filtered light on the outer side is dark. */
+const PANE_TEXELS = 2;
 /** Largest number of suns: their depths take one unit each. */
 export const MAX_SUNS = 4;
 
@@ -55,32 +58,50 @@ ivec3 sunTexel(int k, vec2 q) {
   return ivec3(clamp(ivec2(floor(q * sunScale[k].xy * vec2(size))), ivec2(0), size - 1), k);
 }
 float sunBias(int k) { return 2e-5 / sunScale[k].z; }
+// Width and height of a texel, m.
+vec2 sunTexelSize(int k) { return 1.0 / (vec2(textureSize(sunOpaque, 0).xy) * sunScale[k].xy); }
 // Distance, m, of the surface in the map before the receiver's plane at an offset.
 float sunGap(int k, vec3 q, vec2 slope, vec2 offset) {
   ivec3 at = sunTexel(k, q.xy + offset);
-  vec2 texel = 1.0 / (vec2(textureSize(sunOpaque, 0).xy) * sunScale[k].xy);
+  vec2 texel = sunTexelSize(k);
   vec2 centre = (vec2(at.xy) + 0.5) * texel - q.xy;
   // Rasterisers round vertices to a fraction of a texel, a sixteenth at worst.
   float margin = 1e-4 * length(centre) * (1.0 + dot(slope, slope)) + 0.13 * dot(abs(slope), texel);
   return q.z + dot(slope, centre) - margin - texelFetch(sunOpaque, at, 0).r / sunScale[k].z;
 }
+// The texel of the panes at an offset. Where a wall before a pane ends in the texel, the map lacks the pane: a texel beside it has it.
+ivec3 sunPaneTexel(int k, vec2 q) {
+  ivec3 at = sunTexel(k, q);
+  if (texelFetch(sunFar, at, 0).r > 0.0) return at;
+  ivec3 last = ivec3(textureSize(sunFar, 0).xy - 1, k);
+  for (int i = 0; i < 9; i++) {
+    ivec3 beside = clamp(at + ivec3(i % 3 - 1, i / 3 - 1, 0), ivec3(0, 0, k), last);
+    if (texelFetch(sunFar, beside, 0).r > 0.0) return beside;
+  }
+  return at;
+}
+// Depth in the map down to which panes lie before a point.
+float sunPaneDepth(int k, vec3 q) {
+  vec2 texel = sunTexelSize(k);
+  return (q.z + sunBias(k) + float(${PANE_TEXELS}) * max(texel.x, texel.y)) * sunScale[k].z;
+}
 // Transmittance of the panes between the sun and a depth of the map; the maps hold its square root.
 vec3 sunTint(int k, vec3 q, vec2 offset) {
   if (!sunPanes) return vec3(1.0);
-  ivec3 at = sunTexel(k, q.xy + offset);
-  float z = (q.z + sunBias(k)) * sunScale[k].z;
+  ivec3 at = sunPaneTexel(k, q.xy + offset);
+  float z = sunPaneDepth(k, q);
   vec3 root = vec3(1.0);
   if (z >= texelFetch(sunFar, at, 0).r) root = texelFetch(sunTintAll, at, 0).rgb;
   else if (z >= texelFetch(sunNear, at, 0).r) root = texelFetch(sunTintNear, at, 0).rgb;
   return root * root;
 }
-// Distance, m, of the last pane before a depth of the map; 0 without.
+// Distance, m, of the last pane before a depth of the map, at least that of the bias; 0 without.
 float sunPaneGap(int k, vec3 q, vec2 offset) {
   if (!sunPanes) return 0.0;
-  ivec3 at = sunTexel(k, q.xy + offset);
-  float far = texelFetch(sunFar, at, 0).r;
-  float pane = q.z * sunScale[k].z >= far ? far : texelFetch(sunNear, at, 0).r;
-  return pane > 0.0 ? max(q.z - pane / sunScale[k].z, 0.0) : 0.0;
+  ivec3 at = sunPaneTexel(k, q.xy + offset);
+  float z = sunPaneDepth(k, q), far = texelFetch(sunFar, at, 0).r;
+  float pane = z >= far ? far : texelFetch(sunNear, at, 0).r;
+  return pane > 0.0 && z >= pane ? max(q.z - pane / sunScale[k].z, sunBias(k)) : 0.0;
 }
 vec2 sunDisc(float radius, int i, float turn) {
   float angle = 2.39996323 * float(i) + 6.28318531 * turn;
@@ -107,7 +128,7 @@ bool sunTouched(int k, vec3 q, vec2 slope, vec2 texel) {
 vec3 sunSeen(int k, vec3 p, vec3 n, float turn) {
   vec3 q = (sunSpace[k] * vec4(p, 1.0)).xyz;
   vec2 slope = vec2(dot(n, sunAxis(k, 0)), dot(n, sunAxis(k, 1))) / -dot(n, sunAxis(k, 2));
-  vec2 texels = 1.0 / (vec2(textureSize(sunOpaque, 0).xy) * sunScale[k].xy);
+  vec2 texels = sunTexelSize(k);
   if (sunTouched(k, q, slope, texels)) return vec3(0.0);
   float texel = max(texels.x, texels.y), tangent = sunScale[k].w;
   float near = 1e30, far = 0.0, glass = 0.0, panes = 0.0;
