@@ -350,6 +350,13 @@ impl<'a> Transport<'a> {
         ids.sort_unstable();
         ids
     }
+    /// Pane, and index within the pane, of the pane plates whose boxes overlap [lo, hi], ascending.
+    pub(crate) fn pane_plates_overlapping(&self, lo: Vec3, hi: Vec3) -> Vec<(u32, u32)> {
+        let mut found = Vec::new();
+        self.geometry.panes.overlapping(lo, hi, |id| found.push(self.geometry.pane_plates[id as usize]));
+        found.sort_unstable();
+        found
+    }
     /// The lengths below which points coincide.
     pub(crate) fn tolerance(&self) -> &Tolerance {
         &self.geometry.tolerance

@@ -4,7 +4,8 @@ use common::*;
 use zonal_math::{Vec3, vec3};
 use zonal_scene::PatchRule;
 use zonal_scene::{
-    Bands, Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, VoxelGrid, Zones,
+    Bands, Facet, Light, Pane, Plate, Scene, SceneParts, Sides, Surface, Texture, Transmission, VoxelGrid,
+    Zones,
 };
 use zonal_transport::{Transport, build_zones};
 
@@ -275,6 +276,101 @@ fn walls_split_the_patches_they_stand_on() {
             96
         );
     }
+}
+
+/// A floor of one patch, or of the triangles of a mesh, with panes; by two of its patches the sides of the glass are told.
+fn floor_under(floor: &[Plate], panes: &[&[Plate]]) -> Zones {
+    let floor_surface = Surface { patch_size: Some(2.0), ..surface("floor") };
+    let pane = |plates: &&[Plate]| Pane {
+        name: "glass".into(),
+        plates: plates.to_vec(),
+        thickness: 0.01,
+        extinction: Bands::ONE,
+        albedo: Bands::ZERO,
+        emission: Bands::ZERO,
+    };
+    let scene = Scene::new(SceneParts {
+        surfaces: vec![floor_surface],
+        facets: floor.iter().map(|p| facet(0, *p)).collect(),
+        panes: panes.iter().map(pane).collect(),
+        ..SceneParts::default()
+    });
+    zones(&scene.unwrap())
+}
+
+/// Areas of the floor on the two sides of the plane m·x = c; no patch lies on both.
+fn sides_of(z: &Zones, m: Vec3, c: f64) -> [f64; 2] {
+    let mut out = [0.0; 2];
+    for p in &z.patches {
+        let (corners, n) = p.plate.corners();
+        let h = corners[..n].iter().map(|x| m.dot(*x) - c);
+        let (lo, hi) = h.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+        assert!(lo > -1e-9 || hi < 1e-9, "a patch from {lo} to {hi} across the glass");
+        out[usize::from(hi < 1e-9)] += p.area;
+    }
+    out
+}
+
+// Guards (numbers): no patch lies on both sides of a pane or of a sheet that transmits.
+#[test]
+fn panes_split_the_patches_they_stand_on() {
+    let unit = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let of = |a: Vec3, b: Vec3, c: Vec3| Plate::parallelogram(a, b, c);
+    let (up, along) = (vec3(0.0, 0.0, 1.0), vec3(0.0, 1.4, 0.0));
+    for floor in [vec![unit], mesh(&unit, 1), mesh(&unit, 3)] {
+        // Across the floor, however near to its edge; with its edge on the floor, a gap of 5 mm above, and sunk into it.
+        for x in [0.5, 0.03, 0.001] {
+            // A triangle's tip may be too short to be split off.
+            if x < 0.01 && floor.len() > 1 {
+                continue;
+            }
+            for z in [0.0, 0.005, -0.2] {
+                let glass = of(vec3(x, -0.2, z), along, up);
+                let found = sides_of(&floor_under(&floor, &[&[glass]]), vec3(1.0, 0.0, 0.0), x);
+                assert!((found[0] - (1.0 - x)).abs() < 1e-9 && (found[1] - x).abs() < 1e-9, "{found:?}");
+            }
+        }
+        // Turned and tilted, as two triangles.
+        let m = vec3(0.8, 0.6, 0.3).normalized();
+        let side = vec3(0.6, -0.8, 0.0);
+        let glass =
+            of(vec3(0.5, 0.5, 0.0) - side * 2.0 - m.cross(side) * 2.0, side * 4.0, m.cross(side) * 4.0);
+        let halves = mesh(&glass, 1);
+        for plates in [&[glass][..], &halves] {
+            let z = floor_under(&floor, &[plates]);
+            let found = sides_of(&z, m, m.dot(vec3(0.5, 0.5, 0.0)));
+            assert!((found[0] - 0.5).abs() < 1e-9 && (found[1] - 0.5).abs() < 1e-9, "{found:?}");
+        }
+    }
+    // Glass that hangs higher, and glass below the floor.
+    for z in [0.2, -1.1] {
+        let glass = of(vec3(0.5, -0.2, z), along, up);
+        assert_eq!(floor_under(&[unit], &[&[glass]]).patches.len(), 1);
+    }
+    // A pane that lies on the floor: its outline alone divides the patch.
+    let cover = of(vec3(0.3, 0.2, 0.005), vec3(0.5, 0.0, 0.0), vec3(0.0, 0.5, 0.0));
+    for plates in [vec![cover], mesh(&cover, 1)] {
+        let z = floor_under(&[unit], &[&plates]);
+        let inside = |p: Vec3| (0.3..0.8).contains(&p.x) && (0.2..0.7).contains(&p.y);
+        let covered: f64 = z.patches.iter().filter(|p| inside(p.plate.centre())).map(|p| p.area).sum();
+        assert!((covered - 0.25).abs() < 1e-9, "{covered}");
+        assert_eq!(z.patches.len(), floor_under(&[unit], &[&[cover]]).patches.len());
+    }
+}
+
+#[test]
+fn sheets_that_transmit_split_off_narrow_strips() {
+    let unit = Plate::parallelogram(Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));
+    let sheet = Plate::parallelogram(vec3(0.001, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));
+    let pieces = |transmittance: Option<f64>| {
+        let mut own = Surface { sides: Sides::Both, ..surface("sheet") };
+        own.transmission =
+            transmittance.map(|t| Transmission { transmittance: Bands::splat(t), texture: None });
+        let floor = Surface { patch_size: Some(2.0), ..surface("floor") };
+        let z = zones(&scene(vec![floor, own], vec![facet(0, unit), facet(1, sheet)], None));
+        z.patches.iter().filter(|p| p.surface == 0).count()
+    };
+    assert_eq!((pieces(None), pieces(Some(0.3))), (1, 2));
 }
 
 #[test]

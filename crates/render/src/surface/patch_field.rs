@@ -1,8 +1,8 @@
 //! A field on surfaces, smooth across the zones of one sheet and sharp at creases and walls.
 //!
 //! Every tile (a patch, or a piece of a pane) has nodes at its corners and edge middles. Their values come from
-//! [`crate::interpolation::node_interpolation`] over the tiles that touch the node, face the same way within 20° (or stand for a curved surface whose normals at the node do) and are not separated by a wall (the
-//! segment between points just above both centres is free). Weights are the angles that the tiles subtend at the node. Inside a
+//! [`crate::interpolation::node_interpolation`] over the tiles that touch the node, face the same way within 20° (or stand for a curved surface whose normals at the node do) and are not separated by a wall or a pane
+//! (the segment between points just above both centres is free). Weights are the angles that the tiles subtend at the node. Inside a
 //! parallelogram the nine values (the ninth, at the centre, conserves the mean of the tile) are interpolated by the biquadratic
 //! Lagrange polynomial; inside a triangle by the quadratic one with a cubic bubble for the centre. Both agree along shared edges and
 //! are limited to the range of their nodes. A node inside a neighbour's edge (a hanging node) takes that neighbour's value there.
@@ -284,7 +284,7 @@ impl<'a> TileTopology<'a> {
         Some(if edge < 1e-6 { PI } else { TAU })
     }
 
-    /// True where two tiles that touch belong to one smooth sheet with no wall between.
+    /// True where two tiles that touch belong to one smooth sheet with no wall or pane between.
     fn are_connected(&self, i: usize, j: usize) -> bool {
         self.tiles[i].normal.dot(self.tiles[j].normal) >= MIN_COS_SMOOTH && self.are_joined(i, j)
     }
@@ -309,13 +309,13 @@ impl<'a> TileTopology<'a> {
         scene.curved_point(side, uv, 0.0).map_or(tile.normal, |at| at.normal)
     }
 
-    /// True where no wall stands between the upper sides of two tiles.
+    /// True where no wall and no pane stands between the upper sides of two tiles.
     fn are_joined(&self, i: usize, j: usize) -> bool {
         let cos = self.tiles[i].normal.dot(self.tiles[j].normal);
         let size = self.measures[i].area.min(self.measures[j].area).sqrt();
         let lift = size * (1e-3 + 0.6 * ((1.0 - cos).max(0.0) / 2.0).sqrt());
         let above = |k: usize| self.measures[k].centre + self.tiles[k].normal * lift;
-        !self.transport.is_some_and(|t| t.occluded(above(i), above(j)))
+        !self.transport.is_some_and(|t| t.separated_inside(above(i), above(j)))
     }
 }
 

@@ -5,6 +5,10 @@
 //! middle. A facet that lies close in front of p (a lamp under a ceiling, a carpet on a floor) divides it along its outline; the
 //! part under its black back is not a zone. Small parts are split off only where one part is hidden and the other is not: the
 //! visible strip of a patch behind a column is a zone of its own, however narrow.
+//!
+//! Panes and sheets that transmit divide a patch in the same way, at any distance from its edge: the part on their other side stands in other light, and a mean
+//! over both would carry it through the glass. Glass seldom touches its frame exactly, so that a pane stands on a patch from which it is less than the distance
+//! of contact.
 
 use crate::intersect::PreparedPlate;
 use crate::transport::{Hit, Transport};
@@ -15,6 +19,8 @@ use zonal_scene::{Plate, PlateKind, Sides};
 const MIN_PIECE_SHARE_AT_WALL: f64 = 2e-3;
 /// Smallest piece that the outline of a facet in contact splits off, as a fraction of the patch's area.
 const MIN_PIECE_SHARE_AT_OUTLINE: f64 = 0.04;
+/// Smallest piece that a pane or a sheet that transmits splits off, as a fraction of the patch's area.
+const MIN_PIECE_SHARE_AT_GLASS: f64 = 1e-4;
 /// Smallest piece that is split off where one part is mostly hidden and the other is not, as a fraction of the patch's area.
 const MIN_PIECE_SHARE_IF_HIDDEN: f64 = 1e-3;
 /// Difference of the hidden fractions of two parts from which they count as hidden and visible.
@@ -86,13 +92,29 @@ struct WallFoot {
     ends: [Vec3; 2],
     /// Normal to the foot, in the patch's plane.
     across: Vec3,
-    /// Smallest fraction of the patch that it may split off.
-    min_share: f64,
+    /// Smallest piece that it may split off, m².
+    min_area: f64,
     id: u32,
 }
 
-/// The pieces of `plate`, a part of facet `own`, each split off with at least `min_area` m²; the plate itself when no wall stands on
-/// it.
+impl WallFoot {
+    /// The foot between two points of a plane of this normal, if it divides the patch with the outline `whole`.
+    fn dividing(
+        whole: &Piece,
+        ends: [Vec3; 2],
+        normal: Vec3,
+        min_area: f64,
+        id: u32,
+        tolerance: f64,
+    ) -> Option<WallFoot> {
+        let along = (ends[1] - ends[0]).normalized();
+        let foot = WallFoot { ends, across: normal.cross(along), min_area, id };
+        ((ends[1] - ends[0]).length() > tolerance && whole.is_crossed_by(&foot)).then_some(foot)
+    }
+}
+
+/// The pieces of `plate`, a part of facet `own`, each split off by opaque walls with at least `min_area` m²; the plate itself when no wall
+/// stands on it.
 pub(super) fn split_along_walls(
     transport: &Transport,
     own: usize,
@@ -101,7 +123,8 @@ pub(super) fn split_along_walls(
 ) -> Vec<Plate> {
     let (normal, area, whole) = (plate.normal(), plate.area(), Piece::of_plate(plate));
     // Collect the feet, the longest first.
-    let (mut feet, may_be_covered) = wall_feet(transport, own, plate, &whole);
+    let (mut feet, may_be_covered) = wall_feet(transport, own, plate, &whole, min_area);
+    pane_feet(transport, plate, &whole, &mut feet);
     if feet.is_empty() {
         return vec![*plate];
     }
@@ -125,7 +148,7 @@ pub(super) fn split_along_walls(
                 clip(&pieces[k].corners, -foot.across, -level),
             );
             let smaller = polygon_area(&a, normal).min(polygon_area(&b, normal));
-            let large_enough = smaller > (foot.min_share * area).max(min_area);
+            let large_enough = smaller > foot.min_area;
             if large_enough
                 || second_pass
                     && may_be_hidden
@@ -144,7 +167,13 @@ pub(super) fn split_along_walls(
 }
 
 /// The feet of all facets that divide `plate`, a part of facet `own` with the outline `whole`; and false where no black back can lie on it.
-fn wall_feet(transport: &Transport, own: usize, plate: &Plate, whole: &Piece) -> (Vec<WallFoot>, bool) {
+fn wall_feet(
+    transport: &Transport,
+    own: usize,
+    plate: &Plate,
+    whole: &Piece,
+    min_area: f64,
+) -> (Vec<WallFoot>, bool) {
     let tolerance = IN_PLANE_EPSILONS * transport.epsilon();
     let (lo, hi) = plate.bounds();
     let normal = plate.normal();
@@ -165,12 +194,15 @@ fn wall_feet(transport: &Transport, own: usize, plate: &Plate, whole: &Piece) ->
             && top > 0.0
             && bottom <= contact
             && has_black_back(transport, id as usize);
-        let mut add = |ends: [Vec3; 2], min_share: f64| {
-            let along = (ends[1] - ends[0]).normalized();
-            let foot = WallFoot { ends, across: normal.cross(along), min_share, id };
-            if (ends[1] - ends[0]).length() > tolerance && whole.is_crossed_by(&foot) {
-                out.push(foot);
-            }
+        let scene = transport.scene();
+        let transmits = scene.surfaces()[scene.facets()[id as usize].surface].transmission.is_some();
+        let mut add = |ends: [Vec3; 2], share: f64| {
+            let min_area = if transmits {
+                MIN_PIECE_SHARE_AT_GLASS * plate.area()
+            } else {
+                (share * plate.area()).max(min_area)
+            };
+            out.extend(WallFoot::dividing(whole, ends, normal, min_area, id, tolerance));
         };
         // The base of a solid on the plane is ignored: the solid's sides divide the patch.
         if is_solid(transport, id as usize)
@@ -192,6 +224,43 @@ fn wall_feet(transport: &Transport, own: usize, plate: &Plate, whole: &Piece) ->
         }
     }
     (out, may_be_covered)
+}
+
+/// Adds the feet of the panes that divide `plate` with the outline `whole`.
+fn pane_feet(transport: &Transport, plate: &Plate, whole: &Piece, out: &mut Vec<WallFoot>) {
+    let tolerance = IN_PLANE_EPSILONS * transport.epsilon();
+    let contact = CONTACT_DISTANCE_SHARE * plate.diameter();
+    let (normal, min_area) = (plate.normal(), MIN_PIECE_SHARE_AT_GLASS * plate.area());
+    let (lo, hi) = plate.bounds();
+    let (pad, facets) = (Vec3::splat(contact), transport.scene().facets().len());
+    for (pane, number) in transport.pane_plates_overlapping(lo - pad, hi + pad) {
+        let plates = &transport.scene().panes()[pane as usize].plates;
+        let part = &plates[number as usize];
+        let (x, k) = part.corners();
+        let height = |p: Vec3| (p - plate.origin).dot(normal);
+        let h: Vec<f64> = x[..k].iter().map(|p| height(*p)).collect();
+        let (bottom, top) = h.iter().fold((f64::MAX, f64::MIN), |(b, t), y| (b.min(*y), t.max(*y)));
+        let mut add = |ends: [Vec3; 2]| {
+            let (ends, id) = (ends.map(|p| p - normal * height(p)), facets as u32 + pane);
+            out.extend(WallFoot::dividing(whole, ends, normal, min_area, id, tolerance));
+        };
+        if bottom > -tolerance && top <= contact {
+            // A pane in contact: its outline divides the patch.
+            let edges = (0..k).map(|i| [x[i], x[(i + 1) % k]]);
+            let is_outer =
+                |edge: &[Vec3; 2]| plates.iter().filter(|p| has_edge(p, edge, tolerance)).count() == 1;
+            edges.filter(is_outer).for_each(&mut add);
+        } else if top > contact && bottom <= contact {
+            let along = normal.cross(part.normal()).normalized();
+            plane_crossing(&x[..k], &h, along, contact).into_iter().for_each(&mut add);
+        }
+    }
+}
+
+/// True if a plate has an edge between two points.
+fn has_edge(plate: &Plate, edge: &[Vec3; 2], tolerance: f64) -> bool {
+    let (corners, n) = plate.corners();
+    edge.iter().all(|p| corners[..n].iter().any(|c| (*c - *p).length() <= tolerance))
 }
 
 /// The intersection of a wall with corners `x` at heights `h` with the plane of height zero: the ends of the segment, which has the
