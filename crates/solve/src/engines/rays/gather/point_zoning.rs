@@ -34,10 +34,9 @@ const MAX_NOISE_OF_CHANGES: f64 = 0.2;
 const MAX_GROWTH: f64 = 8.0;
 const MAX_SAMPLES_OF_CHANGES: usize = 512;
 
-/// False where light takes the place of direct light in its shadows: behind sheets that transmit, and behind panes, whose light from outside reaches the room
-/// by patches that pass through them. There the means of zones stay.
+/// False where light takes the place of direct light in its shadows, behind sheets that transmit. There the means of zones stay.
 fn has_plain_shadows(zones: &Zones) -> bool {
-    zones.sheets.is_empty() && zones.panes.is_empty()
+    zones.sheets.is_empty()
 }
 
 /// C of column `c` by one half of the samples, W/m².
