@@ -18,6 +18,9 @@ pub(crate) const MAX_DENSE_ZONES: usize = 8000;
 /// Cost of the dense engine over that of the rays one up to which `auto` takes it: its factors serve other lights, reflectances and temperatures.
 const MAX_DENSE_OVER_RAYS_COST: f64 = 1.5;
 
+/// Tolerance from which `auto` takes the rays engine where light varies within zones: below it rays would take minutes for some hundred zones.
+const MIN_RAYS_TOLERANCE: f64 = 1e-3;
+
 /// Number of zones above which `auto` prefers the spectral engine: the dense engine took two seconds of one core of 2023 for as many.
 const MIN_SPECTRAL_ZONES: usize = 4000;
 
@@ -112,7 +115,7 @@ pub fn select_engine(
     let mut out = EngineChoice { engine, reason, enclosure: None, layers: None, note: None };
     if let (Engine::Spectral, Some(Ok(found))) = (engine, found) {
         let (order, note) = selection.basis_order(&found);
-        (out.enclosure, out.note) = (Some((found, order)), note);
+        (out.enclosure, out.note) = (Some((found, order)), note.or_else(|| selection.note_of_beams()));
     }
     selection.check_transparent_sources(out.engine)?;
     selection.check_memory(&out, transport)?;
@@ -203,12 +206,38 @@ impl<'a> EngineSelection<'a> {
         Ok(EngineChoice { engine: Engine::Layered, reason, enclosure: None, layers: Some(stack), note: None })
     }
 
+    /// True where exchange among zones misses how light varies within them, and rays do not: in light mode, with surfaces that hide others, or with lights whose
+    /// shadows and beams are sharp in a medium; where the rays engine is possible and reaches the tolerance.
+    fn has_light_within_zones(&self) -> bool {
+        let (scene, options) = (self.scene, self.scene.options());
+        let is_possible = scene.thermal().is_none()
+            && !self.is_periodic
+            && self.basis != ZoneBasis::Linear
+            && options.scattering_orders.is_none()
+            && options.tolerance >= MIN_RAYS_TOLERANCE
+            && !self.zones.has_transparent_sources();
+        let has_beams = || !self.zones.voxels.is_empty() && scene.lights().iter().any(|l| !l.fills_sphere());
+        is_possible && (self.size.occluders > 0 || has_beams())
+    }
+
     /// True if the spectral engine is preferable to all pairs in a box.
     fn prefers_spectral(&self) -> bool {
         self.zones.total() > MIN_SPECTRAL_ZONES
             || self.exceeds_dense
             || self.is_periodic
             || self.wants_linear_basis
+    }
+
+    /// True if `auto` takes the spectral engine for a box: not for few zones in which light varies.
+    fn takes_spectral(&self) -> bool {
+        self.prefers_spectral() && (self.zones.total() > MAX_DENSE_ZONES || !self.has_light_within_zones())
+    }
+
+    /// A note on light that varies within the zones of an automatic spectral engine.
+    fn note_of_beams(&self) -> Option<Diagnostic> {
+        let note = "light of suns or lamps varies within the zones of the medium, and the stated error does not contain it; compare with smaller cells, or with engine = \"rays\"";
+        (self.requested == Engine::Auto && self.has_light_within_zones())
+            .then(|| Diagnostic::note("light-within-zones", note))
     }
 
     /// True if the selection depends on whether the scene is a box.
@@ -250,7 +279,7 @@ impl<'a> EngineSelection<'a> {
                     "slopes inside zones are for the spectral engine, which does not apply: {why}; use \"constant\""
                 ),
             ),
-            Some(Ok(found)) if self.prefers_spectral() => {
+            Some(Ok(found)) if self.takes_spectral() => {
                 let kind = if self.is_periodic { "a periodic box" } else { "a box" };
                 let of = if self.wants_linear_basis { " and thick voxels" } else { "" };
                 let beside = match found.outside.len() {
@@ -277,6 +306,10 @@ impl<'a> EngineSelection<'a> {
             _ if self.zones.has_transparent_sources() => Ok((
                 Engine::Dense,
                 "cells with a source have no extinction, so that rays would not find it".into(),
+            )),
+            _ if self.has_light_within_zones() => Ok((
+                Engine::Rays,
+                "light varies within zones by shadows, beams or contacts, which rays follow and exchange among zones does not".into(),
             )),
             _ => Ok(self.cheaper_engine()),
         }
