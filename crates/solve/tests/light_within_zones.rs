@@ -99,3 +99,73 @@ fn textures_are_read_at_points() {
     let [error, stated] = errors_of(&s, "room.x1");
     assert!(error < 0.02 && stated < 0.025, "{error}, stated {stated}");
 }
+
+/// A room of 2 m with boxes on its floor under a lamp, by the dense engine.
+fn boxes_on_a_floor(lamp: &str) -> Solution {
+    let mut text = format!(
+        "[solve]\nengine = \"dense\"\ntolerance = 0.01\npatch_size = 0.5\n\
+         [[surface]]\nname = \"room\"\nroom = {{ min = [0,0,0], max = [2,2,2] }}\nreflectance = 0.6\n{lamp}"
+    );
+    for (k, x) in [0.2, 0.8, 1.4].into_iter().enumerate() {
+        text += &format!(
+            "[[surface]]\nname = \"box {k}\"\nbox = {{ min = [{x},0.7,0], max = [{},1.2,0.4] }}\nreflectance = 0.5\n",
+            x + 0.3
+        );
+    }
+    solve(read(&text))
+}
+
+// Guards (errors): the dense engine states the error of light that varies within its zones.
+#[test]
+fn dense_engine_states_what_its_zones_miss() {
+    let lamps = [
+        "[[surface]]\nname = \"lamp\"\nrectangle = { origin = [0.8,0.8,1.9], edge1 = [0,0.4,0], edge2 = [0.4,0,0] }\nemission = 100\n",
+        "[[light]]\nkind = \"point\"\nposition = [1.5,0.4,1.6]\npower = 100\n",
+    ];
+    for lamp in lamps {
+        let s = boxes_on_a_floor(lamp);
+        let zoning = s.error_parts()[0].1.zoning;
+        for surface in s.scene.surfaces().iter().map(|x| &x.name).filter(|name| *name != "lamp") {
+            let [error, stated] = errors_of(&s, surface);
+            println!("{surface}: {error:.4} off, stated {stated:.4}, zoning {zoning:.4}");
+            assert!(error < 2.0 * stated, "{surface}: {error} off, {stated} stated");
+        }
+        assert!(zoning > 0.01, "{zoning}");
+        assert!(s.report.warnings.iter().any(|w| w.code == "tolerance"), "no warning");
+    }
+}
+
+/// Where light is even, zones miss nothing.
+#[test]
+fn zones_of_a_furnace_miss_nothing() {
+    let s = solve(read(
+        "[solve]\nengine = \"dense\"\ntolerance = 0.01\npatch_size = 0.5\n\
+         [[surface]]\nname = \"room\"\nroom = { min = [0,0,0], max = [2,2,2] }\nreflectance = 0.5\nemission = 0.5\n\
+         [[surface]]\nname = \"box\"\nbox = { min = [0.4,0.7,0.3], max = [1,1.2,0.9] }\nreflectance = 0.2\nemission = 0.8\n",
+    ));
+    let zoning = s.error_parts()[0].1.zoning;
+    assert!(zoning < 1e-5, "{zoning}");
+}
+
+/// Shadows and beams have rays, even rooms and small tolerances exchange areas.
+#[test]
+fn auto_takes_rays_where_light_varies_within_zones() {
+    let screen = "[[surface]]\nname = \"screen\"\nrectangle = { origin = [0.3,0.3,0.5], edge1 = [0.4,0,0], edge2 = [0,0.4,0] }\nsides = \"both\"\n";
+    let lamp = "[[light]]\nkind = \"point\"\nposition = [0.5,0.5,0.9]\nintensity = 1\n";
+    let haze = "[medium]\nmin = [0,0,0]\nmax = [1,1,1]\ncells = [4,4,4]\nextinction = 0.2\nalbedo = 0.5\n";
+    let cases = [
+        (0.05, format!("{lamp}{screen}"), "rays"),
+        (5e-4, format!("{lamp}{screen}"), "dense"),
+        (0.05, lamp.to_string(), "dense"),
+        (0.05, format!("{lamp}{haze}"), "rays"),
+        (0.05, haze.to_string(), "dense"),
+    ];
+    for (tolerance, rest, engine) in cases {
+        let room = unit_room(
+            &format!("tolerance = {tolerance}\npatch_size = 0.5"),
+            "reflectance = 0.5\nfaces.z1 = { emission = 1 }",
+            &rest,
+        );
+        assert_eq!(solved(&room).report.engine, engine, "{tolerance} {rest}");
+    }
+}

@@ -42,7 +42,8 @@ pub struct ErrorParts {
     pub radiosities: f64,
     /// Radiation of the surroundings, and reflected direct light; grade statistical.
     pub direct: f64,
-    /// Direct light and textures that are constant on zones; grade estimated. 0 where they are read at points.
+    /// Light that is constant on zones; grade estimated. Of the rays engine it is direct light and textures, 0 where they are read at points; of the dense and of the
+    /// spectral engine also light that surfaces near one another exchange.
     pub zoning: f64,
     /// The same error of zones whose direct light and textures are read at points, which removes it; 0 elsewhere.
     pub zoning_removed: f64,
@@ -67,9 +68,9 @@ impl Display for ErrorParts {
         let ErrorParts { sampling, radiosities, direct, zoning, zoning_removed } = *self;
         write!(f, "sampling {sampling:.1e}, radiosities {radiosities:.1e}, direct {direct:.1e}, ")?;
         if zoning_removed > 0.0 {
-            write!(f, "zoning of direct light removed ({zoning_removed:.1e})")
+            write!(f, "zoning removed ({zoning_removed:.1e})")
         } else {
-            write!(f, "zoning of direct light {zoning:.1e}")
+            write!(f, "zoning {zoning:.1e}")
         }
     }
 }

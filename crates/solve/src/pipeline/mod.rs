@@ -31,9 +31,11 @@ use crate::context::zonal_solution::ZonalSolution;
 use crate::context::{BlockEngine, SolveContext};
 use crate::engines::problem_size::ProblemSize;
 use crate::engines::rays::stored_rays::ray_sampling::rays_measure_escape;
+use crate::engines::rays::zoning_probe;
 use crate::engines::selection::EngineChoice;
 use crate::engines::{build, selection};
 use crate::errors::discretization;
+use crate::errors::estimate::error_estimate;
 use crate::errors::finite;
 use crate::report::balanced_report;
 use crate::report::{back_faces, diagnostics};
@@ -46,7 +48,8 @@ use crate::settings::{SolveSettings, check_interrupted};
 use crate::thermal::{self, TemperatureSolve};
 use zonal_exchange::pair::StripImages;
 use zonal_scene::{
-    Diagnostic, Engine, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution, Zones, in_stage,
+    Bands, Diagnostic, Engine, ErrorParts, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution,
+    Zones, in_stage,
 };
 use zonal_transport::{Transport, zones_of_bands};
 
@@ -426,7 +429,8 @@ fn finish(
     let contain_sources = columns.iter().all(|c| c.incident.is_some());
     let (mut fields, mut others) = (Vec::new(), Vec::new());
     for ((engine, prepared), mut columns) in engines.iter_mut().zip(prepared).zip(columns) {
-        let (own, groups) = solution_fields::assemble(engine, &mut columns, prepared.choice.engine);
+        let (mut own, mut groups) = solution_fields::assemble(engine, &mut columns, prepared.choice.engine);
+        add_zoning_error(engine, prepared.choice.engine, &mut own, &mut groups);
         fields.push(own);
         others.push((groups, columns.results));
         check_interrupted(progress)?;
@@ -457,16 +461,32 @@ fn finish(
     Ok(out)
 }
 
+/// Adds the error of zones that send and receive as wholes to the errors of the fields, where a probe measures it.
+fn add_zoning_error(block: &mut BlockEngine, engine: Engine, fields: &mut Fields, groups: &mut [LightGroup]) {
+    let BlockEngine { context, built, surroundings } = block;
+    let has_slopes = built.operator.len() > context.zones.len();
+    if has_slopes {
+        return;
+    }
+    let Some(zoning) = zoning_probe::measure(context, surroundings, engine, fields) else { return };
+    let before = error_estimate(context.shared_zones(), fields, built.operator.grade());
+    let parts = |kind: usize, sampling: Bands| ErrorParts {
+        sampling: sampling.max_element(),
+        zoning: zoning[kind].max_element(),
+        ..ErrorParts::default()
+    };
+    built.error_parts = Some([parts(0, before.patches), parts(1, before.volumes)]);
+    solution_fields::widen_by_zoning(zoning, fields, groups, context.zones.patches.len());
+}
+
 /// Adds to a report the engine, merged light groups and a missed tolerance.
 fn describe_engine(report: &mut Report, prepared: &Prepared, scene: &Scene) {
     let engine = prepared.choice.engine;
     (report.engine, report.reason) = (engine.name().into(), prepared.choice.reason.clone());
     report.warnings.extend(prepared.merged.clone());
     let tolerance = scene.options().tolerance;
-    let samples =
-        prepared.choice.has_patches_outside() || !matches!(engine, Engine::Spectral | Engine::Layered);
-    let missed = diagnostics::missed_tolerance(engine, tolerance, &report.estimate, &report.warnings);
-    let missed = missed.filter(|_| samples);
+    let missed =
+        diagnostics::missed_tolerance(&prepared.choice, tolerance, &report.estimate, &report.warnings);
     report.warnings.extend(missed);
 }
 

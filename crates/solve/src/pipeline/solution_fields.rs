@@ -110,6 +110,24 @@ fn widen_errors(
     }
 }
 
+/// Widens the errors of the fields and of the groups by relative errors of the patches and of the volume zones, which every zone has in proportion to its
+/// incident radiation.
+pub(crate) fn widen_by_zoning(
+    zoning: [Bands; 2],
+    fields: &mut Fields,
+    groups: &mut [LightGroup],
+    patches: usize,
+) {
+    let share = |i: usize| zoning[usize::from(i >= patches)];
+    let Fields { error, incident, .. } = fields;
+    parallel::for_each(error, |i, e| *e = e.hypot(share(i) * incident[i]));
+    for group in groups.iter_mut().filter(|g| !g.error.is_empty()) {
+        let mut own = group.errors(error.len());
+        own.iter_mut().enumerate().for_each(|(i, e)| *e = e.hypot(share(i) * group.incident_at(i)));
+        group.error = errors_like(&group.incident, &own, group.incident_scale);
+    }
+}
+
 /// The incident power of the solution: that of the gather, of the iteration (`products`, if all of it converged), or a product of its own. Strengths are lent to
 /// the operator, since those of a large scene are not copied, and given back where powers that leave the scene or errors need them.
 fn incident_power(

@@ -8,6 +8,7 @@
 //! ```
 
 use crate::distribution::sum_order::SumOrder;
+use crate::engines::selection::EngineChoice;
 use crate::engines::tolerance_advice;
 use zonal_math::parallel;
 use zonal_scene::{
@@ -135,17 +136,27 @@ pub(crate) fn heat_balance(
         .then(|| Diagnostic::warning("heat-balance", format!("{imbalance}: {advice}")))
 }
 
-/// The diagnostic of an estimated error above the tolerance, for factors by samples; none if an engine reported it already.
+/// The advice where light that varies within zones has most of the error.
+const ADVICE_OF_ZONING: &str = "most of it is light that varies within zones; use engine = \"rays\", which follows it, or smaller patches and cells";
+
+/// The diagnostic of an estimated error above the tolerance; none if an engine reported it already. Errors of the spectral and of the layered engine are those of
+/// rounding and zoning, so that only the latter is told.
 pub(crate) fn missed_tolerance(
-    engine: Engine,
+    choice: &EngineChoice,
     tolerance: f64,
     estimate: &ErrorEstimate,
     reported: &[Diagnostic],
 ) -> Option<Diagnostic> {
+    let engine = choice.engine;
+    let has_samples = choice.has_patches_outside() || !matches!(engine, Engine::Spectral | Engine::Layered);
     let error = estimate.patches.into_iter().chain(estimate.volumes).fold(0.0f64, f64::max);
     let is_reported = reported.iter().any(|n| n.code == "tolerance");
-    (error > tolerance && !is_reported).then(|| {
-        let advice = tolerance_advice(engine, reported);
+    let is_of_zones = estimate.parts.is_some_and(|[a, b]| {
+        let parts = a.max(b);
+        engine != Engine::Rays && parts.zoning > parts.sampling
+    });
+    (error > tolerance && !is_reported && (has_samples || is_of_zones)).then(|| {
+        let advice = if is_of_zones { ADVICE_OF_ZONING } else { tolerance_advice(engine, reported) };
         let text =
             format!("the estimated error, {error:.2e}, misses the tolerance, {tolerance:.2e}: {advice}");
         Diagnostic::warning("tolerance", text)

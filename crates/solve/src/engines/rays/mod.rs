@@ -8,6 +8,7 @@
 //! | [`ray_operator`] | the exchange operator of the table, its solution, and the final gather of it |
 //! | `weighted_choice` | one of several items by their weights |
 //! | `gather` | incident radiation of every zone by samples of a solution |
+//! | `zoning_probe` | the zoning error of the solutions of other engines |
 //!
 //! The stored rays give radiosities whose noise averages out wherever they light another zone. The gather samples the incident
 //! radiation of every zone from these radiosities. A tree over the patches by power aims its connections, hence the name of the engine. Its error
@@ -19,3 +20,4 @@ pub(crate) mod memory_budget;
 pub mod ray_operator;
 pub(crate) mod stored_rays;
 mod weighted_choice;
+pub(crate) mod zoning_probe;

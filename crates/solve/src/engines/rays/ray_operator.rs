@@ -256,8 +256,24 @@ fn self_absorbed_fraction(pane: &PaneZone) -> Bands {
     pane.extinction.map(|k| if k * t > TRANSPARENT_DEPTH { fraction(k) } else { 0.0 })
 }
 
+/// The median radiosity of the patches by area in each band, W/m².
+pub(super) fn typical_radiosity(zones: &Zones, b: &[PaddedBands]) -> PaddedBands {
+    let patches = &zones.patches;
+    let half = 0.5 * patches.iter().map(|p| p.area).sum::<f64>();
+    std::array::from_fn(|k| {
+        let mut order: Vec<usize> = (0..patches.len()).collect();
+        order.par_sort_unstable_by(|&i, &j| b[i][k].total_cmp(&b[j][k]).then(i.cmp(&j)));
+        let mut sum = 0.0;
+        let median = order.into_iter().find(|&i| {
+            sum += patches[i].area;
+            sum >= half
+        });
+        median.map_or(0.0, |i| b[i][k])
+    })
+}
+
 /// A brightness of every zone in which each column has the same weight, as has their sum: radiosities above the typical ones over their mean.
-fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec<f64> {
+pub(super) fn mean_brightness(columns: &[Vec<PaddedBands>], typical: &[PaddedBands]) -> Vec<f64> {
     let zones = columns.first().map_or(0, Vec::len);
     let of = |b: &PaddedBands, typical: &PaddedBands| {
         b.iter().zip(typical).map(|(x, t)| f64::from((x - t).max(0.0))).sum::<f64>()
@@ -357,7 +373,8 @@ impl RayOperator<'_> {
         let execution = Execution { communicator: self.table.communicator(), progress };
         let sky = outside.sky.as_ref();
         let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
-        let mut typical: Vec<PaddedBands> = radiosity.iter().map(|b| self.typical_radiosity(b)).collect();
+        let mut typical: Vec<PaddedBands> =
+            radiosity.iter().map(|b| typical_radiosity(self.zones, b)).collect();
         let brightness = mean_brightness(&radiosity, &typical);
         typical.push([0.0; LANES]);
         radiosity.push(noise);
@@ -459,22 +476,6 @@ impl RayOperator<'_> {
             gathered.column_errors.iter_mut().for_each(|e| e[i] *= gain);
             gathered.error[i] *= gain;
         }
-    }
-
-    /// The median radiosity of the patches by area in each band, W/m².
-    fn typical_radiosity(&self, b: &[PaddedBands]) -> PaddedBands {
-        let patches = &self.zones.patches;
-        let half = 0.5 * patches.iter().map(|p| p.area).sum::<f64>();
-        std::array::from_fn(|k| {
-            let mut order: Vec<usize> = (0..patches.len()).collect();
-            order.par_sort_unstable_by(|&i, &j| b[i][k].total_cmp(&b[j][k]).then(i.cmp(&j)));
-            let mut sum = 0.0;
-            let median = order.into_iter().find(|&i| {
-                sum += patches[i].area;
-                sum >= half
-            });
-            median.map_or(0.0, |i| b[i][k])
-        })
     }
 
     /// One realization of the noise of the radiosities of the sum of all columns, W/m²: the solution for sources ρ_i e_i of random sign, e_i the
