@@ -169,3 +169,17 @@ fn auto_takes_rays_where_light_varies_within_zones() {
         assert_eq!(solved(&room).report.engine, engine, "{tolerance} {rest}");
     }
 }
+
+/// Behind dark glass that scatters, of one radiosity over its thickness, the room is too bright; the stated error contains it.
+#[test]
+fn glass_of_one_radiosity_states_its_error() {
+    let s = solved(&unit_room(
+        "engine = \"rays\"\ntolerance = 0.02\npatch_size = 0.5",
+        "omit = [\"z1\"]\nreflectance = 0.3",
+        "[[pane]]\nname = \"glass\"\npolygon = [[0,0,0.98], [1,0,0.98], [1,1,0.98], [0,1,0.98]]\nthickness = 0.01\nextinction = 300\nalbedo = 0.4\n\
+         [[light]]\nkind = \"sun\"\ndirection = [0.3,0,-1]\nirradiance = 1000\n",
+    ));
+    let [error, stated] = errors_of(&s, "room.z0");
+    println!("{error} off, stated {stated}");
+    assert!(error > 0.02 && error < 1.5 * stated, "{error} off, stated {stated}");
+}

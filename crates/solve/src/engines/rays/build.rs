@@ -92,8 +92,11 @@ fn gather(
     let mut known = known_radiation(context, surroundings, gathered_sky.is_some());
     add_error_of_direct_light(context, operator, &stored, &mut known);
     let SolveSettings { checkpoints, progress, .. } = context.settings;
+    let direct = |i: usize| context.direct.lights.iter().map(|l| l.fields[i]).sum::<Bands>();
+    let all = |i: usize| stored.iter().map(|c| c[i]).sum::<Bands>() + known[i][0] + direct(i);
+    let thickness = operator.error_of_thick_panes(all, progress);
     let light_factors = context.sources.iter().map(|s| light_factors(context, s)).collect();
-    let outside = OutsideRadiation { known: &known, sky: gathered_sky, light_factors };
+    let outside = OutsideRadiation { known: &known, sky: gathered_sky, thickness, light_factors };
     let mut gathered =
         operator.gather_incident(&strengths, &|| stored.clone(), noise, outside, checkpoints, progress);
     check_interrupted(context.settings.progress)?;
@@ -297,7 +300,7 @@ fn tolerance_missed(
     let advice = if reported.iter().any(|d| d.code == "memory") {
         tolerance_advice(Engine::Rays, reported)
     } else if zoning > sampling.max(direct) {
-        "most of it is direct light that varies within zones; use smaller patches and cells where shadows and beams fall, and near lamps"
+        "most of it is light that varies within zones, or over the thickness of panes that scatter; use smaller patches and cells where shadows and beams fall and near lamps, and a lower albedo of dark panes"
     } else if direct > sampling {
         "most of it is that of the surroundings and of reflected direct light; a smaller tolerance samples them more"
     } else {

@@ -67,6 +67,8 @@ pub(crate) struct OutsideRadiation<'a> {
     pub known: &'a [[Bands; 2]],
     /// The surroundings, where the gather samples them.
     pub sky: Option<GatheredSky>,
+    /// Error of every zone by panes whose light varies over their thickness, W/m²; empty without panes that scatter.
+    pub thickness: Vec<Bands>,
     /// Factor of every light of the scene in the radiosities of a column; empty where these are not those of a solution.
     pub light_factors: Vec<Vec<f32>>,
 }
@@ -249,6 +251,21 @@ impl ErrorModel for RayOperator<'_> {
 /// Optical depth below which a pane absorbs nothing of its own emission.
 const TRANSPARENT_DEPTH: f64 = 1e-9;
 
+/// Cosine of the light that falls on a pane, and rate per optical depth at which diffuse light leaves the depths of a pane.
+const TYPICAL_COSINE: f64 = 0.7;
+const DIFFUSE_RATE: f64 = 2.0;
+
+/// The relative excess of the mean fluence over the thickness of a pane of optical depth x over that from which its far face sends light, for light from one side.
+///
+/// With the fluence e^(−u/μ) at the depth u and the share e^(−2(x−u)) of what leaves there by the far face: 1 − ⟨e^(−u/μ)⟩_far/⟨e^(−u/μ)⟩.
+fn excess_of_mean(x: f64) -> f64 {
+    let (rate, share) =
+        (1.0 / TYPICAL_COSINE, |r: f64| if x * r > 1e-6 { -(-x * r).exp_m1() / (x * r) } else { 1.0 });
+    // ∫ e^(−u/μ) e^(−2(x−u)) du = e^(−x/μ) ∫ e^((1/μ−2)s) ds over the distance s from the far face.
+    let far = (-x * rate).exp() * share(DIFFUSE_RATE - rate) / share(DIFFUSE_RATE);
+    1.0 - (far / share(rate)).min(1.0)
+}
+
 /// Fraction of its own emission 4κt that a pane absorbs, of an area of 1.
 fn self_absorbed_fraction(pane: &PaneZone) -> Bands {
     let t = pane.thickness;
@@ -402,6 +419,7 @@ impl RayOperator<'_> {
             sky,
             tolerance: self.scene.options().tolerance,
             known: outside.known,
+            thickness: &outside.thickness,
             own: &own,
             passed_on: &|changes| self.passed_on(changes, progress),
             stored,
@@ -518,6 +536,25 @@ impl RayOperator<'_> {
         solved.into_iter().map(passed_on).collect()
     }
 
+    /// Error of the incident radiation of every zone by panes that have one radiosity over their thickness, W/m², for the incident radiation `all` of all zones:
+    /// the response to the difference of each pane's radiosity from that of the face away from its light. Empty without panes that scatter.
+    pub(crate) fn error_of_thick_panes(
+        &self,
+        all: impl Fn(usize) -> Bands + Sync,
+        progress: &dyn Progress,
+    ) -> Vec<Bands> {
+        let mut change = vec![Bands::ZERO; self.len()];
+        for (k, pane) in self.zones.panes.iter().enumerate() {
+            let i = self.zones.pane_index(k);
+            let scatters = self.zones.response(i).0.map(|r| if r > 0.0 { 1.0 } else { 0.0 });
+            change[i] = scatters * all(i) * (pane.extinction * pane.thickness).map(excess_of_mean);
+        }
+        if change.iter().all(|c| *c == Bands::ZERO) {
+            return Vec::new();
+        }
+        self.passed_on(&[change], progress).swap_remove(0).incident
+    }
+
     /// H or G of every zone from that noise by the stored rays, W/m².
     pub(crate) fn incident_noise(&self, noise: &[PaddedBands]) -> Vec<Bands> {
         self.table.incident(noise, PathExtent::Continued, 1)
@@ -525,5 +562,27 @@ impl RayOperator<'_> {
 
     fn radiosity_of(&self, i: usize, strength: Bands) -> Bands {
         strength.zip_map(self.coefficients[i], |s, c| if c > 0.0 { s / c } else { 0.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn excess_of_the_mean_is_that_of_the_integrals() {
+        for x in [0.01, 0.5, 3.0, 20.0] {
+            let n = 20_000;
+            let at = |k: usize| (k as f64 + 0.5) / n as f64 * x;
+            let sums = (0..n).map(at).fold([0.0; 3], |[far, leaves, all], u| {
+                let (light, share) = ((-u / TYPICAL_COSINE).exp(), (-DIFFUSE_RATE * (x - u)).exp());
+                [far + light * share, leaves + share, all + light]
+            });
+            let [far, leaves, all] = sums;
+            let want = 1.0 - (far / leaves) / (all / n as f64);
+            let found = excess_of_mean(x);
+            assert!((found - want).abs() < 1e-5 && (0.0..1.0).contains(&found), "{x}: {found}, not {want}");
+        }
+        assert_eq!(excess_of_mean(0.0), 0.0);
     }
 }

@@ -93,13 +93,15 @@ impl Gathered {
         let sum = values.pop().unwrap_or_default();
         parallel::for_each(&mut error, |i, e| {
             let of_zones = zoning(task.groups, i) * (sum[i] + task.known_radiation(i)[0]);
-            *e = e.hypot(inherited.get(i).copied().unwrap_or_default()).hypot(of_zones);
+            let inherited = inherited.get(i).copied().unwrap_or_default();
+            *e = e.hypot(inherited).hypot(of_zones).hypot(task.error_by_thickness(i));
         });
         // Each group inherits its share of the errors of the radiosities.
         for (q, (errors, column)) in errors.iter_mut().zip(&values).enumerate() {
             parallel::for_each(errors, |i, e| {
-                let inherited = inherited.get(i).map(|own| *own * column[i].zip_map(sum[i], ratio));
-                *e = e.hypot(inherited.unwrap_or_default()).hypot(zoning(q, i) * column[i]);
+                let common = inherited.get(i).copied().unwrap_or_default().hypot(task.error_by_thickness(i));
+                let share = column[i].zip_map(sum[i], ratio);
+                *e = e.hypot(common * share).hypot(zoning(q, i) * column[i]);
             });
         }
         if let Some(of_sky) = task.sky {
@@ -383,12 +385,13 @@ impl Goal {
         let zoning_of = |reading: DirectReading| {
             [0, 1].map(|kind| if sums.direct[kind] == reading { found[kind].max_element() } else { 0.0 })
         };
+        let thickness = relative(&|i| task.error_by_thickness(i), all);
         let [zoning, removed] = [DirectReading::OfZones, DirectReading::AtPoints].map(zoning_of);
         let parts = [0, 1].map(|kind| ErrorParts {
             sampling: sum[kind].max(guide[kind]),
             radiosities: inherited[kind],
             direct: surroundings[kind],
-            zoning: zoning[kind],
+            zoning: zoning[kind].hypot(thickness[kind]),
             zoning_removed: removed[kind],
         });
         let wanted = |part: ErrorParts| {

@@ -24,6 +24,8 @@ pub(crate) struct GatherTask<'a> {
     pub tolerance: f64,
     /// Incident radiation of known value and its error that the result does not contain, W/m²: that of the surroundings.
     pub known: &'a [[Bands; 2]],
+    /// Error of every zone by panes whose light varies over their thickness, W/m²; may be empty.
+    pub thickness: &'a [Bands],
     /// Mean radiosity of the rays of a zone, by its number, that the zone itself sends, of a column, W/m².
     pub own: &'a (dyn Fn(usize, usize) -> Bands + Sync),
     /// The response of the solution by the stored rays to changes of the incident radiation of all zones, W/m².
@@ -50,6 +52,11 @@ impl GatherTask<'_> {
     /// Known incident radiation of zone `i` and its error, W/m².
     pub(crate) fn known_radiation(&self, i: usize) -> [Bands; 2] {
         self.known.get(i).copied().unwrap_or_default()
+    }
+
+    /// Error of zone `i` by the thickness of panes, W/m².
+    pub(crate) fn error_by_thickness(&self, i: usize) -> Bands {
+        self.thickness.get(i).copied().unwrap_or_default()
     }
 
     /// Number of quantities of a sample: the groups, their sum, the noise of the radiosities, and the surroundings alone.
