@@ -12,6 +12,9 @@ use std::ops::{Deref, Range};
 use zonal_math::parallel;
 use zonal_scene::Zones;
 
+/// About the operations of a term of a sum.
+pub(crate) const OPERATIONS_OF_TERM: usize = 4;
+
 /// The order of sums over vectors.
 #[derive(Clone, Copy)]
 pub(crate) struct SumOrder<'a> {
@@ -186,7 +189,9 @@ impl<'a> SumOrder<'a> {
     /// Σ term(i) over the `n` entries of a vector, those of the other processes included.
     pub(crate) fn sum<T: VectorEntry + Message>(&self, n: usize, term: impl Fn(usize) -> T + Sync) -> T {
         let of_chunk = |chunk: &Range<usize>| chunk.clone().fold(T::ZERO, |s, i| s.plus(term(i)));
-        let partial: Vec<T> = parallel::map(&self.chunks(n), of_chunk);
+        let chunks = self.chunks(n);
+        let operations = OPERATIONS_OF_TERM * n / chunks.len().max(1);
+        let partial: Vec<T> = parallel::collect_short(chunks.len(), operations, |k| of_chunk(&chunks[k]));
         self.combine(n, &partial)
     }
 

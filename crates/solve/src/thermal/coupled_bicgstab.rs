@@ -17,6 +17,9 @@ use zonal_scene::{Bands, CheckpointStore, Progress};
 /// Iterations without a new smallest residual after which the gradients have stalled.
 const MAX_ITERATIONS_WITHOUT_PROGRESS: usize = 30;
 
+/// About the operations of an entry of a vector.
+const OPERATIONS_OF_ENTRY: usize = 12;
+
 /// Iterations between two saved states.
 const CHECKPOINT_INTERVAL: usize = 10;
 
@@ -67,7 +70,7 @@ pub(super) fn absolute_sum(a: &[Bands]) -> f64 {
 
 /// One entry for each of `n` unknowns.
 fn entries(n: usize, f: impl Fn(usize) -> Bands + Sync + Send) -> Vec<Bands> {
-    parallel::collect(n, f)
+    parallel::collect_short(n, OPERATIONS_OF_ENTRY, f)
 }
 
 /// State of a solve: the best iterate, the residual vector, and the gradients unless fixed-point iterations are under state.

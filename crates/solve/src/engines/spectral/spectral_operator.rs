@@ -25,6 +25,8 @@ use zonal_scene::{Band, Bands, NoProgress, PerBand, Zones};
 
 /// Relative error of a transform and its inverse, in units of ε √log₂N.
 const TRANSFORM_ROUNDING: f64 = 4.0;
+/// Values that a task copies.
+const COPIES_OF_TASK: usize = 1 << 12;
 /// Closure error over the largest measured defect of a row.
 const DEFECT_MULTIPLE: f64 = 2.0;
 
@@ -327,7 +329,9 @@ impl<'a> SpectralOperator<'a> {
         let voxels = self.own_voxels();
         parallel::chunks(own, voxels.len().max(1), |p, own| {
             let first = self.voxel_offset(p) + voxels.start;
-            parallel::for_each(own, |i, x| *x = at(first + i));
+            parallel::chunks(own, COPIES_OF_TASK, |k, own| {
+                own.iter_mut().zip(first + k * COPIES_OF_TASK..).for_each(|(x, i)| *x = at(i));
+            });
         });
     }
 

@@ -15,6 +15,12 @@ const MAX_ITERATIONS_WITHOUT_PROGRESS: usize = 30;
 /// Relative residual that rounding may leave in a converged solve, if the criterion is smaller.
 const ROUNDING_RESIDUAL: f64 = 1e-10;
 
+/// Unknowns of a task of a short loop over all of them.
+const UNKNOWNS_OF_TASK: usize = 1 << 10;
+
+/// About the operations of a band of an unknown in a step.
+const OPERATIONS_OF_STEP: usize = 12;
+
 /// Iteration of one column with entries `E` in N bands: all, or one that represents all.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CgColumn<E, const N: usize> {
@@ -89,7 +95,10 @@ impl<E: BandEntry<N>, const N: usize> CgColumn<E, N> {
     pub(super) fn weigh_direction(&self, metric: &Metric<E>, out: &mut Vec<E>) {
         let [_, _, p] = self.vectors.all();
         out.resize(p.len(), E::ZERO);
-        parallel::for_each(out, |i, x| *x = metric.root[i].times(p[i]));
+        parallel::chunks(out, UNKNOWNS_OF_TASK, |k, out| {
+            let first = k * UNKNOWNS_OF_TASK;
+            out.iter_mut().zip(first..).for_each(|(x, i)| *x = metric.root[i].times(p[i]));
+        });
     }
 
     /// One iteration but for the next direction, `product` = g √w p: new iterates, and their status. Returns ⟨r, r⟩.
@@ -140,8 +149,10 @@ impl<E: BandEntry<N>, const N: usize> CgColumn<E, N> {
         let [power, r, p] = self.vectors.all_mut();
         let (n, chunks) = (p.len(), metric.sums.chunks(p.len()));
         let of_chunks = (pieces_mut(power, &chunks), pieces_mut(r, &chunks), &chunks);
+        let least = parallel::least_items(OPERATIONS_OF_STEP * N * n / chunks.len().max(1));
         let parts: Vec<[[f64; N]; 2]> = of_chunks
             .into_par_iter()
+            .with_min_len(least)
             .map(|(power, r, chunk)| {
                 let mut sums = [[0.0; N]; 2];
                 for ((i, p), (power, r)) in chunk.clone().zip(&p[chunk.clone()]).zip(power.iter_mut().zip(r))
