@@ -50,4 +50,4 @@ pub mod thermal;
 pub use operator::ExchangeOperator;
 pub use pipeline::direct_solution::{solve_direct_light, solve_without_light};
 pub use pipeline::{solve, solve_with_settings, solve_zones};
-pub use settings::SolveSettings;
+pub use settings::{SolvePurpose, SolveSettings};

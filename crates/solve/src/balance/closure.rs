@@ -33,6 +33,17 @@ pub(crate) struct RowClosure {
     pub residuals: Option<Vec<Bands>>,
 }
 
+impl RowClosure {
+    /// Rows that nobody has measured.
+    pub(crate) fn unmeasured(zones: &Zones) -> RowClosure {
+        RowClosure {
+            summary: ClosureDefect::default(),
+            defects: vec![Bands::ZERO; zones.len()],
+            residuals: None,
+        }
+    }
+}
+
 /// The incident power of all zones in a uniform field, without that from the surroundings.
 fn uniform_rows(operator: &dyn ExchangeOperator, zones: &Zones) -> Vec<Bands> {
     let c: Vec<Bands> = parallel::collect(zones.len(), |i| scaled_radiosity_coefficient(zones, i));

@@ -51,6 +51,7 @@ use basis::BasisOrder;
 use grid::BoxGrid;
 use slabs::Slabs;
 use spectra::GridSpectra;
+use zonal_exchange::aligned::lattice::TableAccuracy;
 
 /// Values on the patches of the six walls, low and high across each axis, by `[component][i_b][i_c]`; empty across periodic axes.
 pub type WallValues = [[Vec<f64>; 2]; 3];
@@ -84,12 +85,14 @@ pub struct GridPart<'a> {
     pub order: BasisOrder,
     /// The part of this process.
     pub slabs: Slabs<'a>,
+    /// Accuracy of its factors with slopes.
+    pub accuracy: TableAccuracy,
 }
 
 impl<'a> GridPart<'a> {
     /// The part of this process in a grid that `communicator` shares.
     pub(crate) fn new(grid: BoxGrid, order: BasisOrder, communicator: &'a dyn Communicator) -> GridPart<'a> {
-        GridPart { grid, order, slabs: Slabs::new(&grid, communicator) }
+        GridPart { grid, order, slabs: Slabs::new(&grid, communicator), accuracy: TableAccuracy::Full }
     }
 
     /// Number of voxels of this process.

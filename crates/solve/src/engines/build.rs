@@ -4,6 +4,7 @@ use super::selection::EngineChoice;
 use crate::balance::closure::{self, RowClosure};
 use crate::balance::least_squares_closure;
 use crate::context::{BuiltEngine, SolveContext};
+use crate::device::GridPart;
 use crate::device::basis::BasisOrder;
 use crate::distribution::sum_order::SharedZones;
 use crate::engines::bordered_operator::BorderedOperator;
@@ -18,7 +19,7 @@ use crate::engines::spectral::cpu::Processor;
 use crate::engines::spectral::enclosure::BoxEnclosure;
 use crate::operator::{AdjustableExchange, ErrorModel};
 use crate::right_hand_side::surroundings::{SurroundingsExchange, exact_rows};
-use crate::settings::SolveSettings;
+use crate::settings::{SolvePurpose, SolveSettings};
 use zonal_exchange::pair::{Exchange, PairCounts};
 use zonal_scene::{Diagnostic, Engine, Scene, SceneError, ZoneImages};
 
@@ -85,7 +86,8 @@ fn restore_if_requested(
     }
 }
 
-/// The spectral engine; the escaping power is the power that arrives at the openings of the box.
+/// The spectral engine; the escaping power is the power that arrives at the openings of the box. For a comparison the rows are those of the tables: what their
+/// errors do to the balance is added to the differences.
 fn build_spectral<'a>(
     context: &SolveContext<'a>,
     enclosure: BoxEnclosure,
@@ -94,15 +96,18 @@ fn build_spectral<'a>(
 ) -> BuiltEngine<'a> {
     let (scene, zones) = (context.scene, context.zones);
     let (open, outside) = (enclosure.is_open(), enclosure.outside.clone());
-    let mut operator = SpectralOperator::new(
-        enclosure,
-        zones,
-        order,
-        context.settings.device.unwrap_or(&Processor),
-        context.execution(),
-    );
+    let part = GridPart {
+        accuracy: context.settings.purpose.table_accuracy(),
+        ..GridPart::new(enclosure.grid, order, context.settings.communicator)
+    };
+    let device = context.settings.device.unwrap_or(&Processor);
+    let mut operator = SpectralOperator::of_part(enclosure, zones, part, device, context.execution());
     if open {
         surroundings.sky = operator.opening_factors();
+    }
+    if context.settings.purpose == SolvePurpose::Comparison && outside.is_empty() {
+        let (closure, counts) = (RowClosure::unmeasured(zones), operator.counts());
+        return BuiltEngine::unsolved(Box::new(operator), closure, counts);
     }
     let rows = operator.measure_defect(zones, &surroundings.sky);
     if !outside.is_empty() {

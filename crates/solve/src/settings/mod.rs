@@ -13,6 +13,7 @@ pub(crate) mod zone_power;
 
 use crate::device::Device;
 use crate::distribution::{Communicator, Execution, SingleProcess};
+use zonal_exchange::aligned::lattice::TableAccuracy;
 use zonal_exchange::pair::PairSettings;
 use zonal_scene::{CheckpointStore, LightGroup, NoCheckpoints, Progress, SceneError, Zones};
 
@@ -40,6 +41,32 @@ pub struct SolveSettings<'a> {
     pub zones: Option<&'a Zones>,
     /// False ends the rays engine with the incident radiation of its stored rays, which are fewer: a preview with more noise, whose error is stated, in a fraction of the time.
     pub final_gather: bool,
+    /// What the solution serves.
+    pub purpose: SolvePurpose,
+}
+
+/// Relative error of factors with slopes in a solve for a comparison.
+pub(crate) const COMPARISON_TOLERANCE: f64 = 3e-8;
+
+/// What a solution serves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SolvePurpose {
+    /// It is the result, with its errors.
+    #[default]
+    Result,
+    /// Its temperatures and powers by name are compared with those of a result on other zones, far less accurately than they are solved; nobody reads its
+    /// errors.
+    Comparison,
+}
+
+impl SolvePurpose {
+    /// Accuracy of tables of factors with slopes.
+    pub(crate) fn table_accuracy(self) -> TableAccuracy {
+        match self {
+            SolvePurpose::Result => TableAccuracy::Full,
+            SolvePurpose::Comparison => TableAccuracy::Comparison,
+        }
+    }
 }
 
 impl<'a> SolveSettings<'a> {
@@ -55,6 +82,7 @@ impl<'a> SolveSettings<'a> {
             initial_groups: &[],
             zones: None,
             final_gather: true,
+            purpose: SolvePurpose::Result,
         }
     }
 

@@ -30,7 +30,7 @@ pub use chunk_evaluator::ChunkEvaluator;
 pub(crate) use chunk_evaluator::OneProcess;
 pub use grid_tables::GridTables;
 pub use offset_family::MethodCounts;
-pub use pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
+pub use pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid, TableAccuracy};
 pub use table::{FactorTable, TurnedTable};
 pub use voxel_block::{VoxelBlock, voxel_block};
 

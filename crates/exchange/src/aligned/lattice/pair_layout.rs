@@ -11,6 +11,16 @@ pub enum AxisRelation {
     OppositeWalls,
 }
 
+/// Accuracy of the factors of a table for radiosity that is linear inside each cell; tables of periodic grids have full accuracy always.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TableAccuracy {
+    /// About 1e-11 of the factor of a cell.
+    #[default]
+    Full,
+    /// About 1e-8: for a solve that is compared with another one.
+    Comparison,
+}
+
 /// The pairs of zones of a table, for radiosity that is linear inside each cell.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearBasisPairs<'a> {
@@ -24,6 +34,8 @@ pub struct LinearBasisPairs<'a> {
     pub kappa: f64,
     /// The period of the grid.
     pub images: &'a PeriodicGrid,
+    /// Accuracy of the factors.
+    pub accuracy: TableAccuracy,
 }
 
 /// A grid with periods along some axes.

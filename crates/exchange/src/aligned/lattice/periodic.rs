@@ -11,7 +11,7 @@ use super::chunk_evaluator::ChunkEvaluator;
 use super::gaussian_sums::{RELATIVE_RADIUS, step_error};
 use super::offset_family::MethodCounts;
 use super::offset_index::OffsetIndex;
-use super::pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid};
+use super::pair_layout::{AxisRelation, LinearBasisPairs, PeriodicGrid, TableAccuracy};
 use super::table::FactorTable;
 
 impl FactorTable {
@@ -46,8 +46,14 @@ fn constant_basis_table(
     relations: [AxisRelation; 3],
     evaluator: &dyn ChunkEvaluator,
 ) -> FactorTable {
-    let pairs =
-        LinearBasisPairs { edges: grid.edges, counts, along: relations, kappa: grid.kappa, images: grid };
+    let pairs = LinearBasisPairs {
+        edges: grid.edges,
+        counts,
+        along: relations,
+        kappa: grid.kappa,
+        images: grid,
+        accuracy: TableAccuracy::Full,
+    };
     let mut tables = pairs.tables(&[[0; 3]], evaluator);
     let index = OffsetIndex::plain(pairs.slots());
     let values = tables.swap_remove(0);

@@ -15,18 +15,27 @@ use crate::device::slabs::Slabs;
 use crate::device::spectra::{GridSpectra, KernelSet, KernelSpectrum};
 use crate::distribution::part_of;
 use crate::distribution::{Blocks, Communicator, Message};
+use crate::settings::COMPARISON_TOLERANCE;
 use std::ops::Range;
 use std::sync::Arc;
 use zonal_exchange::aligned::lattice::{
     AxisRelation, ChunkEvaluator, FactorTable, GridTables, LinearBasisPairs, MethodCounts, PeriodicGrid,
-    TurnedTable,
+    TableAccuracy, TurnedTable,
 };
 use zonal_math::parallel;
 
 /// Relative radius of every table entry.
 pub(crate) const TOLERANCE: f64 = 1e-12;
 /// Relative error of the tables of [`BasisOrder::Linear`]; the closure defect is added to it.
-pub(crate) const LINEAR_TOLERANCE: f64 = 1e-10;
+const LINEAR_TOLERANCE: f64 = 1e-10;
+
+/// Relative error of the tables of [`BasisOrder::Linear`] with an accuracy.
+fn linear_tolerance(accuracy: TableAccuracy) -> f64 {
+    match accuracy {
+        TableAccuracy::Full => LINEAR_TOLERANCE,
+        TableAccuracy::Comparison => COMPARISON_TOLERANCE,
+    }
+}
 
 /// The kernels of a grid for one extinction.
 pub(crate) struct GridKernels {
@@ -93,6 +102,7 @@ fn linear<'a>(grid: &BoxGrid, kappa: f64, images: &'a PeriodicGrid) -> LinearBas
         along: [AxisRelation::Extended; 3],
         kappa,
         images,
+        accuracy: TableAccuracy::Full,
     }
 }
 
@@ -128,6 +138,7 @@ struct KernelBuilder<'a> {
     grid: &'a BoxGrid,
     kappa: f64,
     order: BasisOrder,
+    accuracy: TableAccuracy,
     images: PeriodicGrid,
     transforms: [RealSymmetricFft; 3],
     counts: [usize; 3],
@@ -172,6 +183,7 @@ impl GridKernels {
             grid,
             kappa,
             order,
+            accuracy: part.accuracy,
             images: images(grid, kappa),
             transforms: grid.lengths().map(RealSymmetricFft::new),
             counts: grid.distances(),
@@ -183,7 +195,7 @@ impl GridKernels {
         };
         builder.tables.radius = match order {
             BasisOrder::Linear if builder.images.is_periodic() => TOLERANCE,
-            BasisOrder::Linear => LINEAR_TOLERANCE,
+            BasisOrder::Linear => linear_tolerance(part.accuracy),
             BasisOrder::Constant => 0.0,
         };
         if order == BasisOrder::Linear && slabs.ranks() == 1 && grid.count() <= MAX_VOXELS_OF_TABLES_TOGETHER
@@ -333,7 +345,11 @@ impl KernelBuilder<'_> {
 
     fn new_tables(&self, normals: &[usize], layout: &KernelLayout) -> Vec<Vec<f64>> {
         let along = axis_relations(normals);
-        let pairs = LinearBasisPairs { along, ..linear(self.grid, self.kappa, &self.images) };
+        let pairs = LinearBasisPairs {
+            along,
+            accuracy: self.accuracy,
+            ..linear(self.grid, self.kappa, &self.images)
+        };
         pairs.tables(&layout.densities, &SharedChunks(self.slabs.communicator))
     }
 

@@ -70,24 +70,35 @@ impl<'a> SpectralOperator<'a> {
         device: &'a dyn Device,
         execution: Execution<'a>,
     ) -> SpectralOperator<'a> {
+        let part = GridPart::new(enclosure.grid, order, execution.communicator);
+        SpectralOperator::of_part(enclosure, zones, part, device, execution)
+    }
+
+    /// As [`SpectralOperator::new`], for the part of this process in the grid.
+    pub(crate) fn of_part(
+        enclosure: BoxEnclosure,
+        zones: &Zones,
+        part: GridPart<'a>,
+        device: &'a dyn Device,
+        execution: Execution<'a>,
+    ) -> SpectralOperator<'a> {
         let layout = VectorLayout {
             patches: zones.patches.len(),
             voxels: zones.voxels.len(),
             sums: SumOrder::of_zones(zones, execution.communicator),
         };
-        SpectralOperator::with_layout(enclosure, layout, order, device, execution)
+        SpectralOperator::with_layout(enclosure, layout, part, device, execution)
     }
 
     /// As [`SpectralOperator::new`], for vectors of a layout.
     fn with_layout(
         enclosure: BoxEnclosure,
         layout: VectorLayout<'a>,
-        order: BasisOrder,
+        part: GridPart<'a>,
         device: &'a dyn Device,
         execution: Execution<'a>,
     ) -> SpectralOperator<'a> {
         let progress = execution.progress;
-        let part = GridPart::new(enclosure.grid, order, execution.communicator);
         let (group, kappa) = enclosure.extinction_groups();
         progress.begin("exchange areas by offset", kappa.len() as u64);
         let mut convolution = device.convolution(part);
@@ -508,8 +519,8 @@ impl ErrorModel for SpectralOperator<'_> {
             sums: SumOrder::plain(),
         };
         let execution = Execution::alone(&NoProgress);
-        let operator =
-            SpectralOperator::with_layout(enclosure, layout, BasisOrder::Constant, self.device, execution);
+        let part = GridPart::new(enclosure.grid, BasisOrder::Constant, execution.communicator);
+        let operator = SpectralOperator::with_layout(enclosure, layout, part, self.device, execution);
         Some((blocks, Box::new(operator)))
     }
     fn grade(&self) -> Grade {

@@ -22,16 +22,19 @@
 //! all densities together, and contributes to the (up to eight) offsets around it. The one cell that touches t = 0 takes pyramid coordinates;
 //! cells too near or too thick are cut.
 //!
-//! **Error.** The numbers of points give a relative error of about 1e-11 of a cell (see [`points`]): estimated, and compared in tests with
-//! the proven tables for constant radiosity and by refinement. Cells beyond `MAX_OPTICAL_DEPTH` mean free paths are left out. Tables of periodic
+//! **Error.** The numbers of points (`rule_sizes.rs`) give a relative error of about 1e-11 of a cell, or 1e-8 where that is wanted
+//! ([`TableAccuracy`]): estimated, and compared in tests with the proven tables for constant radiosity and by refinement. Cells beyond `MAX_OPTICAL_DEPTH` mean free paths are left out. Tables of periodic
 //! grids are in `gaussian_sums.rs`. The images of a period of one cell are a row without end, of density one: slopes along it are zero by symmetry,
 //! and so are their factors there.
 
+mod rule_sizes;
+
+use self::rule_sizes::{BASE_POINTS, MAX_POINTS};
 use super::chunk_evaluator::ChunkEvaluator;
 use super::gaussian_sums;
-use super::pair_layout::{AxisRelation, LinearBasisPairs};
+use super::pair_layout::{AxisRelation, LinearBasisPairs, TableAccuracy};
 use crate::aligned::density_rules;
-use zonal_math::gauss_legendre;
+use zonal_math::gauss_legendre::{self, QuadratureRule};
 use zonal_math::simd::{self, LANES};
 
 /// Shares of a cell by density: `[x][y][z]`, for an axis between first the three terms above the offset, then those below.
@@ -46,8 +49,6 @@ const PLANES_PER_CHUNK: usize = 4;
 const MIN_PLANES_OF_CHUNKS: usize = 32;
 /// Tasks whose planes are in memory at a time.
 const CHUNKS_IN_MEMORY: usize = 16;
-/// Points along each axis of the base of a pyramid: its kernel has ϱ ≥ 3.4 up to the largest aspect, and ϱ^{−(2n−3)} is left of it.
-const BASE_POINTS: usize = 16;
 /// Longest edge over nearest distance of an undivided cell.
 const MAX_EDGE_OVER_DISTANCE: f64 = 1.25;
 /// Longest over shortest edge of an undivided touching cell.
@@ -90,38 +91,6 @@ impl OctantBox {
         high.lo[k] += low.len[k];
         [low, high]
     }
-}
-
-/// Points along an axis for a cell whose longest edge is `ratio` of its nearest distance, and along whose edge the optical depth changes by `depth`:
-/// densities take three of the 2n degrees, for the kernel ϱ^{−(2n−3)} is left (ϱ = 4/ratio + 2 at least, see `density_rules.rs`) and the remainder
-/// of e^{−depth·x}, both about 1e-11.
-fn points(ratio: f64, depth: f64) -> usize {
-    let of_distance = match ratio {
-        r if r <= 0.025 => 4,
-        r if r <= 0.1 => 5,
-        r if r <= 0.25 => 6,
-        r if r <= 0.45 => 7,
-        r if r <= 0.65 => 8,
-        r if r <= 0.9 => 10,
-        _ => MAX_POINTS,
-    };
-    let of_depth = match depth {
-        d if d <= 0.07 => 4,
-        d if d <= 0.3 => 5,
-        d if d <= 0.9 => 6,
-        d if d <= 1.8 => 7,
-        d if d <= 2.7 => 8,
-        _ => 10,
-    };
-    of_distance.max(of_depth)
-}
-
-/// Points along the radius of a pyramid with an optical depth, whose densities take nine of the 2n degrees.
-fn radial_points(depth: f64) -> usize {
-    const POINTS_OF_DENSITIES: usize = 3;
-    // A pyramid is deeper than its edges, by a factor √3 at most.
-    const POINTS_OF_DEEP_PYRAMIDS: usize = 16;
-    if depth > MAX_CELL_DEPTH { POINTS_OF_DEEP_PYRAMIDS } else { points(0.0, depth) + POINTS_OF_DENSITIES }
 }
 
 impl LinearBasisPairs<'_> {
@@ -273,7 +242,7 @@ impl LinearBasisPairs<'_> {
         if near == 0.0 {
             (0..3).for_each(|apex| simd::run(PyramidWork { pairs: self, piece, apex, shares: &mut *shares }));
         } else {
-            let points = depths.map(|depth| points(long / near, CURVATURE_FACTOR * depth));
+            let points = depths.map(|depth| self.accuracy.points(long / near, CURVATURE_FACTOR * depth));
             simd::run(TensorWork { pairs: self, piece, origin, points, shares });
         }
     }
@@ -304,8 +273,6 @@ impl LinearBasisPairs<'_> {
     }
 }
 
-/// Points along an axis, at most.
-const MAX_POINTS: usize = 12;
 /// Room for the points of two axes, in whole lanes.
 const PLANE_LANES: usize = (MAX_POINTS * MAX_POINTS).div_ceil(LANES);
 
@@ -459,15 +426,18 @@ impl simd::SimdKernel for PyramidWork<'_, '_> {
     fn evaluate(self) {
         let kappa = self.pairs.kappa;
         let depth = kappa * self.piece.len.iter().map(|l| l * l).sum::<f64>().sqrt();
-        let (rule, base) = (gauss_legendre::rule(radial_points(depth)), gauss_legendre::rule(BASE_POINTS));
+        let accuracy = self.pairs.accuracy;
+        let rule = gauss_legendre::rule(accuracy.radial_points(MAX_CELL_DEPTH, depth));
+        let base = gauss_legendre::rule(accuracy.base_points());
+        let (count, groups) = (base.nodes.len(), base.nodes.len().pow(2).div_ceil(LANES));
         let axes @ [a, b, c] = [0, 1, 2].map(|k| (self.apex + k) % 3);
         let used = axes.map(|k| density_count(self.pairs.along[k]));
-        let [shape, depth] = self.base([b, c]);
+        let [shape, depth] = self.base(base, [b, c]);
         let mut value = shape;
         let mut own: DensityShares = [[[0.0; LANES]; 6]; 6];
         for (s, weight) in rule.nodes.iter().zip(&rule.weights) {
             if kappa > 0.0 {
-                for g in 0..BASE_LANES {
+                for g in 0..groups {
                     let e = simd::exp(depth[g].map(|x| x * s));
                     for l in 0..LANES {
                         value[g][l] = shape[g][l] * e[l];
@@ -481,7 +451,7 @@ impl simd::SimdKernel for PyramidWork<'_, '_> {
                 }
                 density
             });
-            let lines = contract_plane(&first, &second, &value, used[1]);
+            let lines = contract_plane(&first[..count], &second[..count], &value, used[1]);
             let along = self.densities(a, *s);
             for e in 0..used[0] {
                 for f in 0..used[1] {
@@ -508,12 +478,12 @@ impl PyramidWork<'_, '_> {
 
     /// Weights times numerator and Q^{−q}, and −κQ, at the nodes of the base, whose axes are `b` and `c`. Padding has weights of zero.
     #[inline(always)]
-    fn base(&self, [b, c]: [usize; 2]) -> [[[f64; LANES]; BASE_LANES]; 2] {
-        let (rule, len, power) = (gauss_legendre::rule(BASE_POINTS), self.piece.len, self.pairs.power());
+    fn base(&self, rule: &QuadratureRule, [b, c]: [usize; 2]) -> [[[f64; LANES]; BASE_LANES]; 2] {
+        let (n, len, power) = (rule.nodes.len(), self.piece.len, self.pairs.power());
         let patches: i32 = power.iter().sum();
         let volume: f64 = len.iter().product();
         let [mut shape, mut depth] = [[[0.0; LANES]; BASE_LANES]; 2];
-        for (m, (v, w)) in (0..BASE_POINTS).flat_map(|j| (0..BASE_POINTS).map(move |k| (j, k))).enumerate() {
+        for (m, (v, w)) in (0..n).flat_map(|j| (0..n).map(move |k| (j, k))).enumerate() {
             let mut t = len;
             t[b] *= rule.nodes[v];
             t[c] *= rule.nodes[w];

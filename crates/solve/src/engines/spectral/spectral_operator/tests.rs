@@ -34,7 +34,8 @@ fn enclosure(cells: [usize; 3], is_periodic: bool) -> (BoxEnclosure, usize) {
 fn operator(enclosure: &BoxEnclosure, patches: usize) -> SpectralOperator<'static> {
     let layout = VectorLayout { patches, voxels: enclosure.grid.count(), sums: SumOrder::plain() };
     let execution = Execution::alone(&NoProgress);
-    SpectralOperator::with_layout(enclosure.clone(), layout, BasisOrder::Constant, &Processor, execution)
+    let part = GridPart::new(enclosure.grid, BasisOrder::Constant, execution.communicator);
+    SpectralOperator::with_layout(enclosure.clone(), layout, part, &Processor, execution)
 }
 
 #[test]
