@@ -8,8 +8,10 @@ use common::{read, solved, unit_room};
 use zonal_math::{Vec3, vec3};
 use zonal_reference::test_cases::sampled_cases;
 use zonal_scene::{
-    Band, Bands, DiscretizationError, Engine, Facet, HeatRow, Plate, Scene, Solution, SolveOptions,
+    Band, Bands, CheckpointStore, DiscretizationError, Engine, Facet, HeatRow, NoProgress, Plate, Scene,
+    Solution, SolveOptions,
 };
+use zonal_solve::{SolvePurpose, SolveSettings, solve_with_settings};
 
 /// Range of the estimate over the error.
 const ESTIMATE_OVER_ERROR: [f64; 2] = [1.0, 40.0];
@@ -67,6 +69,67 @@ fn furnace_error_is_within_the_estimate() {
     let exact = solved(&without(&furnace(8, "linear")));
     for (m, thick) in [(3, "constant"), (2, "linear"), (3, "linear")] {
         assert!(covered(&format!("m = {m}, {thick}"), &furnace(m, thick), &exact) >= 6);
+    }
+}
+
+/// The furnace with this number of cells along each axis.
+fn furnace_of_cells(cells: [usize; 3]) -> String {
+    furnace(1, "linear").replace("cells = [2, 2, 4]", &format!("cells = {cells:?}"))
+}
+
+/// The second solve has a looser residual and less accurate factors than a solve for itself; their errors are added, and are small.
+#[test]
+fn estimate_contains_the_difference_to_an_accurate_solve_on_the_same_zones() {
+    let accurate = |text: &str| solved(&without(text).replace("[solve]", "[solve]\nresidual = 1e-12"));
+    let (coarse, finer) = (furnace_of_cells([3, 3, 5]), furnace_of_cells([6, 6, 10]));
+    let (s, fine) = (solved(&coarse), accurate(&finer));
+    let stated = s.report.discretization_error.as_ref().unwrap();
+    assert_eq!((stated.zones, stated.ratio), (fine.zones.len(), 2.0));
+    let rows = |s: &Solution| s.report.heat.as_ref().unwrap().rows.clone();
+    let mut seen = 0;
+    for ((a, b), stated) in rows(&s).iter().zip(&rows(&fine)).zip(&stated.heat) {
+        let difference = 2.0 * (a.power - b.power).abs();
+        if difference > 1e-9 * a.power.abs() {
+            seen += 1;
+            let excess = stated[1] / difference - 1.0;
+            assert!((0.0..0.02).contains(&excess), "{}: {} W, {difference} W", a.name, stated[1]);
+        }
+    }
+    assert_eq!(seen, 6);
+    // A solve for a comparison has less accurate factors.
+    let settings =
+        SolveSettings { purpose: SolvePurpose::Comparison, ..SolveSettings::new(4 << 30, &NoProgress) };
+    let compared = solve_with_settings(read(&without(&finer)), &settings).unwrap();
+    let emitted = fine.report.energy.emitted.sum();
+    for (a, b) in rows(&fine).iter().zip(&rows(&compared)) {
+        assert!((a.power - b.power).abs() < 3e-8 * emitted, "{}: {} W, {} W", a.name, a.power, b.power);
+    }
+}
+
+/// A store that has nothing, and says that it keeps stages: the second solve runs after the first.
+struct ForgetfulStore;
+
+impl CheckpointStore for ForgetfulStore {
+    fn load(&self, _stage: &str) -> Option<Vec<u8>> {
+        None
+    }
+    fn save(&self, _stage: &str, _bytes: &[u8]) {}
+}
+
+#[test]
+fn solves_at_the_same_time_have_the_bits_of_solves_after_each_other() {
+    let gas = "heat_source = 5000\ngas = { model = \"wsgg-smith-1982\", h2o = 0.2, co2 = 0.1 }\n";
+    let grey = furnace(1, "linear");
+    let (walls, _) = grey.split_once("extinction").unwrap();
+    for text in [grey.clone(), format!("{walls}{gas}"), furnace(1, "constant").replace("spectral", "dense")] {
+        let scene = read(&text);
+        let settings = SolveSettings::new(4 << 30, &NoProgress);
+        let together = solve_with_settings(scene.clone(), &settings).unwrap();
+        let settings = SolveSettings { checkpoints: &ForgetfulStore, ..settings };
+        let apart = solve_with_settings(scene, &settings).unwrap();
+        assert!(together.report.discretization_error.is_some());
+        assert_eq!(together.report, apart.report);
+        assert_eq!(together.fields, apart.fields);
     }
 }
 

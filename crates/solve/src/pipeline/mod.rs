@@ -13,12 +13,14 @@
 //! | `direct_solution` | direct light alone, before the exchange is known |
 //! | [`symmetry_planes`] | scenes with symmetry planes on their even extensions |
 //! | [`zone_division`] | division of the voxel zones among processes |
+//! | `expected_method` | engines and basis of a small scene before it is solved |
 //! | `emitter_exchange` | direct light of emitters from exchange areas |
 //! | `group_solve`, `solution_fields`, `error_amplification` | the solution of all light groups, its fields, and the reflection of errors |
 
 pub(crate) mod direct_solution;
 pub(crate) mod emitter_exchange;
 pub(crate) mod error_amplification;
+mod expected_method;
 pub(crate) mod group_solve;
 pub(crate) mod solution_fields;
 pub mod symmetry_planes;
@@ -34,7 +36,7 @@ use crate::engines::rays::stored_rays::ray_sampling::rays_measure_escape;
 use crate::engines::rays::zoning_probe;
 use crate::engines::selection::EngineChoice;
 use crate::engines::{build, selection};
-use crate::errors::discretization;
+use crate::errors::discretization::{self, DividedScene, InterruptionOnly, SecondSolve, SolveMethod};
 use crate::errors::estimate::error_estimate;
 use crate::errors::finite;
 use crate::report::balanced_report;
@@ -47,6 +49,7 @@ use crate::settings::named_stages::{NamedStages, SolvePart};
 use crate::settings::{SolveSettings, check_interrupted};
 use crate::thermal::{self, TemperatureSolve};
 use zonal_exchange::pair::StripImages;
+use zonal_math::parallel;
 use zonal_scene::{
     Bands, Diagnostic, Engine, ErrorParts, Fields, LightGroup, Progress, Report, Scene, SceneError, Solution,
     Zones, in_stage,
@@ -103,23 +106,57 @@ fn solve_blocks(
 ) -> Result<Vec<Solution>, SceneError> {
     let excluded = symmetry_planes::excluded_parts_of(scene, &transport, &zones)?;
     let zones = zone_division::divide(scene, &transport, zones, settings)?;
-    // Solve for the fields.
-    let mut solved = solve_on_zones(scene, transport, zones, settings)?;
-    solved[0].report.warnings.splice(0..0, excluded);
-    // Estimate the discretization error by the same solve on other zones, or that of thick cells without one.
-    let basis = discretization::basis_of(solved[0].has_slopes);
+    // Solve for the fields, and estimate the discretization error by the same solve on other zones, or that of thick cells without one.
+    let mut solved;
     if discretization::is_requested(scene) {
-        let solve_other = |scene: &Scene, transport: Transport, zones: Zones, settings: &SolveSettings| {
-            let solved = solve_on_zones(scene, transport, zones, settings)?;
-            Ok(solved.into_iter().map(|s| s.report).collect())
-        };
-        discretization::estimate(scene, basis, &mut solved, settings, &solve_other);
+        let second;
+        (solved, second) = solve_twice(scene, transport, zones, settings)?;
+        discretization::estimate(scene, &mut solved, second);
         // Return an interruption of the second solve as such, not as an unknown error.
         check_interrupted(settings.progress)?;
     } else {
+        solved = solve_on_zones(scene, transport, zones, settings)?;
+        let basis = discretization::basis_of(solved[0].has_slopes);
         discretization::state_thick_scattering(basis, &mut solved, settings.communicator);
     }
+    solved[0].report.warnings.splice(0..0, excluded);
     Ok(solved.into_iter().map(ZonalSolution::into_solution).collect())
+}
+
+/// The blocks of bands on the zones of a scene, and the solve on other zones or the reason why there is none.
+type TwoSolves = (Vec<ZonalSolution>, Result<SecondSolve, String>);
+
+/// Solves on the zones of a scene and, by the same method, on other zones: in small scenes at the same time by the method that is expected, else, or if
+/// the first solve has taken another one, afterwards.
+fn solve_twice(
+    scene: &Scene,
+    transport: Transport,
+    zones: Zones,
+    settings: &SolveSettings,
+) -> Result<TwoSolves, SceneError> {
+    let solve_other = |scene: &Scene, transport: Transport, zones: Zones, settings: &SolveSettings| {
+        let solved = solve_on_zones(scene, transport, zones, settings)?;
+        Ok(solved.into_iter().map(|s| s.report).collect())
+    };
+    let second = |zones: &Zones, method: &SolveMethod, progress: &dyn Progress| {
+        let settings = SolveSettings { progress, ..*settings };
+        discretization::second_solve(DividedScene { scene, zones }, method, &settings, &solve_other)
+    };
+    let Some(expected) = expected_method::expected_method(scene, &transport, &zones, settings) else {
+        let solved = solve_on_zones(scene, transport, zones, settings)?;
+        let second = second(&solved[0].zones, &SolveMethod::of(&solved), settings.progress);
+        return Ok((solved, second));
+    };
+    let own = zones.clone();
+    let (solved, beside) = parallel::join(
+        || solve_on_zones(scene, transport, zones, settings),
+        || second(&own, &expected, &InterruptionOnly(settings.progress)),
+    );
+    let solved = solved?;
+    let method = SolveMethod::of(&solved);
+    let second =
+        if method == expected { beside } else { second(&solved[0].zones, &method, settings.progress) };
+    Ok((solved, second))
 }
 
 /// Applies the boundary conditions to zones, solves the zonal equations, recovers temperatures and checks the result, for every block of bands.
@@ -435,7 +472,8 @@ fn finish(
         others.push((groups, columns.results));
         check_interrupted(progress)?;
     }
-    if let Some(kind) = TemperatureSolve::to_propagate(scene, contain_sources) {
+    let purpose = engines[0].context.settings.purpose;
+    if let Some(kind) = TemperatureSolve::to_propagate(scene, contain_sources, purpose) {
         thermal::propagate_errors(&engines, &mut fields, kind);
         check_interrupted(progress)?;
     }

@@ -11,6 +11,7 @@ use super::nodes::NodeZones;
 use super::spectral_balance::{BlockZones, SpectralBalances};
 use crate::context::BlockEngine;
 use crate::iteration::StoppingCriterion;
+use crate::settings::SolvePurpose;
 use zonal_scene::{Bands, Fields, Scene, Zones};
 
 /// How temperatures follow from the zonal equations.
@@ -24,9 +25,17 @@ pub(crate) enum TemperatureSolve {
 
 impl TemperatureSolve {
     /// The solve of a scene whose errors want [`propagate_errors`]: none without temperatures, nor a direct one whose errors `contain_sources`, those
-    /// of the powers that zones send out.
-    pub(crate) fn to_propagate(scene: &Scene, contain_sources: bool) -> Option<TemperatureSolve> {
+    /// of the powers that zones send out, nor a
+    /// solve for a comparison.
+    pub(crate) fn to_propagate(
+        scene: &Scene,
+        contain_sources: bool,
+        purpose: SolvePurpose,
+    ) -> Option<TemperatureSolve> {
         scene.thermal()?;
+        if purpose == SolvePurpose::Comparison {
+            return None;
+        }
         if scene.couples_bands() {
             Some(TemperatureSolve::Newton)
         } else {

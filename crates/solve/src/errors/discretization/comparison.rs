@@ -1,13 +1,18 @@
 //! The zones of the second solve, and the errors that follow from it.
 
-use super::error_floor::{ErrorFloor, difference};
+use super::difference_error::{DifferenceError, SecondSolveMargin};
+use super::error_floor::ErrorFloor;
 use super::merged_facets::merge_unchanged;
 use super::prescribed_temperatures::{row_temperatures, temperature_error};
 use super::second_solve::SecondSolveProgress;
+use super::solve_method::SolveMethod;
 use super::zone_growth::{DividedScene, SecondZoneKind, SecondZones, ZoneGrowth, divides_all};
-use crate::settings::SolveSettings;
 use crate::settings::named_stages::{NamedStages, SolvePart};
-use zonal_scene::{DiscretizationError, Engine, EvenExtension, Report, Scene, SceneError, ZoneBasis, Zones};
+use crate::settings::{SolvePurpose, SolveSettings};
+use zonal_scene::{
+    DiscretizationError, Engine, EvenExtension, Report, Scene, SceneError, SurfaceEmissivity, Thermal,
+    ZoneBasis, Zones,
+};
 use zonal_transport::{Transport, build_zones};
 
 /// Factor on the difference to smaller zones (module header).
@@ -16,34 +21,36 @@ const SMALLER_ZONES_FACTOR: f64 = 2.0;
 /// Divisors of the zones for a solve on smaller ones, and the maximum number of these.
 const DIVISIONS: [(usize, usize); 3] = [(8, 1000), (4, 1000), (2, MAX_SECOND_ZONES)];
 const MAX_SECOND_ZONES: usize = 2500;
+/// Smallest residual of a second solve. What it leaves undistributed is added to the differences (`difference_error`).
+const MIN_SECOND_RESIDUAL: f64 = 1e-7;
 /// Divisor of the patches of parts that did not grow.
 const PARTS_DIVISION: usize = 2;
 /// Reduction of the maximum if facets or panes occlude pairs, which then cost several times as much.
 const OCCLUSION_COST: usize = 3;
 
 /// Solves zones of a scene and returns the report of every block of its bands.
-pub(super) type SolveFn<'a> =
+pub(crate) type SolveFn<'a> =
     dyn Fn(&Scene, Transport, Zones, &SolveSettings) -> Result<Vec<Report>, SceneError> + 'a;
-
-/// The basis of a second solve, with or without slopes as in the first.
-pub(crate) fn basis_of(has_slopes: bool) -> ZoneBasis {
-    if has_slopes { ZoneBasis::Linear } else { ZoneBasis::Constant }
-}
 
 fn text_of(e: SceneError) -> String {
     e.to_string()
 }
 
-/// The scene with the options of a second solve: the engine of the first one in every block of bands, its basis, and no discretization error.
-fn second_scene(other: Scene, reports: &[&Report], basis: ZoneBasis) -> Result<Scene, String> {
-    let changed = |(scene, report): (Scene, &&Report)| {
+/// The scene with the options of a second solve: engines and basis of the first one, a looser residual, and no discretization error.
+fn second_scene(other: Scene, method: &SolveMethod) -> Result<Scene, String> {
+    let changed = |(scene, engine): (Scene, &Engine)| {
         let mut options = scene.options().clone();
-        options.engine = Engine::VARIANTS.into_iter().find(|e| e.name() == report.engine).unwrap_or_default();
-        options.zone_basis = basis;
+        options.engine = *engine;
+        options.zone_basis = method.basis;
         options.discretization_error = Some(false);
+        // Reflectances that follow temperatures stop changing at the residual, which is not reported.
+        let follows = |t: &Thermal| t.emissivities.iter().any(SurfaceEmissivity::depends_on_temperature);
+        if !scene.thermal().is_some_and(follows) {
+            options.residual = options.residual.max(MIN_SECOND_RESIDUAL);
+        }
         scene.with_options(options)
     };
-    let blocks = other.blocks().zip(reports).map(changed).collect::<Result<_, _>>();
+    let blocks = other.blocks().zip(&method.engines).map(changed).collect::<Result<_, _>>();
     blocks.and_then(Scene::from_blocks).map_err(text_of)
 }
 
@@ -116,68 +123,91 @@ impl<'a> ComparisonZones<'a> {
             checkpoints: &checkpoints,
             initial_groups: &[],
             progress: &progress,
+            purpose: SolvePurpose::Comparison,
             ..*settings
         };
         solve(self.scene, self.transport, self.zones, &settings)
             .map_err(|e| format!("the solve on {kind} zones failed ({e})"))
     }
 
-    /// Solves on these zones and estimates the errors of the first solve. `divided` are the same zones with the parts divided that did not grow: a third
-    /// solve on them estimates the errors of these parts.
+    /// Solves on these zones. `divided` are the same zones with the parts divided that did not grow: a third solve on them estimates the errors of these parts.
     fn solve(
         mut self,
-        scene: &Scene,
-        reports: &[&Report],
         settings: &SolveSettings,
         solve: &SolveFn,
         divided: Option<ComparisonZones>,
-    ) -> Result<Vec<DiscretizationError>, String> {
+    ) -> Result<SecondSolve, String> {
         let ratio = self.growth.ratio.clone()?;
         // Where cells did not grow every error is unknown, whatever the second solve.
         if let Some(reason) = self.growth.unchanged_cells() {
             return Err(reason);
         }
-        let kind = if self.second == SecondZones::Smaller { "smaller" } else { "larger" };
+        let second = self.second;
+        let kind = if second == SecondZones::Smaller { "smaller" } else { "larger" };
         let mut growth = std::mem::replace(&mut self.growth, ZoneGrowth::none());
-        let count = self.zone_count();
-        let others = self.reports(kind, settings, solve)?;
+        let zones = self.zone_count();
+        let reports = self.reports(kind, settings, solve)?;
         let third = divided.and_then(|d| d.reports("divided", settings, solve).ok());
         if third.is_some() {
             growth.cover_unchanged_parts();
         }
-        let factor =
-            growth.safety_factor * if kind == "smaller" { SMALLER_ZONES_FACTOR } else { 1.0 / (ratio - 1.0) };
-        let error = |a: f64, b: f64| difference(a, b) * factor;
+        Ok(SecondSolve { zones, ratio, second, growth, reports, third })
+    }
+}
+
+/// A second solve, before it is compared with the first one.
+pub(crate) struct SecondSolve {
+    /// Number of its zones.
+    zones: usize,
+    /// The ratio of the sizes of the zones.
+    ratio: f64,
+    second: SecondZones,
+    growth: ZoneGrowth,
+    /// Its reports, one for each block of bands.
+    reports: Vec<Report>,
+    /// Those of a third solve.
+    third: Option<Vec<Report>>,
+}
+
+impl SecondSolve {
+    /// The errors of the first solve, of which `reports` are the reports of all blocks of bands.
+    pub(super) fn errors(self, scene: &Scene, reports: &[&Report]) -> Vec<DiscretizationError> {
+        let SecondSolve { zones, ratio, second, growth, reports: others, third } = self;
+        let factor = growth.safety_factor
+            * if second == SecondZones::Smaller { SMALLER_ZONES_FACTOR } else { 1.0 / (ratio - 1.0) };
+        let margin = SecondSolveMargin::of(&others);
+        let third = third.map(|reports| (margin.plus(SecondSolveMargin::of(&reports)), reports));
         let of_block = |(t, (report, other)): (usize, (&&Report, &Report))| {
+            let error = DifferenceError { factor, margin };
             let floor = ErrorFloor::new(report, other, &error);
             let mut heat = heat_errors(scene, report, other, &growth, &error, &floor);
-            let mut energy = report.energy.zip_map(&other.energy, error);
+            let mut energy = report.energy.zip_map(&other.energy, |a, b| error.of_powers(a, b));
             floor.widen(&mut energy, &report.energy);
             growth.unchanged.widen(&mut energy);
-            if let Some(divided) = third.as_ref().map(|t3| &t3[t]) {
-                let more = |a: f64, b: f64| SMALLER_ZONES_FACTOR * difference(a, b);
-                add_differences(&mut heat, other, divided, &more);
-                let more = other.energy.zip_map(&divided.energy, more);
+            if let Some((margin, reports)) = &third {
+                let more = DifferenceError { factor: SMALLER_ZONES_FACTOR, margin: *margin };
+                add_differences(&mut heat, other, &reports[t], &more);
+                let more = other.energy.zip_map(&reports[t].energy, |a, b| more.of_powers(a, b));
                 energy = energy.zip_map(&more, |a, b| a + b);
             }
-            DiscretizationError { zones: count, ratio, heat, energy, notes: Vec::new() }
+            DiscretizationError { zones, ratio, heat, energy, notes: Vec::new() }
         };
         let mut errors: Vec<DiscretizationError> =
             reports.iter().zip(&others).enumerate().map(of_block).collect();
         errors[0].notes = growth.sheets_note.into_iter().chain(growth.notes).collect();
-        Ok(errors)
+        errors
     }
 }
 
 /// Adds the differences of two solves to errors of temperature (K) and net power (W) of each row; an error of 0 of a temperature that is the same in both stays 0.
-fn add_differences(heat: &mut [[f64; 2]], a: &Report, b: &Report, more: &dyn Fn(f64, f64) -> f64) {
+fn add_differences(heat: &mut [[f64; 2]], a: &Report, b: &Report, more: &DifferenceError) {
     let tables = a.heat.iter().zip(&b.heat);
     let rows = tables.flat_map(|(a, b)| a.rows.iter().zip(&b.rows));
     for (error, (a, b)) in heat.iter_mut().zip(rows) {
         if let Some((t, u)) = a.temperature.zip(b.temperature) {
-            error[0] += more(t, u);
+            error[0] += more.of_temperatures(t, u);
         }
-        error[1] += more(a.power, b.power);
+        error[1] += more.of_powers(a.power, b.power);
     }
 }
 
@@ -187,7 +217,7 @@ fn heat_errors(
     report: &Report,
     other: &Report,
     growth: &ZoneGrowth,
-    error: &dyn Fn(f64, f64) -> f64,
+    error: &DifferenceError,
     floor: &ErrorFloor,
 ) -> Vec<[f64; 2]> {
     let or_unknown = |is_unknown: bool, error: f64| if is_unknown { f64::INFINITY } else { error };
@@ -198,7 +228,10 @@ fn heat_errors(
     });
     let heat = rows.map(|(((a, b), is_prescribed), is_unknown)| {
         let [t, u] = [a, b].map(|row| row.temperature.unwrap_or(f64::NAN));
-        let errors = [floor.temperature(t, error(t, u)), floor.power(a.power, error(a.power, b.power))];
+        let errors = [
+            floor.temperature(t, error.of_temperatures(t, u)),
+            floor.power(a.power, error.of_powers(a.power, b.power)),
+        ];
         // A prescribed power has no error.
         let is_known = a.power_error == 0.0 && errors[1] == 0.0;
         [
@@ -209,42 +242,44 @@ fn heat_errors(
     heat.collect()
 }
 
-/// Compares with larger zones if they cover all errors; else with smaller ones if these are few enough; else with larger ones as far as possible, and with
-/// smaller ones of the parts that did not grow.
-pub(super) fn compare(
+/// Solves on larger zones if they cover all errors; else on smaller ones if these are few enough; else on larger ones as far as possible, and on
+/// smaller ones of the parts that did not grow. `method` is that of the first solve, on zones `own`.
+///
+/// # Errors
+/// If no zones give an estimate.
+pub(crate) fn second_solve(
     own: DividedScene,
-    basis: ZoneBasis,
-    reports: &[&Report],
+    method: &SolveMethod,
     settings: &SolveSettings,
     solve: &SolveFn,
-) -> Result<Vec<DiscretizationError>, String> {
-    let DividedScene { scene, zones } = own;
-    let coarser = second_scene(scene.coarsened().map_err(text_of)?, reports, basis)?;
+) -> Result<SecondSolve, String> {
+    let (DividedScene { scene, zones }, basis) = (own, method.basis);
+    let coarser = second_scene(scene.coarsened().map_err(text_of)?, method)?;
     let larger = ComparisonZones::new(own, &coarser, basis, SecondZones::Larger);
     if larger.as_ref().is_ok_and(|o| o.growth.is_complete()) {
-        return larger?.solve(scene, reports, settings, solve, None);
+        return larger?.solve(settings, solve, None);
     }
     let pair_cost = larger.as_ref().map_or(OCCLUSION_COST, ComparisonZones::pair_cost);
     for n in divisions(scene, zones, pair_cost) {
-        let finer = scene.refined(zones, n).map_err(text_of).and_then(|s| second_scene(s, reports, basis));
+        let finer = scene.refined(zones, n).map_err(text_of).and_then(|s| second_scene(s, method));
         let Ok(finer) = finer else { continue };
         let smaller = ComparisonZones::new(own, &finer, basis, SecondZones::Smaller);
-        let found = smaller.and_then(|o| o.limited()?.solve(scene, reports, settings, solve, None));
+        let found = smaller.and_then(|o| o.limited()?.solve(settings, solve, None));
         if let Ok(found) = found {
             return Ok(found);
         }
     }
     let larger = larger?;
-    let divided = divided_scene(&larger, reports, basis);
+    let divided = divided_scene(&larger, method);
     let divided = divided.as_ref().and_then(|s| divided_zones(&larger, zones, s));
-    larger.solve(scene, reports, settings, solve, divided)
+    larger.solve(settings, solve, divided)
 }
 
 /// The scene of larger zones with the patches of unchanged surfaces and panes divided; `None` if all surfaces, panes and cells grew.
-fn divided_scene(larger: &ComparisonZones, reports: &[&Report], basis: ZoneBasis) -> Option<Scene> {
+fn divided_scene(larger: &ComparisonZones, method: &SolveMethod) -> Option<Scene> {
     let unchanged = larger.growth.unchanged_sheets()?;
     let divided = larger.scene.with_divided_patches(&larger.zones, unchanged, PARTS_DIVISION).ok()?;
-    second_scene(divided, reports, basis).ok()
+    second_scene(divided, method).ok()
 }
 
 /// Its zones, if they are few: as those of the first solve, or of any second one.

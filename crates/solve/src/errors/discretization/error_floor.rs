@@ -1,13 +1,11 @@
 //! Minimum errors: differences of two solves that pass through zero hide errors, so an error is at least a share of the mean relative error of its
 //! kind.
 
+use super::difference_error::DifferenceError;
 use zonal_scene::{Bands, EnergyBalance, HeatRow, Report};
 
 /// Minimum error over the mean relative error of its kind.
 const MIN_SHARE_OF_MEAN: f64 = 0.3;
-
-/// Relative differences below which two numbers differ by rounding.
-const ROUNDING: f64 = 1e-12;
 
 /// Minimum relative errors of temperatures, net powers and powers of light.
 pub(super) struct ErrorFloor {
@@ -18,10 +16,10 @@ pub(super) struct ErrorFloor {
 
 impl ErrorFloor {
     /// From the reports of two solves; `error` is the error of two values of a quantity.
-    pub(super) fn new(own: &Report, other: &Report, error: &dyn Fn(f64, f64) -> f64) -> ErrorFloor {
+    pub(super) fn new(own: &Report, other: &Report, error: &DifferenceError) -> ErrorFloor {
         let rows = || own.heat.iter().zip(&other.heat).flat_map(|(a, b)| a.rows.iter().zip(&b.rows));
         let share = |error: f64, all: f64| if all > 0.0 { MIN_SHARE_OF_MEAN * error / all } else { 0.0 };
-        let sum = |of: &dyn Fn(&HeatRow) -> f64| {
+        let sum = |of: &dyn Fn(&HeatRow) -> f64, error: &dyn Fn(f64, f64) -> f64| {
             let terms = rows().map(|(a, b)| (error(of(a), of(b)), of(a).abs()));
             let (error, all) = terms.filter(|x| x.0 > 0.0).fold((0.0, 0.0), |s, x| (s.0 + x.0, s.1 + x.1));
             share(error, all)
@@ -31,10 +29,14 @@ impl ErrorFloor {
         let rest = [(a.absorbed_volumes, b.absorbed_volumes), (a.absorbed_panes, b.absorbed_panes)];
         let all: Vec<_> = surfaces.chain(rest).collect();
         let energy = Bands::from_fn(|k| {
-            share(all.iter().map(|x| error(x.0[k], x.1[k])).sum(), all.iter().map(|x| x.0[k].abs()).sum())
+            share(
+                all.iter().map(|x| error.of_powers(x.0[k], x.1[k])).sum(),
+                all.iter().map(|x| x.0[k].abs()).sum(),
+            )
         });
-        let temperature = sum(&|row| row.temperature.unwrap_or(0.0));
-        ErrorFloor { temperature, power: sum(&|row| row.power), energy }
+        let temperature = sum(&|row| row.temperature.unwrap_or(0.0), &|a, b| error.of_temperatures(a, b));
+        let power = sum(&|row| row.power, &|a, b| error.of_powers(a, b));
+        ErrorFloor { temperature, power, energy }
     }
 
     /// Raises the error of a temperature, K; an error of exactly 0 stays.
@@ -62,10 +64,4 @@ impl ErrorFloor {
         widen(&mut errors.escaped, values.escaped);
         widen(&mut errors.absorbed_backfaces, values.absorbed_backfaces);
     }
-}
-
-/// |a − b|, or 0 if that is rounding.
-pub(super) fn difference(a: f64, b: f64) -> f64 {
-    let d = (a - b).abs();
-    if d > ROUNDING * a.abs().max(b.abs()) { d } else { 0.0 }
 }

@@ -1,14 +1,12 @@
 //! Estimate of the discretization error for the report of a solve.
 
-use super::comparison::{SolveFn, compare};
+use super::comparison::SecondSolve;
 use super::near_surface_scattering;
 use super::prescribed_temperatures::{RowTemperature, row_temperatures, temperature_error};
 use super::thick_scattering;
-use super::zone_growth::DividedScene;
 use crate::context::zonal_solution::ZonalSolution;
 use crate::distribution::Communicator;
 use crate::distribution::sum_order::SharedZones;
-use crate::settings::SolveSettings;
 use zonal_scene::{Diagnostic, DiscretizationError, Report, Scene, ZoneBasis};
 
 /// True if the discretization error is requested: by an option, else in thermal mode.
@@ -16,26 +14,19 @@ pub(crate) fn is_requested(scene: &Scene) -> bool {
     scene.options().discretization_error.unwrap_or(scene.thermal().is_some())
 }
 
-/// Runs `solve` on larger or smaller zones with the same engine and basis, and adds the discretization error to the reports of all blocks of bands.
-/// Errors that the second solve does not cover are infinite.
-pub(crate) fn estimate(
-    scene: &Scene,
-    basis: ZoneBasis,
-    blocks: &mut [ZonalSolution],
-    settings: &SolveSettings,
-    solve: &SolveFn,
-) {
+/// Adds the discretization error to the reports of all blocks of bands, from a second solve by the same method on other zones, or the reason why there is
+/// none. Errors that the second solve does not cover are infinite.
+pub(crate) fn estimate(scene: &Scene, blocks: &mut [ZonalSolution], second: Result<SecondSolve, String>) {
     let reports: Vec<&Report> = blocks.iter().map(|b| &b.report).collect();
-    let mut errors =
-        match compare(DividedScene { scene, zones: &blocks[0].zones }, basis, &reports, settings, solve) {
-            Ok(errors) => errors,
-            Err(why) => {
-                let text = format!("the discretization error is not known: {why}");
-                let errors = reports.iter().map(|report| unknown(scene, report)).collect();
-                blocks[0].report.warnings.push(Diagnostic::warning("discretization", text));
-                errors
-            }
-        };
+    let mut errors = match second {
+        Ok(second) => second.errors(scene, &reports),
+        Err(why) => {
+            let text = format!("the discretization error is not known: {why}");
+            let errors = reports.iter().map(|report| unknown(scene, report)).collect();
+            blocks[0].report.warnings.push(Diagnostic::warning("discretization", text));
+            errors
+        }
+    };
     for b in 0..blocks.len() {
         let ZonalSolution { scene, zones, fields, .. } = &blocks[b];
         let unresolved = near_surface_scattering::unresolved_powers(scene, zones, fields);

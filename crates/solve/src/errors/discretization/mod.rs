@@ -19,18 +19,26 @@
 //!
 //! Light without a second solve has the estimate of `thick_scattering` where cells scatter over large optical depths.
 //!
+//! The differences are far larger than the errors of the iteration and of the factors, so that the second solve has looser ones, and computes no errors of its own
+//! ([`crate::SolvePurpose::Comparison`]); what it errs by is added to the differences (`difference_error`). In small scenes both solves run at the same time.
+//!
 //! r is the minimum growth of an edge (`zone_growth`). Prescribed temperatures and powers have no such error. The second solve is passed in as
 //! a function.
 
 mod comparison;
+mod difference_error;
 mod error_floor;
 mod estimate;
 mod merged_facets;
 mod near_surface_scattering;
 mod prescribed_temperatures;
 mod second_solve;
+mod solve_method;
 mod thick_scattering;
 mod zone_growth;
 
-pub(crate) use comparison::{basis_of, refined_zone_count};
+pub(crate) use comparison::{SecondSolve, refined_zone_count, second_solve};
 pub(crate) use estimate::{estimate, is_requested, state_thick_scattering};
+pub(crate) use second_solve::InterruptionOnly;
+pub(crate) use solve_method::{SolveMethod, basis_of};
+pub(crate) use zone_growth::DividedScene;

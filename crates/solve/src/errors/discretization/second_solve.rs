@@ -2,6 +2,18 @@
 
 use zonal_scene::Progress;
 
+/// Observer of a solve beside another one: it sees no phases, and may interrupt.
+pub(crate) struct InterruptionOnly<'a>(pub &'a dyn Progress);
+
+impl Progress for InterruptionOnly<'_> {
+    fn begin(&self, _stage: &str, _total: u64) {}
+    fn advance(&self, _steps: u64) {}
+    fn end(&self) {}
+    fn is_interrupted(&self) -> bool {
+        self.0.is_interrupted()
+    }
+}
+
 /// Observer that prefixes the phases of the second solve with the kind of its zones.
 pub(super) struct SecondSolveProgress<'a> {
     pub observer: &'a dyn Progress,

@@ -70,7 +70,7 @@ pub(super) struct ZoneGrowth {
 
 /// A scene with its zones.
 #[derive(Clone, Copy)]
-pub(super) struct DividedScene<'a> {
+pub(crate) struct DividedScene<'a> {
     pub scene: &'a Scene,
     pub zones: &'a Zones,
 }
