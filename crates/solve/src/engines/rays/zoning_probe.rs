@@ -25,6 +25,7 @@ use crate::context::SolveContext;
 use crate::engines::merged_operator::PatchGroups;
 use crate::errors::discretization;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
+use crate::settings::SolvePurpose;
 use crate::settings::zone_power::{fluence_factor, interception_area, reflected_fraction};
 use std::ops::Range;
 use zonal_math::{low_discrepancy, parallel};
@@ -56,6 +57,7 @@ pub(crate) fn measure(
     let (scene, zones, settings) = (context.scene, context.zones, &context.settings);
     let applies = matches!(engine, Engine::Dense | Engine::Spectral)
         && settings.final_gather
+        && settings.purpose != SolvePurpose::Comparison
         && scene.thermal().is_none()
         && scene.options().scattering_orders.is_none()
         && !scene.is_periodic()
