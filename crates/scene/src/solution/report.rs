@@ -38,7 +38,7 @@ impl ClosureDefect {
 pub struct ErrorParts {
     /// Sampling of the incident radiation; grade statistical.
     pub sampling: f64,
-    /// Noise of the radiosities that the samples read; grade statistical.
+    /// Noise of the radiosities that the samples read, and the power by which the balance misses; grade statistical.
     pub radiosities: f64,
     /// Radiation of the surroundings, and reflected direct light; grade statistical.
     pub direct: f64,

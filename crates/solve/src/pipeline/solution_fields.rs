@@ -3,7 +3,7 @@
 use crate::balance::energy_balance::{GroupFields, balance_group};
 use crate::context::{BlockEngine, BuiltEngine, SolveContext};
 use crate::engines::merged_operator::PatchGroups;
-use crate::engines::rays::stored_rays::power_normalization::normalize_power;
+use crate::engines::rays::stored_rays::power_normalization::{imbalance, normalize_power};
 use crate::errors::closure_error::take_unexplained_fractions;
 use crate::errors::consistency;
 use crate::errors::direct_error::{self, ErrorSum};
@@ -16,7 +16,9 @@ use crate::pipeline::group_solve::SolvedColumns;
 use crate::right_hand_side::light_groups::SourceGroup;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use zonal_math::parallel;
-use zonal_scene::{Band, Bands, EnergyBalance, Engine, Fields, LightGroup, SolveStatus, ZoneValues, Zones};
+use zonal_scene::{
+    Band, Bands, EnergyBalance, Engine, ErrorParts, Fields, LightGroup, SolveStatus, ZoneValues, Zones,
+};
 
 /// The fields of all light and of each group. Where nothing leaves the scene, the results have no strengths afterwards: the incident
 /// power takes their memory.
@@ -34,8 +36,7 @@ pub(crate) fn assemble(
     }
     // The rows of a solution by rays close, but its power balance does not.
     let options = context.scene.options();
-    let normalizes =
-        incident.is_some() && context.scene.restores_closure() && options.scattering_orders.is_none();
+    let may_miss_power = incident.is_some() && options.scattering_orders.is_none();
     let fractions = take_unexplained_fractions(zones, &mut built.closure, surroundings);
     let unclosed = error_amplification::unclosed_fractions(context, &mut built.closure, &fractions);
     // Apply the operator to the solution.
@@ -49,15 +50,15 @@ pub(crate) fn assemble(
         engine,
         // An expansion may undershoot in dark zones. With slopes the mean of a zone keeps its sign, and with it the power.
         min_incident: if built.operator.len() > n { f64::NEG_INFINITY } else { 0.0 },
-        normalizes,
-        normalization_change: vec![Bands::ZERO; n * usize::from(normalizes)],
+        normalizes: context.scene.restores_closure(),
+        imbalance: vec![Bands::ZERO; n * usize::from(may_miss_power)],
         fields: Fields { incident: parallel::collect(n, |_| Bands::ZERO), ..Fields::default() },
     };
     let mut groups = Vec::new();
     for ((source, result), incident) in context.sources.iter().zip(&*results).zip(columns) {
         groups.push(assembly.add_group(built, source, result, incident));
     }
-    let GroupAssembly { mut fields, normalization_change, .. } = assembly;
+    let GroupAssembly { mut fields, imbalance, .. } = assembly;
     // Propagate the errors.
     let error_sum = if column_errors.is_empty() { ErrorSum::Linear } else { ErrorSum::Independent };
     let contain_sources = !column_errors.is_empty();
@@ -88,21 +89,39 @@ pub(crate) fn assemble(
         let operator = built.operator.as_ref();
         error_amplification::widen_by_defects(context, operator, &unclosed, &empty_rows, &mut fields);
     }
-    widen_errors(context, surroundings, &groups, normalization_change, &mut fields);
+    if let Some(parts) = &mut built.error_parts {
+        add_to_parts(&imbalance, &fields, zones.patches.len(), parts);
+    }
+    widen_errors(context, surroundings, &groups, imbalance, &mut fields);
     (fields, groups)
 }
 
-/// Widens the errors of the fields by the residual of the iteration, the change by normalization, the error of the surroundings and negative fluxes.
+/// Joins the imbalance of power with the error of the radiosities, of the patches and of the volume zones.
+fn add_to_parts(imbalance: &[Bands], fields: &Fields, patches: usize, parts: &mut [ErrorParts; 2]) {
+    if imbalance.is_empty() {
+        return;
+    }
+    for (part, range) in parts.iter_mut().zip([0..patches, patches..imbalance.len()]) {
+        let [error, level] = range.fold([Bands::ZERO; 2], |[error, level], i| {
+            let (e, h) = (imbalance[i], fields.incident[i]);
+            [error + e * e, level + h * h]
+        });
+        let relative = error.zip_map(level, |e, l| if l > 0.0 { (e / l).sqrt() } else { 0.0 });
+        part.radiosities = part.radiosities.hypot(relative.max_element());
+    }
+}
+
+/// Widens the errors of the fields by the residual of the iteration, the imbalance of power, the error of the surroundings and negative fluxes.
 fn widen_errors(
     context: &SolveContext,
     surroundings: &SurroundingsExchange,
     groups: &[LightGroup],
-    normalization_change: Vec<Bands>,
+    imbalance: Vec<Bands>,
     fields: &mut Fields,
 ) {
     consistency::widen_by_residual(context.shared_zones(), groups, fields);
-    if !normalization_change.is_empty() {
-        parallel::for_each_pair(&mut fields.error, &normalization_change, |e, c| *e = e.hypot(*c));
+    if !imbalance.is_empty() {
+        parallel::for_each_pair(&mut fields.error, &imbalance, |e, c| *e = e.hypot(*c));
     }
     add_surroundings_error(context, surroundings, fields);
     if !context.shared_zones().has_negative_source() {
@@ -198,10 +217,10 @@ struct GroupAssembly<'a> {
     engine: Engine,
     /// Lower bound of the incident field, W/m².
     min_incident: f64,
-    /// True if the power of each group is normalized.
+    /// True if the imbalance of each group is removed.
     normalizes: bool,
-    /// Sum over the groups of the change of each zone by power normalization, W/m²; empty without.
-    normalization_change: Vec<Bands>,
+    /// Sum over the groups of the share of each zone in the imbalance of power, W/m²; empty for engines whose balance closes.
+    imbalance: Vec<Bands>,
     fields: Fields,
 }
 
@@ -223,11 +242,13 @@ impl GroupAssembly<'_> {
         };
         let mut energy = balance(&incident);
         // Restore the balance of power.
-        if self.normalizes {
-            let change = normalize_power(zones, &energy, &mut incident, scene.options().tolerance);
-            built.closure.summary.record_normalization(change);
-            self.normalization_change.iter_mut().zip(&incident).for_each(|(c, h)| *c += change.abs() * h);
-            energy = balance(&incident);
+        if !self.imbalance.is_empty() {
+            let change = imbalance(zones, &energy, &incident);
+            if self.normalizes && normalize_power(change, &mut incident, scene.options().tolerance) {
+                built.closure.summary.record_normalization(change);
+                energy = balance(&incident);
+            }
+            self.imbalance.iter_mut().zip(&incident).for_each(|(c, h)| *c += change.abs() * h);
         }
         // Add to the fields of all light.
         let f = &mut self.fields;

@@ -37,10 +37,10 @@ const ZONES_OF_KIND: usize = 256;
 const CHOICE_SEED: u64 = 0x1f83_d9ab_fb41_bd6b;
 /// First and most samples of each half.
 const FIRST_SAMPLES: usize = 16;
-const MAX_SAMPLES: usize = 256;
+const MAX_SAMPLES: usize = 128;
 /// Noise of z over the tolerance that needs no further samples, and z² over its noise from which it is known.
 const MAX_NOISE: f64 = 0.3;
-const KNOWN_OVER_NOISE: f64 = 4.0;
+const KNOWN_OVER_NOISE: f64 = 2.0;
 /// Nodes of the cut by which connections are aimed.
 const CUT_NODES: usize = 32;
 /// Largest ρ of the repeated part.
