@@ -1,4 +1,4 @@
-//! Two tables compared: ratios of processor time at equal measured error.
+//! Two tables compared: ratios of processor time at equal total error.
 //!
 //! Each series is reduced to the points that no other point of it beats in cost and error, and interpolated between logarithms. The errors
 //! are those of the first table's points, where the second table has them in its range. A series of several engines is the best of them.
@@ -10,16 +10,16 @@ use std::fmt::Write as _;
 /// Scene, error, time of ours, time of theirs over ours.
 type CostRatio = (String, [f64; 3]);
 
-/// Points of a scene, of one engine, that the noise of the reference permits.
+/// Points of a scene, of one engine, that have no star.
 fn costs(all: &[Point], scene: &str, engine: &str) -> Vec<CostPoint> {
     all.iter()
         .filter(|p| {
             p.scene == scene
                 && p.engine == engine
                 && p.status == PointStatus::Measured
-                && !p.error().is_noisy()
+                && !p.total().is_noisy()
         })
-        .map(|p| [p.cost.processor, p.error().error])
+        .map(|p| [p.cost.processor, p.total().error])
         .collect()
 }
 

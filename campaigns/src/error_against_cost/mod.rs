@@ -1,12 +1,12 @@
 //! The benchmark of error against cost: furnished and difficult scenes, each solved with each engine from coarse to fine tolerances.
 //!
-//! `references` picks patches and volume zones at random and measures them by walks on zones, whose mean is the solution of the zonal
-//! equations, for every light group (or for those of `--groups`), and by path tracing without zones (`walks`); by walks that go on from the points that they meet, as the rays of the
-//! rays engine do (`continued`); or it solves by the dense engine several times. `measure` compares each engine with the reference of its equations,
-//! the dense one before that of walks. The measured error is relative L2 of indirect light, of the worst band; the noise of the reference
-//! is subtracted, and points where it is more than a third of the error have a star.
+//! `references` picks patches, volume zones and surfaces at random and traces their means by paths that know no zones, in two independent halves, for each
+//! light group. `measure` compares solutions with them: the error is the total one, that of sampling, of direct light and of the zoning together. Its square is the
+//! mean product of the differences to the two halves, free of their noise; its upper bound, two standard errors above, has the noise of the halves and of the
+//! choice of zones.
 
 mod compare;
+mod halves;
 mod make_references;
 mod measure;
 mod page;
@@ -15,7 +15,6 @@ mod reference;
 mod scenes;
 mod series;
 mod verdicts;
-mod zones;
 
 use crate::harness::{Error, Outcome, SharedData};
 use scenes::{BenchmarkScene, SCENES, SceneFolder};
@@ -41,7 +40,7 @@ pub(crate) struct SceneChoice {
 
 #[derive(clap::Subcommand)]
 pub(crate) enum BenchmarkStep {
-    /// Writes all scenes, also those that walks take
+    /// Writes all scenes, also those that paths take
     Scenes {
         folder: PathBuf,
         #[command(flatten)]
@@ -58,7 +57,7 @@ pub(crate) enum BenchmarkStep {
         #[arg(long, default_value = "docs/error-against-cost.md")]
         page: PathBuf,
     },
-    /// Ratios of processor time of two tables at equal error
+    /// Ratios of processor time of two tables at equal total error
     Compare {
         #[arg(long, default_value = DEFAULT_TABLE)]
         csv: PathBuf,
@@ -108,7 +107,7 @@ fn write_scenes(folder: &SceneFolder) -> Result<(), Error> {
             Some(file) => println!("{}", file.display()),
             None => println!("{}: skipped, for {} is absent", scene.name, folder.shared.display()),
         }
-        scene.write_for_walks(folder)?;
+        scene.write_for_paths(folder)?;
     }
     Ok(())
 }

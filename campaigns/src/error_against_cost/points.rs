@@ -1,9 +1,9 @@
 //! The points of the benchmark and their table, a CSV file of one row a point.
 
-use super::measure::Measurement;
+use super::halves::TotalError;
+use super::measure::{KindErrors, Measurement};
 use crate::harness::Error;
 use crate::harness::process::Cost;
-use crate::harness::statistics::MeasuredError;
 use std::collections::HashMap;
 use std::path::Path;
 use zonal_io::output;
@@ -62,15 +62,9 @@ pub(crate) struct Point {
 }
 
 impl Point {
-    /// L2 of the worse kind of zone.
-    pub(crate) fn error(&self) -> MeasuredError {
-        self.measured.patches.max(self.measured.volumes)
-    }
-
-    /// The discretization error that is left of the total one: √(total² − zonal²), at least 0.
-    pub(crate) fn discretization(&self) -> Option<f64> {
-        let total = self.measured.total?;
-        Some((total.error.powi(2) - self.error().error.powi(2)).max(0.0).sqrt())
+    /// The total error of the worse kind of zones, by the worse weighting.
+    pub(crate) fn total(&self) -> TotalError {
+        self.measured.patches.worst().max(self.measured.volumes.worst())
     }
 
     fn key(&self) -> (String, String, String) {
@@ -83,9 +77,22 @@ fn cell(text: &str) -> String {
     text.replace([',', '"'], ";").replace(['\n', '\r'], " ")
 }
 
+/// Columns of the errors of [`errors`] and of their upper bounds.
+const COLUMNS_OF_ERRORS: [[&str; 2]; 4] = [
+    ["total_H", "total_H_upper"],
+    ["total_H_by_area", "total_H_by_area_upper"],
+    ["total_G", "total_G_upper"],
+    ["total_G_by_volume", "total_G_by_volume_upper"],
+];
+
+/// The errors of both kinds, by count and by size.
+fn errors(m: &Measurement) -> [TotalError; 4] {
+    [m.patches.by_count, m.patches.by_size, m.volumes.by_count, m.volumes.by_size]
+}
+
 /// The columns with the cells of a point, in their order; a number that is not known is empty.
 fn record(p: &Point) -> Vec<(&'static str, String)> {
-    let (m, e) = (&p.measured, p.error());
+    let (m, total) = (&p.measured, p.total());
     let numbers = |list: &[(&'static str, Option<f64>)]| {
         list.iter().map(|(n, x)| (*n, x.map(|x| format!("{x:.4e}")).unwrap_or_default())).collect::<Vec<_>>()
     };
@@ -104,22 +111,19 @@ fn record(p: &Point) -> Vec<(&'static str, String)> {
         ("memory_MB", Some(p.cost.memory)),
         ("estimate_H", Some(p.estimate[0])),
         ("estimate_G", Some(p.estimate[1])),
-        ("L2", Some(e.error)),
-        ("noise", Some(e.noise)),
+        ("total", Some(total.error)),
+        ("total_upper", Some(total.upper)),
     ]));
-    cells.push(("noisy", e.is_noisy().to_string()));
+    for (names, e) in COLUMNS_OF_ERRORS.into_iter().zip(errors(m)) {
+        cells.extend(numbers(&[(names[0], Some(e.error)), (names[1], Some(e.upper))]));
+    }
     cells.extend(numbers(&[
-        ("L2_H", Some(m.patches.error)),
-        ("noise_H", Some(m.patches.noise)),
-        ("L2_G", Some(m.volumes.error)),
-        ("noise_G", Some(m.volumes.noise)),
-        ("L2_total", m.total.map(|t| t.error)),
-        ("noise_total", m.total.map(|t| t.noise)),
-        ("L2_discretization", p.discretization()),
+        ("matched", Some(m.matched)),
         ("estimate_over_error", m.ratio),
         ("within_twice", m.within),
-        ("within_twice_contacts", m.within_at_contacts),
+        ("names_within", m.names_within),
         ("within_twice_relit", m.within_relit),
+        ("names_within_twice_relit", m.names_within_relit),
     ]));
     cells
 }
@@ -167,8 +171,9 @@ fn parse(header: &HashMap<&str, usize>, line: &str) -> Result<Point, Error> {
     let maybe = |name: &str| -> Result<Option<f64>, Error> {
         if text(name)?.is_empty() { Ok(None) } else { value(name).map(Some) }
     };
-    let error = |of: &str, noise: &str| -> Result<MeasuredError, Error> {
-        Ok(MeasuredError { error: value(of)?, noise: value(noise)? })
+    let error = |k: usize| -> Result<TotalError, Error> {
+        let [error, upper] = COLUMNS_OF_ERRORS[k].map(value);
+        Ok(TotalError { error: error?, upper: upper? })
     };
     Ok(Point {
         scene: text("scene")?.into(),
@@ -181,13 +186,14 @@ fn parse(header: &HashMap<&str, usize>, line: &str) -> Result<Point, Error> {
         cost: Cost { wall: value("wall_s")?, processor: value("processor_s")?, memory: value("memory_MB")? },
         estimate: [value("estimate_H")?, value("estimate_G")?],
         measured: Measurement {
-            patches: error("L2_H", "noise_H")?,
-            volumes: error("L2_G", "noise_G")?,
-            total: if text("L2_total")?.is_empty() { None } else { Some(error("L2_total", "noise_total")?) },
+            patches: KindErrors { by_count: error(0)?, by_size: error(1)? },
+            volumes: KindErrors { by_count: error(2)?, by_size: error(3)? },
+            matched: value("matched")?,
             ratio: maybe("estimate_over_error")?,
             within: maybe("within_twice")?,
-            within_at_contacts: maybe("within_twice_contacts")?,
+            names_within: maybe("names_within")?,
             within_relit: maybe("within_twice_relit")?,
+            names_within_relit: maybe("names_within_twice_relit")?,
         },
     })
 }
@@ -227,7 +233,8 @@ pub(crate) fn names(points: &[Point], of: fn(&Point) -> &str) -> Vec<String> {
 /// A measured point for tests.
 #[cfg(test)]
 pub(crate) fn example(engine: &str, tolerance: f64, seconds: f64, error: f64) -> Point {
-    let error = MeasuredError { error, noise: 0.1 * error };
+    let error = TotalError { error, upper: 1.2 * error };
+    let errors = KindErrors { by_count: error, by_size: error };
     Point {
         scene: "room".into(),
         engine: engine.into(),
@@ -239,10 +246,10 @@ pub(crate) fn example(engine: &str, tolerance: f64, seconds: f64, error: f64) ->
         cost: Cost { wall: seconds, processor: seconds, memory: 1.0 },
         estimate: [tolerance; 2],
         measured: Measurement {
-            patches: error,
-            total: Some(error),
+            patches: errors,
             ratio: Some(2.0),
             within: Some(0.99),
+            names_within: Some(1.0),
             ..Measurement::default()
         },
     }
@@ -262,10 +269,9 @@ mod tests {
         let back = read(&file).unwrap();
         std::fs::remove_file(&file).unwrap();
         assert_eq!(back.iter().map(|p| p.tolerance).collect::<Vec<_>>(), [0.3, 0.1]);
-        assert_eq!((back[1].cost.processor, back[1].error().error), (3.0, 0.04));
+        assert_eq!((back[1].cost.processor, back[1].total().error), (3.0, 0.04));
         assert_eq!(back[1].reason, "few; zones");
-        assert_eq!((back[1].measured.ratio, back[1].measured.within_relit), (Some(2.0), None));
-        assert_eq!(back[1].discretization(), Some(0.0));
+        assert_eq!(back[1].measured, points[1].measured);
         assert_eq!(series(&back, "room", "auto").len(), 2);
     }
 }

@@ -1,4 +1,4 @@
-//! Solves of the scenes with each engine from coarse to fine, each measured against the references.
+//! Solves of the scenes with each engine from coarse to fine, each measured against the reference of its scene.
 
 use super::measure::{Measurement, measure};
 use super::points::{self, Point, PointStatus};
@@ -38,32 +38,6 @@ pub(crate) struct MeasuredSeries {
     limit: f64,
 }
 
-/// The references of a scene.
-struct SceneReferences {
-    /// The zonal equations.
-    zonal: Reference,
-    /// The equations of the rays engine, whose rays go on within patches.
-    continued: Option<Reference>,
-    /// Path-traced means.
-    traced: Option<Reference>,
-}
-
-impl SceneReferences {
-    /// The dense reference before that of walks; `None` where there is none.
-    fn read(folder: &Path, scene: &str) -> Result<Option<SceneReferences>, Error> {
-        let file = |method: &str| Some(Reference::file(folder, scene, method)).filter(|f| f.exists());
-        let read = |method: &str| file(method).map(|f| Reference::read(&f)).transpose();
-        let (traced, continued) = (read("walks")?, read("continued")?);
-        let zonal = read("dense")?.or_else(|| traced.clone());
-        Ok(zonal.map(|zonal| SceneReferences { zonal, continued, traced }))
-    }
-
-    /// The reference with the equations of an engine.
-    fn of_engine(&self, engine: &str) -> &Reference {
-        self.continued.as_ref().filter(|_| engine == "rays").unwrap_or(&self.zonal)
-    }
-}
-
 impl MeasuredSeries {
     /// Measures the scenes and prints the verdicts on the table.
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -71,18 +45,20 @@ impl MeasuredSeries {
         let scratch = ScratchFolder::new("error-against-cost")?;
         let mut all = points::read(&self.csv)?;
         for scene in self.choice.chosen()? {
-            let Some(known) = SceneReferences::read(references, scene.name)? else {
-                println!("{}: skipped, without a reference in {}", scene.name, references.display());
+            let file = Reference::file(references, scene.name);
+            if !file.exists() {
+                println!("{}: skipped, for {} is absent", scene.name, file.display());
                 continue;
-            };
+            }
+            let reference = Reference::read(&file)?;
             let Some(path) = scene.write(&SceneFolder { path: &scratch, shared })? else {
                 println!("{}: skipped, for {} is absent", scene.name, shared.display());
                 continue;
             };
             for engine in
-                self.engines.iter().filter(|e| *e != "dense" || known.zonal.zone_count <= MAX_DENSE_ZONES)
+                self.engines.iter().filter(|e| *e != "dense" || reference.zone_count <= MAX_DENSE_ZONES)
             {
-                if let Err(e) = self.measure(scene.name, &path, engine, &known, &mut all) {
+                if let Err(e) = self.measure(scene.name, &path, engine, &reference, &mut all) {
                     println!("{}: {engine}: {e}", scene.name);
                 }
             }
@@ -97,7 +73,7 @@ impl MeasuredSeries {
         scene: &str,
         path: &Path,
         engine: &str,
-        references: &SceneReferences,
+        reference: &Reference,
         all: &mut Vec<Point>,
     ) -> Result<(), Error> {
         let names: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
@@ -112,7 +88,7 @@ impl MeasuredSeries {
                 engine: engine.into(),
                 tolerance,
                 status: PointStatus::Measured,
-                zones: references.zonal.zone_count,
+                zones: reference.zone_count,
                 used: String::new(),
                 reason: String::new(),
                 cost: Cost::default(),
@@ -128,7 +104,7 @@ impl MeasuredSeries {
                     let cost = Cost { wall: self.limit, processor: self.limit, memory: 0.0 };
                     Point { status: PointStatus::Limit, cost, ..empty }
                 }
-                Ok(Some((report, cost))) => measured(Point { cost, ..empty }, &run, &report, references)?,
+                Ok(Some((report, cost))) => measured(Point { cost, ..empty }, &run, &report, reference)?,
             };
             println!("{}  {}", page::row(&point).join("  "), point.reason);
             let ends = point.status != PointStatus::Measured || point.cost.processor > self.limit;
@@ -142,7 +118,7 @@ impl MeasuredSeries {
     }
 }
 
-fn measured(empty: Point, run: &Path, report: &Value, references: &SceneReferences) -> Result<Point, Error> {
+fn measured(empty: Point, run: &Path, report: &Value, reference: &Reference) -> Result<Point, Error> {
     let solution = output::read_solution(run)?;
     let word = |name: &str| report[name].as_str().unwrap_or_default().to_string();
     // An unknown error is no number in JSON.
@@ -150,10 +126,9 @@ fn measured(empty: Point, run: &Path, report: &Value, references: &SceneReferenc
         let bands = report["estimate"][name].as_array().into_iter().flatten();
         bands.map(|x| x.as_f64().unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
     };
-    let reference = references.of_engine(&word("engine"));
     Ok(Point {
         zones: solution.zones.len(),
-        measured: measure(&solution, reference, references.traced.as_ref())?,
+        measured: measure(&solution, reference)?,
         used: word("engine"),
         reason: word("reason"),
         estimate: [largest("patches"), largest("volumes")],

@@ -93,6 +93,11 @@ impl ZonalCommand {
     }
 }
 
+/// Processor time of all threads of this process so far, s; 0 where the system does not tell it.
+pub(crate) fn own_processor_time() -> f64 {
+    state(std::process::id()).map_or(0.0, |s| s.1)
+}
+
 /// State of a process, and processor time of all its threads, s.
 fn state(id: u32) -> Option<(String, f64)> {
     let text = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;

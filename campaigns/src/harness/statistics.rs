@@ -1,12 +1,4 @@
-//! Errors of a field against a reference that has noise of its own, z-scores, and interpolation between measured points.
-//!
-//! With x the field, t the reference and e its standard error, E(x − t)² = (x − t_exact)² + e². The noise is subtracted:
-//!
-//! ```text
-//! L2 = √(Σ (d² − e²)/Σ t²), d = x − t        noise = √(Σ e²/Σ t²)
-//! ```
-//!
-//! The sum over all zones may be negative by chance where the error is far below the noise; it then counts as 0.
+//! A field against a reference with noise of its own, z-scores, and interpolation between measured points.
 
 use zonal_reference::SampleEstimate;
 
@@ -30,47 +22,6 @@ impl ComparedValue {
     }
 }
 
-/// A stated error covers the true one up to this factor.
-const COVERED_FACTOR: f64 = 2.0;
-/// Largest share of noise in a measured error that is not marked.
-const MAX_NOISE_SHARE: f64 = 1.0 / 3.0;
-
-/// An error with the noise of its reference, both relative.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct MeasuredError {
-    /// The error, with the noise subtracted.
-    pub error: f64,
-    /// The noise of the reference.
-    pub noise: f64,
-}
-
-impl MeasuredError {
-    /// True where the noise is more than a third of the error.
-    pub(crate) fn is_noisy(&self) -> bool {
-        self.noise > MAX_NOISE_SHARE * self.error
-    }
-
-    /// The larger one by error.
-    pub(crate) fn max(self, other: MeasuredError) -> MeasuredError {
-        if other.error > self.error || (other.error == self.error && other.noise > self.noise) {
-            other
-        } else {
-            self
-        }
-    }
-}
-
-/// Relative L2 error: root of the sum of squares over that of the reference; 0 for no values.
-pub(crate) fn l2(values: &[ComparedValue]) -> MeasuredError {
-    let sum = |f: fn(&ComparedValue) -> f64| values.iter().map(f).sum::<f64>();
-    let whole = sum(|v| v.reference * v.reference);
-    if whole <= 0.0 {
-        return MeasuredError::default();
-    }
-    let (apart, noise) = (sum(|v| v.difference().powi(2)), sum(|v| v.noise * v.noise));
-    MeasuredError { error: ((apart - noise).max(0.0) / whole).sqrt(), noise: (noise / whole).sqrt() }
-}
-
 /// The median; `None` for no values.
 pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
@@ -85,12 +36,6 @@ pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
 /// The median of stated over true error among the values that differ.
 pub(crate) fn median_ratio(values: &[ComparedValue]) -> Option<f64> {
     median(values.iter().filter(|v| v.difference() > 0.0).map(|v| v.stated / v.difference()).collect())
-}
-
-/// The share of values that differ from the reference by at most twice their stated error and the noise, in quadrature; `None` for no values.
-pub(crate) fn covered(values: &[ComparedValue]) -> Option<f64> {
-    let inside = |v: &&ComparedValue| v.difference() <= COVERED_FACTOR * v.stated.hypot(v.noise);
-    (!values.is_empty()).then(|| values.iter().filter(inside).count() as f64 / values.len() as f64)
 }
 
 /// Differences in standard errors: their mean, root mean square and largest.
@@ -179,25 +124,12 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_subtracted_from_the_error() {
-        // Differences of 5 with a noise of 3 leave 4.
-        let values = [value(105.0, 100.0, 3.0, 1.0), value(95.0, 100.0, 3.0, 1.0)];
-        let e = l2(&values);
-        assert!((e.error - 0.04).abs() < 1e-12 && (e.noise - 0.03).abs() < 1e-12);
-        assert!(e.is_noisy());
-        assert_eq!(l2(&[value(100.0, 100.0, 1.0, 0.0)]).error, 0.0);
-        assert!(!MeasuredError { error: 0.04, noise: 0.01 }.is_noisy());
-    }
-
-    #[test]
-    fn medians_and_coverage() {
+    fn medians() {
         assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), Some(2.5));
         assert_eq!(median(Vec::new()), None);
         let values = [value(1.0, 0.0, 0.0, 0.5), value(1.0, 0.0, 0.0, 0.4), value(1.0, 0.0, 0.3, 0.4)];
-        assert_eq!(covered(&values), Some(2.0 / 3.0));
         assert_eq!(median_ratio(&values), Some(0.4));
-        assert_eq!(covered(&[]), None);
     }
 
     #[test]

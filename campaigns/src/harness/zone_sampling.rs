@@ -28,3 +28,17 @@ pub(crate) fn pick(range: Range<usize>, count: usize, seed: u64) -> Vec<usize> {
     out.sort_unstable();
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn picks_are_distinct_and_ascending() {
+        let all = pick(10..20, 100, 1);
+        assert_eq!(all, (10..20).collect::<Vec<_>>());
+        let some = pick(0..1000, 50, 1);
+        assert_eq!(some.len(), 50);
+        assert!(some.windows(2).all(|w| w[0] < w[1]));
+    }
+}

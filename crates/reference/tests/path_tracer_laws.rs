@@ -5,7 +5,7 @@ use zonal_math::{Vec3, vec3};
 use zonal_reference::brute_force::FacetHit;
 use zonal_reference::path_tracer::bvh::{BinaryBvh, RayHit};
 use zonal_reference::path_tracer::{
-    Detector, DetectorReading, PathTracer, SubcellPart, TracingAccuracy, WalkZones, ZoneLocator,
+    Detector, DetectorReading, PathTracer, SubcellPart, SurfacePlate, TracingAccuracy,
 };
 use zonal_reference::{BruteForceScene, Rng, SampleEstimate, radiance};
 use zonal_scene::{
@@ -331,25 +331,10 @@ fn readings_are_bitwise_reproducible_and_meet_the_accuracy() {
     assert!(sum < 0.022, "{sum}");
 }
 
-/// Each facet one zone.
-struct FacetZones;
-
-impl ZoneLocator for FacetZones {
-    fn on_facet(&self, facet: u32, _: bool, _: [f64; 2]) -> Option<usize> {
-        Some(facet as usize)
-    }
-    fn in_medium(&self, _: Vec3) -> Option<usize> {
-        None
-    }
-    fn in_pane(&self, _: usize, _: Vec3) -> Option<usize> {
-        None
-    }
-}
-
-/// A black cube with a grey floor, of which a vertical sun lights the strip x < 0.3: on zones of a wall each, all side walls receive F ρ H_dir with
-/// the mean H_dir of the floor and F = 0.2000438 of adjacent faces of a cube; without zones, the wall beside the strip receives more.
+/// A black cube with a grey floor, of which a vertical sun lights the strip x < 0.3: the mean over a surface of two walls, one of them halved, is that of the
+/// walls by their areas, and differs from each of them.
 #[test]
-fn walks_on_zones_solve_the_zonal_equations() {
+fn a_surface_receives_the_mean_of_its_plates() {
     let mut plates = room();
     plates[5] = Plate::parallelogram(vec3(0.3, 0.0, 1.0), vec3(0.0, 1.0, 0.0), vec3(0.7, 0.0, 0.0));
     let lit = Light::Sun {
@@ -368,25 +353,13 @@ fn walks_on_zones_solve_the_zonal_equations() {
         ..SceneParts::default()
     };
     let scene = Scene::new(parts).unwrap();
-    let walls = [patch(plates[0]), patch(plates[1])];
-    let accuracy = TracingAccuracy { relative: 0.002, ..TracingAccuracy::default() };
-    let zones = |max_continued_patch_sizes: f64| WalkZones {
-        detectors: plates.map(patch).to_vec(),
-        reflectances: (0..6).map(|k| Bands::splat(if k == 4 { 0.5 } else { 0.0 })).collect(),
-        max_continued_patch_sizes,
-        locator: &FacetZones,
-    };
-    let on_zones = PathTracer::new(&scene).on_zones(zones(0.0)).measure(&walls, &accuracy, 3);
-    for reading in &on_zones {
-        let expected = 0.200_043_8 * 0.5 * 0.3;
-        assert_agrees("a wall on zones", reading.incident[Band::first()], expected, 0.004);
-    }
-    let without = PathTracer::new(&scene).measure(&walls, &accuracy, 3);
-    assert!(without[0].incident[Band::first()].value > 1.5 * without[1].incident[Band::first()].value);
-    // Where every path goes on from the point that it meets, the zones have no effect.
-    let continued = PathTracer::new(&scene).on_zones(zones(2.0)).measure(&walls, &accuracy, 4);
-    for (a, b) in continued.iter().zip(&without) {
-        let [a, b] = [a, b].map(|r| r.incident[Band::first()]);
-        assert_agrees("walls with continued paths", a, b.value, 0.01);
-    }
+    let half = Plate { e1: plates[1].e1 * 0.5, ..plates[1] };
+    let walls = [(plates[0], 1.0), (half, 1.5)];
+    let surface = walls.map(|(plate, area_up_to)| SurfacePlate { plate, normal: plate.normal(), area_up_to });
+    let all = [patch(plates[0]), patch(half), Detector::Surface(surface.to_vec())];
+    let readings = PathTracer::new(&scene).measure_with(&all, &[400_000; 3], 3);
+    let [lit, far, mean] = [0, 1, 2].map(|k: usize| readings[k].incident[Band::first()]);
+    assert!(lit.value > 1.5 * far.value, "{lit:?} {far:?}");
+    assert_agrees("both walls", mean, (2.0 * lit.value + far.value) / 3.0, 0.004);
+    assert!(lit.z(mean.value, 0.0) > MAX_Z_SCORE && far.z(mean.value, 0.0) > MAX_Z_SCORE);
 }

@@ -1,7 +1,7 @@
 //! Gas in closed meshes in radiative equilibrium, and smoke in a Cornell box.
 //!
 //! A thermal scene has a twin in light mode with the same zones and the same H and G: a surface of temperature T and emissivity ε emits εσT⁴
-//! and reflects 1 − ε, and gas in radiative equilibrium of absorption κ is a medium of extinction κ and albedo 1. Random walks take the twin.
+//! and reflects 1 − ε, and gas in radiative equilibrium of absorption κ is a medium of extinction κ and albedo 1. Path tracing takes the twin.
 
 use super::SceneFolder;
 use super::mesh::{BodySide, MeshText};

@@ -89,8 +89,8 @@ impl BenchmarkScene {
         self.write_text(folder, "", self.text)
     }
 
-    /// Writes the scene that random walks take, the twin of a thermal scene; `None` where shared data are absent.
-    pub(crate) fn write_for_walks(&self, folder: &SceneFolder) -> Result<Option<PathBuf>, Error> {
+    /// Writes the scene that paths take, the twin of a thermal scene; `None` where shared data are absent.
+    pub(crate) fn write_for_paths(&self, folder: &SceneFolder) -> Result<Option<PathBuf>, Error> {
         match self.twin {
             Some(twin) => self.write_text(folder, "-light", twin),
             None => self.write(folder),
@@ -135,7 +135,7 @@ mod tests {
                 "{}",
                 scene.name
             );
-            let twin = scene.write_for_walks(&folder).unwrap().unwrap();
+            let twin = scene.write_for_paths(&folder).unwrap().unwrap();
             let twin = input::read_scene(&twin).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(twin.facets().len(), read.facets().len());
             assert!(twin.thermal().is_none());

@@ -14,6 +14,8 @@ pub enum Detector {
         /// Unit normal of the side that receives.
         normal: Vec3,
     },
+    /// Plates of a surface, at least one: H, the mean over all of their area.
+    Surface(Vec<SurfacePlate>),
     /// A point in free space: G there.
     Point(Vec3),
     /// A box without obstacles: G, the mean over its volume.
@@ -35,6 +37,26 @@ pub enum Detector {
     },
 }
 
+/// A plate of a surface, on the side that `normal` points to.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePlate {
+    /// The plate.
+    pub plate: Plate,
+    /// Unit normal of the side that receives.
+    pub normal: Vec3,
+    /// Area of the plates of the surface up to this one, m².
+    pub area_up_to: f64,
+}
+
+impl SurfacePlate {
+    /// The plate in which the fraction `u` of the area of all plates ends; `u` is in [0, 1).
+    pub(super) fn at_share(plates: &[SurfacePlate], u: f64) -> &SurfacePlate {
+        let last = plates.len() - 1;
+        let area = u * plates[last].area_up_to;
+        &plates[plates.partition_point(|p| p.area_up_to <= area).min(last)]
+    }
+}
+
 /// The share of a sub-cell in a part of a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct SubcellPart {
@@ -54,6 +76,15 @@ impl Detector {
         Detector::Patch { plate: p.plate, normal: p.normal }
     }
 
+    /// The exchanging sides of patches, at least one.
+    pub fn surface<'p>(patches: impl Iterator<Item = &'p Patch>) -> Detector {
+        let plates = patches.scan(0.0, |area_up_to, p| {
+            *area_up_to += p.area;
+            Some(SurfacePlate { plate: p.plate, normal: p.normal, area_up_to: *area_up_to })
+        });
+        Detector::Surface(plates.collect())
+    }
+
     /// A volume zone.
     pub fn voxel(z: VoxelZone, grid: &VoxelGrid) -> Detector {
         let c = grid.coordinates(z.cell);
@@ -71,6 +102,6 @@ impl Detector {
 
     /// True where the reading is an irradiance.
     pub(super) fn is_surface(&self) -> bool {
-        matches!(self, Detector::Patch { .. })
+        matches!(self, Detector::Patch { .. } | Detector::Surface(_))
     }
 }

@@ -12,12 +12,11 @@
 //! | module | content |
 //! |---|---|
 //! | `tracer` | [`PathTracer`]: readings of detectors |
-//! | `detector` | patches, points, cells and panes that receive light |
+//! | `detector` | patches, surfaces, points, cells and panes that receive light |
 //! | `path` | one path, with next-event estimation |
 //! | `flight` | flights between vertices through facets, cells and panes |
 //! | `light_sampling` | suns, sky and emitting facets |
 //! | [`bvh`] | the facets in a binary tree of boxes |
-//! | `zonal_walk` | walks that go on from a random point of each zone: the zonal equations |
 //! | `traced_image` | pictures of a camera |
 //!
 //! The path tracer handles scenes of any size; its tree is tested against the search over every facet. Every random number is a
@@ -30,9 +29,7 @@ mod light_sampling;
 mod path;
 mod traced_image;
 mod tracer;
-mod zonal_walk;
 
-pub use detector::{Detector, SubcellPart};
+pub use detector::{Detector, SubcellPart, SurfacePlate};
 pub use traced_image::TracedImage;
 pub use tracer::{DetectorReading, PathTracer, TracingAccuracy};
-pub use zonal_walk::{WalkZones, ZoneLocator};

@@ -12,10 +12,9 @@
 //! keeps the estimate unbiased. Light that arrives unscattered from a sun, a sky, a point light or a surface that the scene lists as a light is direct.
 
 use super::bvh::RayHit;
-use super::detector::{Detector, SubcellPart};
+use super::detector::{Detector, SubcellPart, SurfacePlate};
 use super::flight::{FlightEnd, PathVertex, RayScene, sample_scattering};
 use super::light_sampling::{FacetSide, LightSet};
-use super::zonal_walk::WalkZones;
 use crate::rng::Rng;
 use zonal_math::Vec3;
 use zonal_scene::{Bands, Sides};
@@ -72,8 +71,6 @@ pub(super) struct PathSampler<'a> {
     pub lights: LightSet<'a>,
     /// Maximum number of bounces between detector and emission.
     pub max_bounces: usize,
-    /// The zones, for walks that go on from a random point of each zone.
-    pub zones: Option<WalkZones<'a>>,
 }
 
 /// The state of a path.
@@ -134,7 +131,7 @@ impl PathSampler<'_> {
                 return false;
             }
             FlightEnd::Collision(vertex, albedo) => {
-                s.vertex = self.point_in_zone_of(vertex, numbers);
+                s.vertex = vertex;
                 albedo
             }
             FlightEnd::Facet(hit) => {
@@ -151,18 +148,8 @@ impl PathSampler<'_> {
                     return false;
                 }
                 let mut normal = if hit.front { normal } else { -normal };
-                let mut at = s.vertex.at() + d * hit.t;
-                let albedo = match &self.zones {
-                    Some(zones) => {
-                        // A side without zones, such as one that lies against another surface, absorbs everything.
-                        let Some(i) = zones.locator.on_facet(hit.id, hit.front, hit.uv) else { return false };
-                        if !zones.continues(&s.vertex, i, hit.t) {
-                            at = self.start(&zones.detectors[i], numbers).at();
-                        }
-                        zones.reflectances[i]
-                    }
-                    None => self.scattering_of_facet(&hit, &mut normal, numbers),
-                };
+                let at = s.vertex.at() + d * hit.t;
+                let albedo = self.scattering_of_facet(&hit, &mut normal, numbers);
                 s.vertex = PathVertex::Surface { at, normal, facet: Some(hit.id) };
                 albedo
             }
@@ -182,21 +169,16 @@ impl PathSampler<'_> {
         albedo
     }
 
-    /// A random point of the volume zone in which a vertex lies, for walks on zones; else the vertex.
-    fn point_in_zone_of(&self, vertex: PathVertex, numbers: &mut PathNumbers) -> PathVertex {
-        let Some(zones) = &self.zones else { return vertex };
-        let zone = match vertex {
-            PathVertex::Pane { at, pane, .. } => zones.locator.in_pane(pane, at),
-            _ => zones.locator.in_medium(vertex.at()),
-        };
-        zone.map_or(vertex, |i| self.start(&zones.detectors[i], numbers))
-    }
-
     /// A random point of a detector.
     pub(super) fn start(&self, detector: &Detector, numbers: &mut PathNumbers) -> PathVertex {
         let u: [f64; 3] = numbers.next_array();
         match detector {
             Detector::Patch { plate, normal } => {
+                let [s, t] = plate.warp([u[0], u[1]]);
+                PathVertex::Surface { at: plate.at(s, t), normal: *normal, facet: None }
+            }
+            Detector::Surface(plates) => {
+                let SurfacePlate { plate, normal, .. } = SurfacePlate::at_share(plates, u[2]);
                 let [s, t] = plate.warp([u[0], u[1]]);
                 PathVertex::Surface { at: plate.at(s, t), normal: *normal, facet: None }
             }

@@ -8,7 +8,6 @@ use super::detector::Detector;
 use super::flight::RayScene;
 use super::light_sampling::LightSet;
 use super::path::{PathNumbers, PathRadiance, PathSampler};
-use super::zonal_walk::WalkZones;
 use crate::estimate::{SampleEstimate, SampleStatistics};
 use crate::rng::{Rng, hash};
 use std::f64::consts::PI;
@@ -66,16 +65,8 @@ impl<'a> PathTracer<'a> {
             space: RayScene::new(scene),
             lights: LightSet::new(scene),
             max_bounces: usize::MAX - 1,
-            zones: None,
         };
         PathTracer { paths, lattice: lattice_generator() }
-    }
-
-    /// Lets paths go on from a random point of each zone that they reach: readings are those of the zonal equations on these zones.
-    #[must_use]
-    pub fn on_zones(mut self, zones: WalkZones<'a>) -> PathTracer<'a> {
-        self.paths.zones = Some(zones);
-        self
     }
 
     /// Ignores light that was scattered more than `bounces` times.
@@ -113,8 +104,16 @@ impl<'a> PathTracer<'a> {
 
     /// Measures one detector with a given number of paths, rounded up to whole replicates.
     pub fn measure_one(&self, detector: &Detector, paths: u64, seed: u64) -> DetectorReading {
-        let count = paths.div_ceil(REPLICATE_COUNT as u64).max(1);
-        self.run(std::slice::from_ref(detector), &[count], seed)[0]
+        self.measure_with(std::slice::from_ref(detector), &[paths], seed)[0]
+    }
+
+    /// Measures each detector with its own number of paths, rounded up to whole replicates.
+    ///
+    /// # Panics
+    /// Where `paths` has fewer numbers than there are detectors.
+    pub fn measure_with(&self, detectors: &[Detector], paths: &[u64], seed: u64) -> Vec<DetectorReading> {
+        let counts: Vec<u64> = paths.iter().map(|n| n.div_ceil(REPLICATE_COUNT as u64).max(1)).collect();
+        self.run(detectors, &counts, seed)
     }
 
     /// Runs `counts[i]` paths in each replicate of detector i.
