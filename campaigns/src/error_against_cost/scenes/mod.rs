@@ -1,7 +1,8 @@
-//! The scenes of the benchmark: furnished rooms, open fields, gas in meshes, and models of others.
+//! The scenes of the benchmark: furnished rooms, haze and smoke, open fields, gas in meshes, and models of others.
 
 mod files;
 mod gas;
+mod haze;
 mod mesh;
 mod open;
 mod rooms;
@@ -50,8 +51,8 @@ const fn generated(name: &'static str, text: SceneText) -> BenchmarkScene {
     BenchmarkScene { name, text, twin: None, slow: false, needs_shared: false }
 }
 
-/// The scenes: twelve, then those that take long.
-pub(crate) const SCENES: [BenchmarkScene; 15] = [
+/// The scenes: seventeen, then those that take long.
+pub(crate) const SCENES: [BenchmarkScene; 20] = [
     BenchmarkScene { needs_shared: true, ..generated("gallery", files::gallery) },
     generated("chapel", files::chapel),
     generated("church-small", files::church_small),
@@ -68,6 +69,11 @@ pub(crate) const SCENES: [BenchmarkScene; 15] = [
     BenchmarkScene { needs_shared: true, ..generated("varying-smoke", gas::varying_smoke) },
     generated("city", open::city),
     generated("contacts", rooms::contacts),
+    generated("white-room", rooms::white),
+    generated("lattice", rooms::lattice),
+    generated("haze-coarse", |_| Ok(haze::lamp_in_haze("haze-coarse", 1.0))),
+    generated("haze-fine", |_| Ok(haze::lamp_in_haze("haze-fine", 0.25))),
+    generated("smoke-window", haze::smoke_by_window),
     generated("terrain", open::terrain),
     generated("ball", open::ball),
     BenchmarkScene { needs_shared: true, slow: true, ..generated("sponza", files::sponza) },

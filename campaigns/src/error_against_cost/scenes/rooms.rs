@@ -18,11 +18,27 @@ fn cuboid(name: &str, lo: [f64; 3], hi: [f64; 3], reflectance: &str) -> String {
 }
 
 /// A lamp that shines downwards, its light direct.
-fn lamp(origin: [f64; 3], edge: f64, emission: &str) -> String {
+pub(super) fn lamp(origin: [f64; 3], edge: f64, emission: &str) -> String {
     rectangle("lamp", [origin, [0.0, edge, 0.0], [edge, 0.0, 0.0]], "0.5")
         + &format!(
             "emission = {emission}\n[[light]]\nkind = \"emitter\"\nname = \"lamp\"\nsurface = \"lamp\"\n"
         )
+}
+
+/// A wall at x with an opening between two y and two z, as four rectangles that face the smaller x.
+pub(super) fn wall_with_opening(
+    x: f64,
+    [width, height]: [f64; 2],
+    [y, z]: [[f64; 2]; 2],
+    reflectance: &str,
+) -> String {
+    let part = |name: &str, [y0, y1]: [f64; 2], [z0, z1]: [f64; 2]| {
+        rectangle(name, [[x, y0, z0], [0.0, 0.0, z1 - z0], [0.0, y1 - y0, 0.0]], reflectance)
+    };
+    part("below the window", [0.0, width], [0.0, z[0]])
+        + &part("above the window", [0.0, width], [z[1], height])
+        + &part("beside the window 1", [0.0, y[0]], z)
+        + &part("beside the window 2", [y[1], width], z)
 }
 
 /// A table of boxes: its plate 0.05 m thick, legs at the corners.
@@ -78,19 +94,7 @@ pub(super) fn furnished(folder: &SceneFolder) -> Result<String, Error> {
          faces.z0 = { reflectance = [0.45, 0.33, 0.22] }\n",
     );
     let plaster = "[0.75, 0.73, 0.68]";
-    let (y, z) = ([1.0, 3.0], [0.9, 2.2]);
-    t += &rectangle("below the window", [[5.0, 0.0, 0.0], [0.0, 0.0, z[0]], [0.0, 4.0, 0.0]], plaster);
-    t += &rectangle("above the window", [[5.0, 0.0, z[1]], [0.0, 0.0, 2.7 - z[1]], [0.0, 4.0, 0.0]], plaster);
-    t += &rectangle(
-        "beside the window 1",
-        [[5.0, 0.0, z[0]], [0.0, 0.0, z[1] - z[0]], [0.0, y[0], 0.0]],
-        plaster,
-    );
-    t += &rectangle(
-        "beside the window 2",
-        [[5.0, y[1], z[0]], [0.0, 0.0, z[1] - z[0]], [0.0, 4.0 - y[1], 0.0]],
-        plaster,
-    );
+    t += &wall_with_opening(5.0, [4.0, 2.7], [[1.0, 3.0], [0.9, 2.2]], plaster);
     table_top_and_legs(&mut t, [1.9, 1.4], [3.5, 2.3], 0.75);
     let mut chairs = MeshText::default();
     for (at, back) in [([2.3, 1.2], -1.0), ([3.1, 1.2], -1.0), ([2.3, 2.5], 1.0), ([3.1, 2.6], 1.0)] {
@@ -204,5 +208,42 @@ pub(super) fn contacts(folder: &SceneFolder) -> Result<String, Error> {
     }
     t += &lamp([2.2, 3.1, 2.7], 0.5, "[600, 560, 500]");
     t += "[[camera]]\nname = \"corner\"\norigin = [0.5, 0.5, 1.7]\ntarget = [4, 4, 0]\nfov = 75\n";
+    Ok(t)
+}
+
+/// A room lit by the sun through a lattice of bars, 3 cm wide and 20 cm apart, in its window.
+pub(super) fn lattice(_: &SceneFolder) -> Result<String, Error> {
+    let mut t = String::from(
+        "name = \"lattice\"\n[solve]\ntolerance = 0.05\npatch_size = 0.3\n\
+         [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [4, 3, 2.7] }\nreflectance = [0.65, 0.63, 0.6]\nomit = [\"x1\"]\n\
+         faces.z0 = { reflectance = [0.45, 0.35, 0.28] }\n",
+    );
+    let (y, z) = ([0.6, 2.4], [0.6, 2.2]);
+    t += &wall_with_opening(4.0, [3.0, 2.7], [y, z], "[0.65, 0.63, 0.6]");
+    for k in 0..8 {
+        let at = y[0] + 0.2 * f64::from(k + 1);
+        t += &cuboid(&format!("upright bar {k}"), [3.97, at - 0.015, z[0]], [4.0, at + 0.015, z[1]], "0.3");
+    }
+    for k in 0..7 {
+        let at = z[0] + 0.2 * f64::from(k + 1);
+        t += &cuboid(&format!("level bar {k}"), [3.94, y[0], at - 0.015], [3.97, y[1], at + 0.015], "0.3");
+    }
+    t += "[[light]]\nkind = \"sun\"\nname = \"sun\"\ndirection = [-0.75, 0.2, -0.6]\nirradiance = [900, 840, 740]\n\
+          [[light]]\nkind = \"sky\"\nname = \"sky\"\nradiance = [25, 32, 45]\n\
+          [[camera]]\nname = \"door\"\norigin = [0.3, 0.4, 1.6]\ntarget = [3.2, 1.6, 0.8]\nfov = 75\n";
+    Ok(t)
+}
+
+/// A closed room whose walls and three blocks reflect nine tenths of all light, with a lamp.
+pub(super) fn white(_: &SceneFolder) -> Result<String, Error> {
+    let mut t = String::from(
+        "name = \"white-room\"\n[solve]\ntolerance = 0.05\npatch_size = 0.4\n\
+         [[surface]]\nname = \"room\"\nroom = { min = [0, 0, 0], max = [4, 3, 2.6] }\nreflectance = 0.9\n",
+    );
+    t += &cuboid("cupboard", [0.0, 0.5, 0.0], [0.5, 1.7, 1.9], "0.9");
+    t += &cuboid("block", [1.8, 1.1, 0.0], [2.6, 1.9, 0.7], "0.9");
+    t += &cuboid("step", [3.2, 2.2, 0.0], [4.0, 3.0, 0.25], "0.9");
+    t += &lamp([1.0, 1.4, 2.5], 0.4, "[600, 560, 500]");
+    t += "[[camera]]\nname = \"corner\"\norigin = [0.7, 0.3, 1.6]\ntarget = [2.8, 2, 0.6]\nfov = 75\n";
     Ok(t)
 }
