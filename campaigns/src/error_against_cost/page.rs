@@ -53,9 +53,9 @@ pub(super) fn row(p: &Point) -> Vec<String> {
         cells.resize(COLUMNS.split(',').count(), "–".into());
         return cells;
     }
-    let [patches, volumes] =
-        [&m.patches, &m.volumes].map(|k| [k.by_count, k.by_size].map(|e| percent(e.error)));
-    cells.extend([patches, volumes].concat());
+    // Without zones of a kind there is no error of it.
+    let error = |e: TotalError| if e == TotalError::default() { "–".into() } else { percent(e.error) };
+    cells.extend([m.patches.by_count, m.patches.by_size, m.volumes.by_count, m.volumes.by_size].map(error));
     cells.push(percent(total.upper) + if total.is_noisy() { " *" } else { "" });
     cells.push(percent(p.estimate[0].max(p.estimate[1])));
     cells.push(or_dash(m.ratio, |r| format!("{r:.2}")));
