@@ -390,8 +390,7 @@ impl RayOperator<'_> {
         let execution = Execution { communicator: self.table.communicator(), progress };
         let sky = outside.sky.as_ref();
         let mut radiosity: Vec<Vec<PaddedBands>> = columns.iter().map(|s| self.radiosities(s)).collect();
-        let mut typical: Vec<PaddedBands> =
-            radiosity.iter().map(|b| typical_radiosity(self.zones, b)).collect();
+        let mut typical: Vec<_> = radiosity.iter().map(|b| typical_radiosity(self.zones, b)).collect();
         let brightness = mean_brightness(&radiosity, &typical);
         typical.push([0.0; LANES]);
         radiosity.push(noise);
@@ -407,8 +406,8 @@ impl RayOperator<'_> {
             .filter(|_| !outside.light_factors.is_empty())
             .map(|l| self.point_lights(l, outside.light_factors, &radiosity[..columns.len()]))
             .filter(|points| points.has_light() || tracer.has_textures());
-        let sources = self.sources.iter().collect();
-        let field = GatherField { columns: radiosity, typical, sources, sky, points };
+        let field =
+            GatherField { columns: radiosity, typical, sources: self.sources.iter().collect(), sky, points };
         let gatherer = Gatherer::new(&tracer, lights, field, &brightness);
         let windows = RegressionWindows::new(self.scene, self.zones, self.transport);
         let task = GatherTask {

@@ -54,21 +54,10 @@ pub(crate) fn measure(
     engine: Engine,
     fields: &Fields,
 ) -> Option<[Bands; 2]> {
-    let (scene, zones, settings) = (context.scene, context.zones, &context.settings);
-    let applies = matches!(engine, Engine::Dense | Engine::Spectral)
-        && settings.final_gather
-        && settings.purpose != SolvePurpose::Comparison
-        && scene.thermal().is_none()
-        && scene.options().scattering_orders.is_none()
-        && !scene.is_periodic()
-        && context.images.is_none()
-        && settings.communicator.size() == 1
-        && settings.pair_settings.volume_factors.is_none()
-        && !discretization::is_requested(scene)
-        && !zones.is_empty();
-    if !applies {
+    if !applies(context, engine) {
         return None;
     }
+    let (scene, zones) = (context.scene, context.zones);
     let tracer = RayTracer::new(scene, zones, context.transport);
     let lights = || PathLights::new(scene, context.direct);
     let radiosity = parallel::map(&fields.radiosity, |b| padded(*b));
@@ -98,6 +87,22 @@ pub(crate) fn measure(
         within: Gatherer::new(&tracer, Some(lights()), field(vec![&source], points), &brightness),
     };
     Some(probe.errors(scene.options().tolerance))
+}
+
+/// True for a solution whose equations the samples follow.
+fn applies(context: &SolveContext, engine: Engine) -> bool {
+    let (scene, zones, settings) = (context.scene, context.zones, &context.settings);
+    matches!(engine, Engine::Dense | Engine::Spectral)
+        && settings.final_gather
+        && settings.purpose != SolvePurpose::Comparison
+        && scene.thermal().is_none()
+        && scene.options().scattering_orders.is_none()
+        && !scene.is_periodic()
+        && context.images.is_none()
+        && settings.communicator.size() == 1
+        && settings.pair_settings.volume_factors.is_none()
+        && !discretization::is_requested(scene)
+        && !zones.is_empty()
 }
 
 /// The radiosities of patches without the lights that path vertices sample: emission, and reflected radiation of the surroundings.
