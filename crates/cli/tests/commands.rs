@@ -339,7 +339,7 @@ fn strict_ends_with_1_on_warnings() {
     let f = Folder::new();
     let room = |steps: usize| {
         format!(
-            "[solve]\npatch_size = 0.5\nmax_iterations = {steps}\n[[surface]]\nname = 'r'\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = 0.9\nfaces.x0 = {{ emission = 1 }}\n"
+            "[solve]\npatch_size = 0.5\ntolerance = 0.05\nmax_iterations = {steps}\n[[surface]]\nname = 'r'\nroom = {{ min = [0,0,0], max = [1,1,1] }}\nreflectance = 0.9\nfaces.x0 = {{ emission = 1 }}\n"
         )
     };
     f.put("good.toml", room(500));

@@ -107,7 +107,8 @@ fn powers(s: &Solution) -> Vec<f64> {
 // Guards (numbers): a relit solution equals the solution of the relit scene.
 #[test]
 fn relit_solution_equals_solution_of_the_relit_scene() {
-    let s = solve(read(ROOM));
+    // The zoning error of the given light is that of the first solution; with a second solve there is none in the fields.
+    let s = solve(with(read(ROOM), |o| o.discretization_error = Some(true)));
     assert_eq!(s.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), NAMES);
     // Factors of 1 are bit-identical.
     let same = relight(s.clone(), &[]).unwrap();
@@ -441,7 +442,7 @@ fn scattering_orders_approach_the_solution_from_below() {
         for (x, y) in s.fields.incident.iter().flatten().zip(whole.fields.incident.iter().flatten()) {
             assert!(*x <= y * (1.0 + 1e-9), "no sweep brings too much");
         }
-        let off = apart(&s, &whole);
+        let off = light_apart(&s, &whole);
         assert!(off < 0.7 * last, "{n}: {off} {last}");
         last = off;
     }

@@ -115,7 +115,7 @@ fn boxes_on_a_floor(lamp: &str) -> Solution {
     solve(read(&text))
 }
 
-// Guards (errors): the dense engine states the error of light that varies within its zones.
+// Guards (numbers): the dense engine states the error of light that varies within its zones.
 #[test]
 fn dense_engine_states_what_its_zones_miss() {
     let lamps = [

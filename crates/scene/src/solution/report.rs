@@ -42,8 +42,8 @@ pub struct ErrorParts {
     pub radiosities: f64,
     /// Radiation of the surroundings, and reflected direct light; grade statistical.
     pub direct: f64,
-    /// Light that is constant on zones; grade estimated. Of the rays engine it is direct light and textures, 0 where they are read at points; of the dense and of the
-    /// spectral engine also light that surfaces near one another exchange.
+    /// Light that is constant on zones; grade estimated. Of the rays engine it is direct light and textures, 0 where they are read at points; of the dense
+    /// engine also light that surfaces near one another exchange.
     pub zoning: f64,
     /// The same error of zones whose direct light and textures are read at points, which removes it; 0 elsewhere.
     pub zoning_removed: f64,

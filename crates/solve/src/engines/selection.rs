@@ -233,11 +233,10 @@ impl<'a> EngineSelection<'a> {
         self.prefers_spectral() && (self.zones.total() > MAX_DENSE_ZONES || !self.has_light_within_zones())
     }
 
-    /// A note on light that varies within the zones of an automatic spectral engine.
+    /// A note on light that varies within the zones of the spectral engine.
     fn note_of_beams(&self) -> Option<Diagnostic> {
         let note = "light of suns or lamps varies within the zones of the medium, and the stated error does not contain it; compare with smaller cells, or with engine = \"rays\"";
-        (self.requested == Engine::Auto && self.has_light_within_zones())
-            .then(|| Diagnostic::note("light-within-zones", note))
+        self.has_light_within_zones().then(|| Diagnostic::note("light-within-zones", note))
     }
 
     /// True if the selection depends on whether the scene is a box.

@@ -502,10 +502,6 @@ fn finish(
 /// Adds the error of zones that send and receive as wholes to the errors of the fields, where a probe measures it.
 fn add_zoning_error(block: &mut BlockEngine, engine: Engine, fields: &mut Fields, groups: &mut [LightGroup]) {
     let BlockEngine { context, built, surroundings } = block;
-    let has_slopes = built.operator.len() > context.zones.len();
-    if has_slopes {
-        return;
-    }
     let Some(zoning) = zoning_probe::measure(context, surroundings, engine, fields) else { return };
     let before = error_estimate(context.shared_zones(), fields, built.operator.grade());
     let parts = |kind: usize, sampling: Bands| ErrorParts {

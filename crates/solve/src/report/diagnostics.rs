@@ -140,7 +140,7 @@ pub(crate) fn heat_balance(
 const ADVICE_OF_ZONING: &str = "most of it is light that varies within zones; use engine = \"rays\", which follows it, or smaller patches and cells";
 
 /// The diagnostic of an estimated error above the tolerance; none if an engine reported it already. Errors of the spectral and of the layered engine are those of
-/// rounding and zoning, so that only the latter is told.
+/// rounding.
 pub(crate) fn missed_tolerance(
     choice: &EngineChoice,
     tolerance: f64,

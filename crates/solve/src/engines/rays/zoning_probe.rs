@@ -1,6 +1,6 @@
 //! The zoning error of a solution by exchange among zones, from samples that follow how light varies within zones.
 //!
-//! Zones of the dense and of the spectral engine send and receive as wholes. A sample of a gather (`zone_gather`) of their solution is read twice: v⁰ with the
+//! Zones of the dense engine send and receive as wholes. A sample of a gather (`zone_gather`) of their solution is read twice: v⁰ with the
 //! means of the zones that it meets, whose mean is the incident radiation of the solution, and v¹ with paths that go on from near patches, and with
 //! direct light and textures at points. Over zones i chosen at random, with the two halves A and B of the samples,
 //!
@@ -12,7 +12,8 @@
 //! share ρ of the incident radiation that zones send on, the stated error is √(z² + (b ρ/(1 − ρ))²).
 //!
 //! Both readings have the same rays, so that D is 0 to the last bit where light does not vary, and its noise is that of near hits and of light at points.
-//! Cost: some hundred zones, whatever their number, with at most [`MAX_SAMPLES`] samples of each half.
+//! Cost: some hundred zones, with at most [`MAX_SAMPLES`] samples of each half, and a few shadow rays of every zone; no solution of more than
+//! [`MAX_DENSE_ZONES`] zones is probed. Every process takes all samples.
 
 use super::gather::gather_error::ratio;
 use super::gather::point_light::{LightPlace, PointLights};
@@ -23,6 +24,7 @@ use super::stored_rays::path_continuation::{PathLights, VertexSource};
 use super::stored_rays::ray_tracer::RayTracer;
 use crate::context::SolveContext;
 use crate::engines::merged_operator::PatchGroups;
+use crate::engines::selection::MAX_DENSE_ZONES;
 use crate::errors::discretization;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::SolvePurpose;
@@ -47,7 +49,7 @@ const CUT_NODES: usize = 32;
 const MAX_REFLECTED_SHARE: f64 = 0.98;
 
 /// Relative zoning errors of the patches and of the volume zones of a solution; `None` where the engine is another, where a second solve gives the error, or
-/// where samples do not follow the equations: temperatures, a fixed scattering order, slopes in voxels, periodic images, zones of several processes.
+/// where samples do not follow the equations: temperatures, a fixed scattering order, periodic images, formulas of the paper, too many zones.
 pub(crate) fn measure(
     context: &SolveContext,
     surroundings: &SurroundingsExchange,
@@ -92,17 +94,17 @@ pub(crate) fn measure(
 /// True for a solution whose equations the samples follow.
 fn applies(context: &SolveContext, engine: Engine) -> bool {
     let (scene, zones, settings) = (context.scene, context.zones, &context.settings);
-    matches!(engine, Engine::Dense | Engine::Spectral)
+    engine == Engine::Dense
         && settings.final_gather
         && settings.purpose != SolvePurpose::Comparison
         && scene.thermal().is_none()
         && scene.options().scattering_orders.is_none()
         && !scene.is_periodic()
         && context.images.is_none()
-        && settings.communicator.size() == 1
         && settings.pair_settings.volume_factors.is_none()
         && !discretization::is_requested(scene)
-        && !zones.is_empty()
+        && (1..=MAX_DENSE_ZONES).contains(&zones.len())
+        && context.direct.lights.iter().all(|l| l.fields.len() == zones.len())
 }
 
 /// The radiosities of patches without the lights that path vertices sample: emission, and reflected radiation of the surroundings.
