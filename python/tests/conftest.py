@@ -36,8 +36,9 @@ def run(command: list[str]):
 
 
 def room(patch_size: float = 1.0) -> zn.Scene:
-    """A room with a lamp and thin smoke."""
+    """A room with a lamp and thin smoke, by exchange areas: their factors are kept, and light groups add up to rounding."""
     scene = zn.Scene("room")
+    scene.settings(engine="dense")
     scene.surface(room=([0, 0, 0], [4, 3, 2.5]), name="walls", reflectance=0.5, patch_size=patch_size)
     scene.surface(rectangle=([1.8, 1.3, 2.4], [0, 0.4, 0], [0.4, 0, 0]), name="lamp", emission=500.0)
     scene.medium([0, 0, 0], [4, 3, 2.5], cells=[4, 3, 3], extinction=0.1, albedo=0.9)

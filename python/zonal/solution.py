@@ -470,7 +470,7 @@ class Solution:
         >>> scene = zn.Scene()
         >>> scene.surface(room=([0, 0, 0], [1, 1, 1]), name="walls", patch_size=0.5)
         >>> scene.surface(rectangle=([0.4, 0.4, 0.9], [0, 0.2, 0], [0.2, 0, 0]), name="lamp", emission=100.0)
-        >>> bright = scene.solve()
+        >>> bright = scene.solve(engine="dense")
         >>> dim = bright.relight(lamp=0.5)
         >>> bool(abs(dim.radiosity - 0.5 * bright.radiosity).max() < 1e-9)
         True

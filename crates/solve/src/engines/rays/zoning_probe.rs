@@ -12,8 +12,7 @@
 //! share ρ of the incident radiation that zones send on, the stated error is √(z² + (b ρ/(1 − ρ))²).
 //!
 //! Both readings have the same rays, so that D is 0 to the last bit where light does not vary, and its noise is that of near hits and of light at points.
-//! Cost: some hundred zones, with at most [`MAX_SAMPLES`] samples of each half, and a few shadow rays of every zone; no solution of more than
-//! [`MAX_DENSE_ZONES`] zones is probed. Every process takes all samples.
+//! Cost: some hundred zones, with at most [`MAX_SAMPLES`] samples of each half, and a few shadow rays of every zone. Every process takes all samples.
 
 use super::gather::gather_error::ratio;
 use super::gather::point_light::{LightPlace, PointLights};
@@ -24,7 +23,6 @@ use super::stored_rays::path_continuation::{PathLights, VertexSource};
 use super::stored_rays::ray_tracer::RayTracer;
 use crate::context::SolveContext;
 use crate::engines::merged_operator::PatchGroups;
-use crate::engines::selection::MAX_DENSE_ZONES;
 use crate::errors::discretization;
 use crate::right_hand_side::surroundings::SurroundingsExchange;
 use crate::settings::SolvePurpose;
@@ -49,7 +47,7 @@ const CUT_NODES: usize = 32;
 const MAX_REFLECTED_SHARE: f64 = 0.98;
 
 /// Relative zoning errors of the patches and of the volume zones of a solution; `None` where the engine is another, where a second solve gives the error, or
-/// where samples do not follow the equations: temperatures, a fixed scattering order, periodic images, formulas of the paper, too many zones.
+/// where samples do not follow the equations: temperatures, a fixed scattering order, periodic images, formulas of the paper.
 pub(crate) fn measure(
     context: &SolveContext,
     surroundings: &SurroundingsExchange,
@@ -103,7 +101,7 @@ fn applies(context: &SolveContext, engine: Engine) -> bool {
         && context.images.is_none()
         && settings.pair_settings.volume_factors.is_none()
         && !discretization::is_requested(scene)
-        && (1..=MAX_DENSE_ZONES).contains(&zones.len())
+        && !zones.is_empty()
         && context.direct.lights.iter().all(|l| l.fields.len() == zones.len())
 }
 
