@@ -197,10 +197,10 @@ test('page', { skip: missing }, async (t) => {
     const before = await spread(p);
     assert.equal(await p.evaluate(() => window.zonal.state.stops), 1.5);
     assert.ok(before > 10, `${before}`);
-    // Direct light first, its error unknown; then the exchange with stated errors.
+    // Direct light first, its error unknown; then the exchange with stated errors, that of light within patches of 0.25 m included.
     const series = await p.evaluate(() => window.zonal.data.report.estimates.map((e) => e.patches[0]));
     assert.equal(series[0], null);
-    assert.ok(series.length === 3 && series.slice(1).every((e) => e >= 0 && e < 0.01), `${series}`);
+    assert.ok(series.length === 3 && series.slice(1).every((e) => e >= 0 && e < 0.03), `${series}`);
     assert.match(await p.evaluate(() => document.getElementById('report').textContent), /RMS error of Hunknown → [\d.<]+.* → [\d.<]+/);
     const notes = await p.evaluate(() => window.zonal.data.report.notes);
     assert.ok(notes.every((n) => !/being computed/.test(`${n.text} ${n.advice}`)), JSON.stringify(notes));
