@@ -278,7 +278,7 @@ fn walls_split_the_patches_they_stand_on() {
     }
 }
 
-/// A floor of one patch, or of the triangles of a mesh, with panes; by two of its patches the sides of the glass are told.
+/// The zones of a floor of one patch, or of the triangles of a mesh, on which panes stand.
 fn floor_under(floor: &[Plate], panes: &[&[Plate]]) -> Zones {
     let floor_surface = Surface { patch_size: Some(2.0), ..surface("floor") };
     let pane = |plates: &&[Plate]| Pane {

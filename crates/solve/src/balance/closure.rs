@@ -34,7 +34,7 @@ pub(crate) struct RowClosure {
 }
 
 impl RowClosure {
-    /// Rows that nobody has measured.
+    /// Rows without a measurement.
     pub(crate) fn unmeasured(zones: &Zones) -> RowClosure {
         RowClosure {
             summary: ClosureDefect::default(),

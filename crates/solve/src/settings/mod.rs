@@ -41,21 +41,21 @@ pub struct SolveSettings<'a> {
     pub zones: Option<&'a Zones>,
     /// False ends the rays engine with the incident radiation of its stored rays, which are fewer: a preview with more noise, whose error is stated, in a fraction of the time.
     pub final_gather: bool,
-    /// What the solution serves.
+    /// The purpose of the solution.
     pub purpose: SolvePurpose,
 }
 
 /// Relative error of factors with slopes in a solve for a comparison.
 pub(crate) const COMPARISON_TOLERANCE: f64 = 3e-8;
 
-/// What a solution serves.
+/// The purpose of a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolvePurpose {
     /// It is the result, with its errors.
     #[default]
     Result,
-    /// Its temperatures and powers by name are compared with those of a result on other zones, far less accurately than they are solved; nobody reads its
-    /// errors.
+    /// Its temperatures and powers by name are compared with those of a result on other zones, far less accurately than they are solved; its
+    /// errors are not read.
     Comparison,
 }
 

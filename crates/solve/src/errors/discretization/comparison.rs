@@ -21,7 +21,7 @@ const SMALLER_ZONES_FACTOR: f64 = 2.0;
 /// Divisors of the zones for a solve on smaller ones, and the maximum number of these.
 const DIVISIONS: [(usize, usize); 3] = [(8, 1000), (4, 1000), (2, MAX_SECOND_ZONES)];
 const MAX_SECOND_ZONES: usize = 2500;
-/// Smallest residual of a second solve. What it leaves undistributed is added to the differences (`difference_error`).
+/// Smallest residual of a second solve. The power that it leaves undistributed is added to the differences (`difference_error`).
 const MIN_SECOND_RESIDUAL: f64 = 1e-7;
 /// Divisor of the patches of parts that did not grow.
 const PARTS_DIVISION: usize = 2;

@@ -10,7 +10,7 @@ use zonal_scene::{Band, Report, SolveStatus};
 /// Relative differences below which two numbers differ by rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// What the values of a second solve err by, beside the error of its zones.
+/// Errors of the values of a second solve, without that of its zones.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SecondSolveMargin {
     /// Of a power, W.
