@@ -4,9 +4,10 @@ use crate::device::basis::BasisOrder;
 use crate::engines::problem_size::ProblemSize;
 use crate::engines::selection::select_engine;
 use crate::errors::discretization::SolveMethod;
+use crate::pipeline::zone_division;
 use crate::settings::SolveSettings;
 use zonal_scene::{Engine, Scene, ZoneBasis, Zones};
-use zonal_transport::{Transport, zones_of_bands};
+use zonal_transport::Transport;
 
 /// Zones of a scene, at most, whose first and second solve run at the same time: alone each of them has loops too short for several threads, and both together
 /// take little memory.
@@ -27,19 +28,8 @@ pub(crate) fn expected_method(
     let SolveSettings { pair_settings, memory_limit, .. } = *settings;
     let mut basis = ZoneBasis::Constant;
     let engine = |(b, block): (usize, Scene)| {
-        let (own, others);
-        let transport = if b == 0 {
-            transport
-        } else {
-            own = transport.with_bands(&block);
-            &own
-        };
-        let zones = if b == 0 {
-            zones
-        } else {
-            others = zones_of_bands(&block, zones);
-            &others
-        };
+        let of_block = (b > 0).then(|| zone_division::of_block(&block, transport, zones));
+        let (transport, zones) = of_block.as_ref().map_or((transport, zones), |(t, z)| (t, z));
         let size = ProblemSize::new(&block, zones, transport);
         let choice = select_engine(&block, zones, transport, &size, pair_settings, memory_limit, 1).ok()?;
         if choice.enclosure.is_some_and(|(_, order)| order == BasisOrder::Linear) {
