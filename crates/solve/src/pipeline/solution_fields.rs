@@ -3,6 +3,7 @@
 use crate::balance::energy_balance::{GroupFields, balance_group};
 use crate::context::{BlockEngine, BuiltEngine, SolveContext};
 use crate::engines::merged_operator::PatchGroups;
+use crate::engines::rays::gather::gather_error::ratio;
 use crate::engines::rays::stored_rays::power_normalization::{imbalance, normalize_power};
 use crate::errors::closure_error::take_unexplained_fractions;
 use crate::errors::consistency;
@@ -106,8 +107,8 @@ fn add_to_parts(imbalance: &[Bands], fields: &Fields, patches: usize, parts: &mu
             let (e, h) = (imbalance[i], fields.incident[i]);
             [error + e * e, level + h * h]
         });
-        let relative = error.zip_map(level, |e, l| if l > 0.0 { (e / l).sqrt() } else { 0.0 });
-        part.radiosities = part.radiosities.hypot(relative.max_element());
+        let relative = error.zip_map(level, ratio).sqrt().max_element();
+        part.radiosities = part.radiosities.hypot(relative);
     }
 }
 

@@ -542,6 +542,9 @@ impl RayOperator<'_> {
         all: impl Fn(usize) -> Bands + Sync,
         progress: &dyn Progress,
     ) -> Vec<Bands> {
+        if self.zones.panes.is_empty() {
+            return Vec::new();
+        }
         let mut change = vec![Bands::ZERO; self.len()];
         for (k, pane) in self.zones.panes.iter().enumerate() {
             let i = self.zones.pane_index(k);

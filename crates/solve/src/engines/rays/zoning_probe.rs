@@ -14,7 +14,7 @@
 //! Both readings have the same rays, so that D is 0 to the last bit where light does not vary, and its noise is that of near hits and of light at points.
 //! Cost: some hundred zones, with at most [`MAX_SAMPLES`] samples of each half, and a few shadow rays of every zone. Every process takes all samples.
 
-use super::gather::gather_error::ratio;
+use super::gather::gather_error::{HalfProducts, ratio};
 use super::gather::point_light::{LightPlace, PointLights};
 use super::gather::zone_gather::{DirectReading, GatherField, GatherScratch, Gatherer, SampleRange};
 use super::ray_operator::{mean_brightness, typical_radiosity};
@@ -59,11 +59,10 @@ pub(crate) fn measure(
     }
     let (scene, zones) = (context.scene, context.zones);
     let tracer = RayTracer::new(scene, zones, context.transport);
-    let lights = || PathLights::new(scene, context.direct);
     let radiosity = parallel::map(&fields.radiosity, |b| padded(*b));
     let source = vertex_source(context, surroundings);
-    let (path_lights, groups) = (lights(), PatchGroups::of(zones));
-    let place = LightPlace { lights: &path_lights, transport: context.transport, zones };
+    let (lights, groups) = (PathLights::new(scene, context.direct), PatchGroups::of(zones));
+    let place = LightPlace { lights: &lights, transport: context.transport, zones };
     let brightest = |i: usize| radiosity[i].iter().copied().fold(0.0, f32::max);
     let points = zones
         .sheets
@@ -84,7 +83,7 @@ pub(crate) fn measure(
         zones,
         fields,
         of_zones: Gatherer::new(&tracer, None, field(Vec::new(), None), &brightness),
-        within: Gatherer::new(&tracer, Some(lights()), field(vec![&source], points), &brightness),
+        within: Gatherer::new(&tracer, Some(lights), field(vec![&source], points), &brightness),
     };
     Some(probe.errors(scene.options().tolerance))
 }
@@ -136,8 +135,7 @@ struct ProbedZone {
 /// Sums over the chosen zones of a kind.
 #[derive(Clone, Copy, Default)]
 struct KindSums {
-    product: Bands,
-    variance: Bands,
+    products: HalfProducts,
     level: Bands,
     /// Σ w D and Σ w H, times the number of zones for which a chosen one stands.
     common: Bands,
@@ -145,20 +143,11 @@ struct KindSums {
 }
 
 impl KindSums {
-    /// Noise of z².
-    fn noise(&self) -> Bands {
-        self.variance.sqrt().zip_map(self.level, ratio)
-    }
-    /// z².
-    fn square(&self) -> Bands {
-        self.product.map(|p| p.max(0.0)).zip_map(self.level, ratio) + self.noise()
-    }
     /// True where z² is known well enough for a tolerance.
     fn is_known(&self, tolerance: f64) -> bool {
         let limit = (MAX_NOISE * tolerance).powi(2);
-        let (noise, product) = (self.noise(), self.product.zip_map(self.level, ratio));
-        let is_known = |n: f64, p: f64| n <= limit || p >= KNOWN_OVER_NOISE * n;
-        noise.iter().zip(product.iter()).all(|(n, p)| is_known(*n, *p))
+        let [square, noise] = self.products.square_and_noise(self.level);
+        square.iter().zip(noise.iter()).all(|(s, n)| *n <= limit || *s >= KNOWN_OVER_NOISE * *n)
     }
 }
 
@@ -192,7 +181,7 @@ impl ZoningProbe<'_> {
         let common = sum(|k| k.common).zip_map(sum(|k| k.power), ratio);
         let share = self.reflected_share().map(|r| r.min(MAX_REFLECTED_SHARE));
         let repeated = common * share / (Bands::ONE - share);
-        kinds.map(|k| (k.square() + repeated * repeated).sqrt())
+        kinds.map(|k| (k.products.square_from_above(k.level) + repeated * repeated).sqrt())
     }
 
     /// Adds samples of a zone.
@@ -219,11 +208,8 @@ impl ZoningProbe<'_> {
             let i = *zone;
             let factor = fluence_factor(self.zones, i) / samples as f64;
             let ([a, b], h) = (sums.map(|s| factor * s), self.fields.incident[i]);
-            let square = 0.5 * (a - b) * (a - b);
             let weight = stands_for * interception_area(self.zones, i);
-            out.product += a * b;
-            // The mean of the fourth power of a normal deviate is three times that of its square.
-            out.variance += square * square / 3.0;
+            out.products.add(a, b);
             out.level += h * h;
             out.common += 0.5 * weight * (a + b);
             out.power += weight * h;

@@ -87,6 +87,31 @@ pub(crate) fn ratio(a: f64, b: f64) -> f64 {
     if b > 0.0 { a / b } else { 0.0 }
 }
 
+/// Sums over zones of the products of an error by two halves of samples, A and B, in which their noise drops out, and the variance of the sum where the error is 0:
+/// Σ A B and Σ s⁴, with s² = (A − B)²/2 and a mean fourth power of a normal deviate of three times that of its square.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct HalfProducts {
+    product: Bands,
+    variance: Bands,
+}
+
+impl HalfProducts {
+    /// Adds a zone.
+    pub(crate) fn add(&mut self, a: Bands, b: Bands) {
+        let square = 0.5 * (a - b) * (a - b);
+        self.product += a * b;
+        self.variance += square * square / 3.0;
+    }
+    /// The squared relative error from above, for the sum of squares `level` of the field; 0 without a field.
+    pub(crate) fn square_from_above(&self, level: Bands) -> Bands {
+        (self.product.map(|p| p.max(0.0)) + self.variance.sqrt()).zip_map(level, ratio)
+    }
+    /// The squared relative error, which may be negative, and its standard error.
+    pub(crate) fn square_and_noise(&self, level: Bands) -> [Bands; 2] {
+        [self.product, self.variance.sqrt()].map(|x| x.zip_map(level, ratio))
+    }
+}
+
 fn sums(zones: &[ZoneVariances]) -> ZoneVariances {
     zones.iter().fold(ZoneVariances::default(), |s, z| ZoneVariances {
         of_halves: s.of_halves + z.of_halves,

@@ -16,7 +16,7 @@
 //! the squared zoning error from above: the noise drops out of the first sum, and the second is its variance where E is 0. After the first round z says
 //! whether a kind of zones reads direct light at points. Where some kind does, δB is added to the radiosities that are read.
 
-use super::gather_error::{EQUAL_WEIGHT_MULTIPLE, ratio};
+use super::gather_error::{EQUAL_WEIGHT_MULTIPLE, HalfProducts, ratio};
 use super::gather_sums::{GatherSums, PointChanges};
 use super::gather_task::{GatherTask, kind_of, ranges_of_kinds};
 use super::zone_gather::{DirectReading, Gatherer};
@@ -122,19 +122,15 @@ impl ZoningOfQuantity {
         let passed_on = (task.passed_on)(changes);
         let mut worst_noise = 0.0f64;
         let zoning = ranges_of_kinds(task.zones).map(|range| {
-            let (mut product, mut variance, mut noise) = (Bands::ZERO, Bands::ZERO, Bands::ZERO);
+            let (mut products, mut noise) = (HalfProducts::default(), Bands::ZERO);
             for i in range.clone() {
                 let [further_a, further_b] = [0, 1].map(|half| passed_on[half].incident[i]);
-                let (a, b) = (changes[0][i] + further_a, changes[1][i] + further_b);
-                let square = 0.5 * (a - b) * (a - b);
-                product += a * b;
-                // The mean of the fourth power of a normal deviate is three times that of its square.
-                variance += square * square / 3.0;
+                products.add(changes[0][i] + further_a, changes[1][i] + further_b);
                 noise += 0.25 * (further_a - further_b) * (further_a - further_b);
             }
             let level = level(task, sums, q, range);
             worst_noise = worst_noise.max(noise.zip_map(level, ratio).sqrt().max_element());
-            (product.map(|p| p.max(0.0)) + variance.sqrt()).zip_map(level, ratio).sqrt()
+            products.square_from_above(level).sqrt()
         });
         ZoningOfQuantity { zoning, noise: worst_noise }
     }
